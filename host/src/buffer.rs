@@ -1,0 +1,153 @@
+//! Buffers with checked sizes.
+
+use std::marker::PhantomData;
+use std::sync::Arc;
+use std::sync::atomic::Ordering;
+
+use ash::vk;
+use bytemuck::Pod;
+
+use crate::device::DeviceShared;
+use crate::error::{Context, Error, Result};
+
+/// An array of `T` in device memory.
+pub struct Buffer<T> {
+    raw: Arc<RawBuffer>,
+    length: u64,
+    element: PhantomData<T>,
+}
+
+impl<T: Pod> Buffer<T> {
+    pub(crate) fn new(device: &Arc<DeviceShared>, name: &'static str, length: u64) -> Result<Self> {
+        let bytes = length.max(1).saturating_mul(size_of::<T>() as u64);
+        let limit = device.info.max_buffer_bytes;
+        if bytes > limit {
+            return Err(Error::BufferTooLarge { buffer: name.to_owned(), bytes, limit });
+        }
+        let usage = vk::BufferUsageFlags::STORAGE_BUFFER
+            | vk::BufferUsageFlags::TRANSFER_SRC
+            | vk::BufferUsageFlags::TRANSFER_DST;
+        let raw = RawBuffer::new(device, name, bytes, usage, vk::MemoryPropertyFlags::DEVICE_LOCAL)?;
+        Ok(Self { raw: Arc::new(raw), length, element: PhantomData })
+    }
+}
+
+impl<T> Buffer<T> {
+    /// Number of elements.
+    pub fn len(&self) -> u64 {
+        self.length
+    }
+
+    /// Whether it was made for no element.
+    pub fn is_empty(&self) -> bool {
+        self.length == 0
+    }
+
+    /// Its name in messages.
+    pub fn name(&self) -> &'static str {
+        self.raw.name
+    }
+
+    pub(crate) fn raw(&self) -> &Arc<RawBuffer> {
+        &self.raw
+    }
+}
+
+/// A buffer with memory of its own.
+pub(crate) struct RawBuffer {
+    pub name: &'static str,
+    pub handle: vk::Buffer,
+    pub bytes: u64,
+    memory: vk::DeviceMemory,
+    /// Where the host sees it; null for device-local buffers.
+    mapped: *mut u8,
+    device: Arc<DeviceShared>,
+}
+
+// SAFETY: the mapped pointer is only used through `&self` methods of a `Device`,
+// which one thread uses at a time; the handles themselves are plain numbers.
+unsafe impl Send for RawBuffer {}
+// SAFETY: as above; `map_read` and `map_write` are only called by the device's owner.
+unsafe impl Sync for RawBuffer {}
+
+impl RawBuffer {
+    /// A buffer that the host sees at all times.
+    pub fn host(device: &Arc<DeviceShared>, name: &'static str, bytes: u64) -> Result<Self> {
+        let usage = vk::BufferUsageFlags::TRANSFER_SRC | vk::BufferUsageFlags::TRANSFER_DST;
+        let visible = vk::MemoryPropertyFlags::HOST_VISIBLE | vk::MemoryPropertyFlags::HOST_COHERENT;
+        let mut buffer = Self::new(device, name, bytes, usage, visible)?;
+        // SAFETY: the memory is host visible and not mapped yet.
+        let mapped = unsafe { device.raw.map_memory(buffer.memory, 0, vk::WHOLE_SIZE, vk::MemoryMapFlags::empty()) };
+        buffer.mapped = mapped.context("vkMapMemory")?.cast();
+        Ok(buffer)
+    }
+
+    fn new(
+        device: &Arc<DeviceShared>,
+        name: &'static str,
+        bytes: u64,
+        usage: vk::BufferUsageFlags,
+        properties: vk::MemoryPropertyFlags,
+    ) -> Result<Self> {
+        let create = vk::BufferCreateInfo::default().size(bytes).usage(usage);
+        // SAFETY: the size is positive; the buffer is destroyed on drop.
+        let handle = unsafe { device.raw.create_buffer(&create, None) }.context("vkCreateBuffer")?;
+        let mut buffer = Self {
+            name,
+            handle,
+            bytes,
+            memory: vk::DeviceMemory::null(),
+            mapped: std::ptr::null_mut(),
+            device: Arc::clone(device),
+        };
+        // SAFETY: the buffer was just made by this device.
+        let needs = unsafe { device.raw.get_buffer_memory_requirements(handle) };
+        let out_of_memory = || Error::OutOfMemory {
+            buffer: name.to_owned(),
+            bytes: needs.size,
+            total: device.info.memory_bytes,
+        };
+        let index = memory_type(device, needs.memory_type_bits, properties).ok_or_else(out_of_memory)?;
+        let allocate = vk::MemoryAllocateInfo::default().allocation_size(needs.size).memory_type_index(index);
+        // SAFETY: the memory type is one that the buffer allows.
+        buffer.memory = unsafe { device.raw.allocate_memory(&allocate, None) }.map_err(|_| out_of_memory())?;
+        device.allocated.fetch_add(bytes, Ordering::Relaxed);
+        // SAFETY: fresh memory of the required size, bound once.
+        unsafe { device.raw.bind_buffer_memory(handle, buffer.memory, 0) }.context("vkBindBufferMemory")?;
+        Ok(buffer)
+    }
+
+    /// Writes the first bytes of a host buffer.
+    pub fn map_write(&self, data: &[u8]) {
+        assert!(!self.mapped.is_null() && data.len() as u64 <= self.bytes);
+        // SAFETY: mapped, long enough, and no submission is in flight.
+        unsafe { std::ptr::copy_nonoverlapping(data.as_ptr(), self.mapped, data.len()) };
+    }
+
+    /// Reads the first bytes of a host buffer.
+    pub fn map_read(&self, data: &mut [u8]) {
+        assert!(!self.mapped.is_null() && data.len() as u64 <= self.bytes);
+        // SAFETY: mapped, long enough, and no submission is in flight.
+        unsafe { std::ptr::copy_nonoverlapping(self.mapped, data.as_mut_ptr(), data.len()) };
+    }
+}
+
+impl Drop for RawBuffer {
+    fn drop(&mut self) {
+        // SAFETY: frames wait for the device before they return, so nothing uses it.
+        unsafe {
+            self.device.raw.destroy_buffer(self.handle, None);
+            if self.memory != vk::DeviceMemory::null() {
+                self.device.raw.free_memory(self.memory, None);
+                self.device.allocated.fetch_sub(self.bytes, Ordering::Relaxed);
+            }
+        }
+    }
+}
+
+/// The first memory type that the buffer allows and that has the properties.
+fn memory_type(device: &DeviceShared, allowed: u32, properties: vk::MemoryPropertyFlags) -> Option<u32> {
+    let types = device.memory.memory_types_as_slice();
+    (0..types.len() as u32)
+        .find(|index| allowed & (1 << index) != 0 && types[*index as usize].property_flags.contains(properties))
+}

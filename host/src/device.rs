@@ -1,0 +1,199 @@
+//! A device with its one compute queue.
+
+use std::marker::PhantomData;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicU64, Ordering};
+use std::time::Duration;
+
+use ash::vk;
+use bytemuck::Pod;
+
+use crate::buffer::{Buffer, RawBuffer};
+use crate::error::{Context, Error, Result};
+use crate::instance::{DeviceInfo, Instance};
+use crate::timing::Timer;
+use crate::{Frame, Kernel, Pass};
+
+/// Bytes moved between host and device at once.
+const STAGING_BYTES: u64 = 16 << 20;
+
+pub(crate) struct DeviceShared {
+    pub raw: ash::Device,
+    pub info: DeviceInfo,
+    pub queue: vk::Queue,
+    pub command_pool: vk::CommandPool,
+    pub memory: vk::PhysicalDeviceMemoryProperties,
+    pub nanoseconds_per_tick: Option<f32>,
+    pub allocated: AtomicU64,
+    pub instance: Instance,
+}
+
+/// An open device: makes buffers, passes and frames. It is neither `Send` nor `Sync`:
+/// its queue, command pool and staging memory are one thread's.
+pub struct Device {
+    pub(crate) shared: Arc<DeviceShared>,
+    staging: RawBuffer,
+    pub(crate) timer: Timer,
+    _one_thread: PhantomData<*const ()>,
+}
+
+impl Device {
+    pub(crate) fn open(instance: Instance, physical: vk::PhysicalDevice, info: DeviceInfo) -> Result<Self> {
+        let vulkan = &instance.shared.raw;
+        let (family, timestamp_bits) = compute_family(vulkan, physical).ok_or_else(|| Error::Unfit {
+            device: info.name.clone(),
+            reason: "it has no compute queue".into(),
+        })?;
+        let queues = [vk::DeviceQueueCreateInfo::default().queue_family_index(family).queue_priorities(&[1.0])];
+        let create = vk::DeviceCreateInfo::default().queue_create_infos(&queues);
+        // SAFETY: `physical` belongs to this instance, which the device keeps alive.
+        let raw = unsafe { vulkan.create_device(physical, &create, None) }.context("vkCreateDevice")?;
+        let pool = vk::CommandPoolCreateInfo::default()
+            .queue_family_index(family)
+            .flags(vk::CommandPoolCreateFlags::RESET_COMMAND_BUFFER);
+        // SAFETY: the device was just made with one queue of this family.
+        let (queue, command_pool, properties, memory) = unsafe {
+            (
+                raw.get_device_queue(family, 0),
+                raw.create_command_pool(&pool, None).context("vkCreateCommandPool")?,
+                vulkan.get_physical_device_properties(physical),
+                vulkan.get_physical_device_memory_properties(physical),
+            )
+        };
+        let shared = Arc::new(DeviceShared {
+            nanoseconds_per_tick: (timestamp_bits > 0).then_some(properties.limits.timestamp_period),
+            allocated: AtomicU64::new(0),
+            raw,
+            info,
+            queue,
+            command_pool,
+            memory,
+            instance,
+        });
+        let staging = RawBuffer::host(&shared, "staging", STAGING_BYTES)?;
+        let timer = Timer::new(&shared)?;
+        Ok(Self { shared, staging, timer, _one_thread: PhantomData })
+    }
+
+    /// What the list of devices says of this one.
+    pub fn info(&self) -> &DeviceInfo {
+        &self.shared.info
+    }
+
+    /// What the validation layer has said so far; empty without validation.
+    pub fn validation_messages(&self) -> Vec<String> {
+        self.shared.instance.validation_messages()
+    }
+
+    /// A device-local buffer of `length` elements (at least one, since Vulkan binds
+    /// no empty buffer), its contents undefined.
+    ///
+    /// # Errors
+    /// Too large for one binding, or out of device memory.
+    pub fn buffer<T: Pod>(&self, name: &'static str, length: u64) -> Result<Buffer<T>> {
+        Buffer::new(&self.shared, name, length)
+    }
+
+    /// A buffer that holds `data`.
+    ///
+    /// # Errors
+    /// As [`Device::buffer`], or the transfer fails.
+    pub fn upload<T: Pod>(&self, name: &'static str, data: &[T]) -> Result<Buffer<T>> {
+        let buffer = self.buffer(name, data.len() as u64)?;
+        self.write(&buffer, data)?;
+        Ok(buffer)
+    }
+
+    /// Overwrites the first elements of a buffer. Panics if `data` is longer than it.
+    ///
+    /// # Errors
+    /// The transfer fails.
+    pub fn write<T: Pod>(&self, buffer: &Buffer<T>, data: &[T]) -> Result<()> {
+        assert!(data.len() as u64 <= buffer.len(), "buffer {} is too short", buffer.name());
+        let bytes: &[u8] = bytemuck::cast_slice(data);
+        for (index, chunk) in bytes.chunks(STAGING_BYTES as usize).enumerate() {
+            self.staging.map_write(chunk);
+            let offset = index as u64 * STAGING_BYTES;
+            let mut frame = self.frame()?;
+            frame.copy(&self.staging, 0, buffer.raw(), offset, chunk.len() as u64);
+            frame.run()?;
+        }
+        Ok(())
+    }
+
+    /// The contents of a buffer.
+    ///
+    /// # Errors
+    /// The transfer fails.
+    pub fn read<T: Pod>(&self, buffer: &Buffer<T>) -> Result<Vec<T>> {
+        let mut data = vec![T::zeroed(); buffer.len() as usize];
+        let bytes: &mut [u8] = bytemuck::cast_slice_mut(&mut data);
+        for (index, chunk) in bytes.chunks_mut(STAGING_BYTES as usize).enumerate() {
+            let offset = index as u64 * STAGING_BYTES;
+            let mut frame = self.frame()?;
+            frame.copy(buffer.raw(), offset, &self.staging, 0, chunk.len() as u64);
+            frame.run()?;
+            self.staging.map_read(chunk);
+        }
+        Ok(data)
+    }
+
+    /// Compiles a kernel for a workgroup size and binds its buffers, which the pass
+    /// keeps alive.
+    ///
+    /// # Errors
+    /// The kernel was not built for that size, or the driver refuses it.
+    pub fn pass<K: Kernel>(
+        &self,
+        kernel: &K,
+        specialization: &K::Specialization,
+        workgroup_size: u32,
+    ) -> Result<Pass<K::Push>> {
+        Pass::new(&self.shared, kernel, specialization, workgroup_size)
+    }
+
+    /// An empty recording.
+    ///
+    /// # Errors
+    /// Out of memory.
+    pub fn frame(&self) -> Result<Frame<'_>> {
+        Frame::new(self)
+    }
+
+    /// Device time by kernel name since the device was opened; empty where the
+    /// device has no timestamps.
+    pub fn pass_times(&self) -> Vec<(&'static str, Duration)> {
+        self.timer.totals()
+    }
+
+    /// Bytes of device memory that buffers hold now.
+    pub fn allocated_bytes(&self) -> u64 {
+        self.shared.allocated.load(Ordering::Relaxed)
+    }
+}
+
+impl Drop for DeviceShared {
+    fn drop(&mut self) {
+        // SAFETY: buffers, passes and the timer hold this; they are gone.
+        unsafe {
+            self.raw.destroy_command_pool(self.command_pool, None);
+            self.raw.destroy_device(None);
+        }
+    }
+}
+
+/// The first queue family that computes, and its timestamp bits.
+pub(crate) fn compute_family(instance: &ash::Instance, physical: vk::PhysicalDevice) -> Option<(u32, u32)> {
+    // SAFETY: `physical` belongs to `instance`.
+    let families = unsafe { instance.get_physical_device_queue_family_properties(physical) };
+    let index = families.iter().position(|family| family.queue_flags.contains(vk::QueueFlags::COMPUTE))?;
+    Some((u32::try_from(index).ok()?, families[index].timestamp_valid_bits))
+}
+
+/// Bytes of the largest device-local heap.
+pub(crate) fn local_memory(instance: &ash::Instance, physical: vk::PhysicalDevice) -> u64 {
+    // SAFETY: `physical` belongs to `instance`.
+    let memory = unsafe { instance.get_physical_device_memory_properties(physical) };
+    let heaps = memory.memory_heaps_as_slice().iter();
+    heaps.filter(|heap| heap.flags.contains(vk::MemoryHeapFlags::DEVICE_LOCAL)).map(|heap| heap.size).max().unwrap_or(0)
+}

@@ -1,0 +1,87 @@
+//! What can go wrong between the program and the device.
+
+use ash::vk;
+
+/// The result of every fallible call of this crate.
+pub type Result<T> = std::result::Result<T, Error>;
+
+/// A failure of the Vulkan layer.
+#[derive(Debug, thiserror::Error)]
+pub enum Error {
+    /// There is no Vulkan loader on this machine.
+    #[error(
+        "no Vulkan loader found ({0}); without a GPU, install lavapipe: \
+         apt-get install --no-install-recommends libvulkan1 mesa-vulkan-drivers"
+    )]
+    NoLoader(String),
+    /// The loader finds no device at all.
+    #[error(
+        "no Vulkan device found; without a GPU, install lavapipe: \
+         apt-get install --no-install-recommends libvulkan1 mesa-vulkan-drivers"
+    )]
+    NoDevice,
+    /// Validation was asked for, but the layer is not installed.
+    #[error("the Vulkan validation layer is not installed: apt-get install vulkan-validationlayers")]
+    NoValidationLayer,
+    /// No device has the index or name that was asked for.
+    #[error("no device matches \"{wanted}\"; there are: {available}")]
+    NoSuchDevice {
+        /// What was asked for.
+        wanted: String,
+        /// The devices there are.
+        available: String,
+    },
+    /// The device lacks something that goblet needs.
+    #[error("{device} cannot run goblet: {reason}")]
+    Unfit {
+        /// The device's name.
+        device: String,
+        /// What it lacks.
+        reason: String,
+    },
+    /// A buffer is larger than one binding of the device can be.
+    #[error("buffer {buffer} needs {bytes} bytes, but this device binds at most {limit} bytes at once")]
+    BufferTooLarge {
+        /// The buffer's name.
+        buffer: String,
+        /// Bytes asked for.
+        bytes: u64,
+        /// `maxStorageBufferRange`.
+        limit: u64,
+    },
+    /// The device has not enough memory.
+    #[error("out of device memory: buffer {buffer} needs {bytes} bytes more; the device has {total} bytes in all")]
+    OutOfMemory {
+        /// The buffer's name.
+        buffer: String,
+        /// Bytes asked for.
+        bytes: u64,
+        /// Bytes of the device's largest heap.
+        total: u64,
+    },
+    /// The device stopped answering.
+    #[error("the device was lost while it ran the pass {pass}")]
+    DeviceLost {
+        /// The kernel that was running.
+        pass: String,
+    },
+    /// Any other failed call.
+    #[error("{call} failed: {result}")]
+    Vulkan {
+        /// What was being done.
+        call: &'static str,
+        /// Vulkan's answer.
+        result: vk::Result,
+    },
+}
+
+/// Names the call in a Vulkan error.
+pub(crate) trait Context<T> {
+    fn context(self, call: &'static str) -> Result<T>;
+}
+
+impl<T> Context<T> for ash::prelude::VkResult<T> {
+    fn context(self, call: &'static str) -> Result<T> {
+        self.map_err(|result| Error::Vulkan { call, result })
+    }
+}

@@ -1,0 +1,154 @@
+//! A recording of passes that run in order.
+
+use ash::vk;
+use bytemuck::Pod;
+
+use crate::buffer::RawBuffer;
+use crate::error::{Context, Error, Result};
+use crate::timing::MAX_TIMED;
+use crate::{Buffer, Device, Pass};
+
+/// Every device has at least this many workgroups along one axis.
+const MAX_GROUPS: u64 = 65535;
+
+/// Commands in order, each seeing the writes of those before it.
+pub struct Frame<'a> {
+    device: &'a Device,
+    commands: vk::CommandBuffer,
+    fence: vk::Fence,
+    passes: Vec<&'static str>,
+}
+
+impl<'a> Frame<'a> {
+    pub(crate) fn new(device: &'a Device) -> Result<Self> {
+        let vulkan = &device.shared.raw;
+        let allocate = vk::CommandBufferAllocateInfo::default()
+            .command_pool(device.shared.command_pool)
+            .command_buffer_count(1);
+        let begin = vk::CommandBufferBeginInfo::default().flags(vk::CommandBufferUsageFlags::ONE_TIME_SUBMIT);
+        // SAFETY: the frame frees what it allocates here; one thread uses the device.
+        unsafe {
+            let commands = vulkan.allocate_command_buffers(&allocate).context("vkAllocateCommandBuffers")?[0];
+            let fence = vulkan.create_fence(&vk::FenceCreateInfo::default(), None).context("vkCreateFence")?;
+            let frame = Self { device, commands, fence, passes: Vec::new() };
+            vulkan.begin_command_buffer(commands, &begin).context("vkBeginCommandBuffer")?;
+            if device.timer.has(0) {
+                vulkan.cmd_reset_query_pool(commands, device.timer.queries, 0, 2 * MAX_TIMED);
+            }
+            Ok(frame)
+        }
+    }
+
+    /// Runs at least `invocations` invocations of a pass; kernels find their number by
+    /// `invocation_index()` and return when it is past the end.
+    pub fn dispatch<Push: Pod>(&mut self, pass: &Pass<Push>, push: Push, invocations: u64) {
+        let groups = invocations.div_ceil(u64::from(pass.workgroup_size)).max(1);
+        let rows = groups.div_ceil(MAX_GROUPS);
+        let columns = groups.div_ceil(rows);
+        let number = self.passes.len();
+        let vulkan = &self.device.shared.raw;
+        let timer = &self.device.timer;
+        let (commands, stage) = (self.commands, vk::PipelineStageFlags::COMPUTE_SHADER);
+        // SAFETY: the pass and its buffers outlive the frame's run, which the borrow of
+        // the device and the wait in `run` ensure; sizes are within the device's limits.
+        unsafe {
+            vulkan.cmd_fill_buffer(commands, timer.marker.handle, 0, 4, number as u32);
+            vulkan.cmd_bind_pipeline(commands, vk::PipelineBindPoint::COMPUTE, pass.pipeline);
+            if !pass.sets.is_empty() {
+                let point = vk::PipelineBindPoint::COMPUTE;
+                vulkan.cmd_bind_descriptor_sets(commands, point, pass.layout, 0, &pass.sets, &[]);
+            }
+            if size_of::<Push>() > 0 {
+                let bytes = bytemuck::bytes_of(&push);
+                vulkan.cmd_push_constants(commands, pass.layout, vk::ShaderStageFlags::COMPUTE, 0, bytes);
+            }
+            if timer.has(number) {
+                vulkan.cmd_write_timestamp(commands, stage, timer.queries, 2 * number as u32);
+            }
+            vulkan.cmd_dispatch(commands, columns as u32, rows as u32, 1);
+            if timer.has(number) {
+                vulkan.cmd_write_timestamp(commands, stage, timer.queries, 2 * number as u32 + 1);
+            }
+        }
+        self.passes.push(pass.name);
+        self.barrier();
+    }
+
+    /// Fills a buffer with zeros.
+    pub fn clear<T: Pod>(&mut self, buffer: &Buffer<T>) {
+        // SAFETY: the buffer outlives the run; a storage buffer's size is a multiple of 4.
+        unsafe {
+            self.device.shared.raw.cmd_fill_buffer(self.commands, buffer.raw().handle, 0, vk::WHOLE_SIZE, 0);
+        }
+        self.barrier();
+    }
+
+    /// Copies bytes between buffers.
+    pub(crate) fn copy(&mut self, from: &RawBuffer, from_offset: u64, to: &RawBuffer, to_offset: u64, bytes: u64) {
+        if bytes == 0 {
+            return;
+        }
+        let region = [vk::BufferCopy { src_offset: from_offset, dst_offset: to_offset, size: bytes }];
+        // SAFETY: both ranges are inside their buffers, which outlive the run.
+        unsafe { self.device.shared.raw.cmd_copy_buffer(self.commands, from.handle, to.handle, &region) };
+        self.barrier();
+    }
+
+    /// Submits the recording and waits until the device has finished it.
+    ///
+    /// # Errors
+    /// The device is lost (the error names the pass it ran), or out of memory.
+    pub fn run(self) -> Result<()> {
+        let shared = &self.device.shared;
+        let commands = [self.commands];
+        let submit = [vk::SubmitInfo::default().command_buffers(&commands)];
+        // SAFETY: the recording is complete and submitted once.
+        let finished = unsafe {
+            shared.raw.end_command_buffer(self.commands).context("vkEndCommandBuffer")?;
+            shared
+                .raw
+                .queue_submit(shared.queue, &submit, self.fence)
+                .and_then(|()| shared.raw.wait_for_fences(&[self.fence], true, u64::MAX))
+        };
+        match finished {
+            Ok(()) => self.device.timer.collect(&self.passes),
+            Err(vk::Result::ERROR_DEVICE_LOST) => Err(Error::DeviceLost { pass: self.running() }),
+            Err(result) => Err(Error::Vulkan { call: "running a frame", result }),
+        }
+    }
+
+    /// One global barrier: simple, and not measurably slower than finer ones here.
+    fn barrier(&self) {
+        let stages = vk::PipelineStageFlags::COMPUTE_SHADER | vk::PipelineStageFlags::TRANSFER;
+        let access = vk::AccessFlags::SHADER_READ
+            | vk::AccessFlags::SHADER_WRITE
+            | vk::AccessFlags::TRANSFER_READ
+            | vk::AccessFlags::TRANSFER_WRITE;
+        let barrier =
+            [vk::MemoryBarrier::default().src_access_mask(access).dst_access_mask(access | vk::AccessFlags::HOST_READ)];
+        let (commands, none) = (self.commands, vk::DependencyFlags::empty());
+        let after = stages | vk::PipelineStageFlags::HOST;
+        // SAFETY: the frame is being recorded.
+        unsafe { self.device.shared.raw.cmd_pipeline_barrier(commands, stages, after, none, &barrier, &[], &[]) };
+    }
+
+    /// The pass that the device began last.
+    fn running(&self) -> String {
+        let mut number = [0; 4];
+        self.device.timer.marker.map_read(&mut number);
+        let name = self.passes.get(u32::from_ne_bytes(number) as usize);
+        name.map_or_else(|| "transfer".to_owned(), |name| (*name).to_owned())
+    }
+}
+
+impl Drop for Frame<'_> {
+    fn drop(&mut self) {
+        let shared = &self.device.shared;
+        // SAFETY: `run` has waited for the device; a frame that was not run, or whose
+        // device is lost, has nothing in flight.
+        unsafe {
+            shared.raw.destroy_fence(self.fence, None);
+            shared.raw.free_command_buffers(shared.command_pool, &[self.commands]);
+        }
+    }
+}

@@ -1,0 +1,212 @@
+//! Kernels as the build script describes them, and passes: kernels ready to run.
+
+use std::marker::PhantomData;
+use std::sync::Arc;
+
+use ash::vk;
+use bytemuck::Pod;
+
+use crate::buffer::{Buffer, RawBuffer};
+use crate::device::DeviceShared;
+use crate::error::{Context, Error, Result};
+
+/// A kernel with its buffers. Implemented by generated code only.
+pub trait Kernel {
+    /// The file stem of its source: its label, its timer and its crash marker.
+    const NAME: &'static str;
+    /// SPIR-V by workgroup size.
+    const CODE: &'static [(u32, &'static [u8])];
+    /// Ids of the specialization constants that it has.
+    const SPECIALIZATION: &'static [u32];
+    /// Its push constants.
+    type Push: Pod;
+    /// Values for its specialization constants.
+    type Specialization: SpecializationValues;
+    /// Its buffers, by set and binding.
+    fn bindings(&self) -> Vec<Binding<'_>>;
+}
+
+/// Values of specialization constants by id.
+pub trait SpecializationValues {
+    /// The four bytes of a constant, or `None` if there is no such constant.
+    fn value(&self, id: u32) -> Option<[u8; 4]>;
+}
+
+/// A buffer at its place.
+pub struct Binding<'a> {
+    set: u32,
+    binding: u32,
+    buffer: &'a Arc<RawBuffer>,
+}
+
+impl<'a> Binding<'a> {
+    /// `buffer` at `set` and `binding`.
+    pub fn new<T>(set: u32, binding: u32, buffer: &'a Buffer<T>) -> Self
+    where
+        T: Pod,
+    {
+        Self { set, binding, buffer: buffer.raw() }
+    }
+}
+
+/// A compiled kernel with its buffers bound; `Push` are its push constants.
+pub struct Pass<Push> {
+    pub(crate) name: &'static str,
+    pub(crate) pipeline: vk::Pipeline,
+    pub(crate) layout: vk::PipelineLayout,
+    pub(crate) sets: Vec<vk::DescriptorSet>,
+    pub(crate) workgroup_size: u32,
+    set_layouts: Vec<vk::DescriptorSetLayout>,
+    pool: vk::DescriptorPool,
+    /// The bound buffers live as long as the pass.
+    _buffers: Vec<Arc<RawBuffer>>,
+    device: Arc<DeviceShared>,
+    push: PhantomData<Push>,
+}
+
+impl<Push: Pod> Pass<Push> {
+    pub(crate) fn new<K: Kernel<Push = Push>>(
+        device: &Arc<DeviceShared>,
+        kernel: &K,
+        specialization: &K::Specialization,
+        workgroup_size: u32,
+    ) -> Result<Self> {
+        let bindings = kernel.bindings();
+        let mut pass = Self {
+            name: K::NAME,
+            pipeline: vk::Pipeline::null(),
+            layout: vk::PipelineLayout::null(),
+            sets: Vec::new(),
+            workgroup_size,
+            set_layouts: Vec::new(),
+            pool: vk::DescriptorPool::null(),
+            _buffers: bindings.iter().map(|binding| Arc::clone(binding.buffer)).collect(),
+            device: Arc::clone(device),
+            push: PhantomData,
+        };
+        pass.create_layout(&bindings)?;
+        pass.create_pipeline::<K>(specialization)?;
+        pass.bind(&bindings)?;
+        Ok(pass)
+    }
+
+    fn create_layout(&mut self, bindings: &[Binding<'_>]) -> Result<()> {
+        let set_count = bindings.iter().map(|binding| binding.set + 1).max().unwrap_or(0);
+        for set in 0..set_count {
+            let entries: Vec<_> = bindings
+                .iter()
+                .filter(|binding| binding.set == set)
+                .map(|binding| {
+                    vk::DescriptorSetLayoutBinding::default()
+                        .binding(binding.binding)
+                        .descriptor_type(vk::DescriptorType::STORAGE_BUFFER)
+                        .descriptor_count(1)
+                        .stage_flags(vk::ShaderStageFlags::COMPUTE)
+                })
+                .collect();
+            let create = vk::DescriptorSetLayoutCreateInfo::default().bindings(&entries);
+            // SAFETY: destroyed with the pass.
+            let layout = unsafe { self.device.raw.create_descriptor_set_layout(&create, None) };
+            self.set_layouts.push(layout.context("vkCreateDescriptorSetLayout")?);
+        }
+        let push = [vk::PushConstantRange::default()
+            .stage_flags(vk::ShaderStageFlags::COMPUTE)
+            .size(size_of::<Push>() as u32)];
+        let mut create = vk::PipelineLayoutCreateInfo::default().set_layouts(&self.set_layouts);
+        if size_of::<Push>() > 0 {
+            create = create.push_constant_ranges(&push);
+        }
+        // SAFETY: destroyed with the pass.
+        self.layout = unsafe { self.device.raw.create_pipeline_layout(&create, None) }.context("a pipeline layout")?;
+        Ok(())
+    }
+
+    fn create_pipeline<K: Kernel>(&mut self, specialization: &K::Specialization) -> Result<()> {
+        let code = K::CODE.iter().find(|(size, _)| *size == self.workgroup_size).ok_or_else(|| Error::Unfit {
+            device: self.device.info.name.clone(),
+            reason: format!("kernel {} was not built for workgroups of {}", K::NAME, self.workgroup_size),
+        })?;
+        let words: Vec<u32> =
+            code.1.chunks_exact(4).map(|word| u32::from_le_bytes([word[0], word[1], word[2], word[3]])).collect();
+        let mut data = Vec::new();
+        let mut entries = Vec::new();
+        for id in K::SPECIALIZATION {
+            if let Some(value) = specialization.value(*id) {
+                entries.push(vk::SpecializationMapEntry { constant_id: *id, offset: data.len() as u32, size: 4 });
+                data.extend_from_slice(&value);
+            }
+        }
+        let values = vk::SpecializationInfo::default().map_entries(&entries).data(&data);
+        // SAFETY: the code was compiled and reflected by the build script; the module is
+        // destroyed once the pipeline has been made, the pipeline with the pass.
+        unsafe {
+            let create = vk::ShaderModuleCreateInfo::default().code(&words);
+            let module = self.device.raw.create_shader_module(&create, None).context("vkCreateShaderModule")?;
+            let stage = vk::PipelineShaderStageCreateInfo::default()
+                .stage(vk::ShaderStageFlags::COMPUTE)
+                .module(module)
+                .name(c"main")
+                .specialization_info(&values);
+            let create = [vk::ComputePipelineCreateInfo::default().stage(stage).layout(self.layout)];
+            let made = self.device.raw.create_compute_pipelines(vk::PipelineCache::null(), &create, None);
+            self.device.raw.destroy_shader_module(module, None);
+            let pipelines = made.map_err(|(_, result)| Error::Vulkan { call: "compiling a kernel", result })?;
+            self.pipeline = pipelines[0];
+        }
+        Ok(())
+    }
+
+    fn bind(&mut self, bindings: &[Binding<'_>]) -> Result<()> {
+        if bindings.is_empty() {
+            return Ok(());
+        }
+        let sizes = [vk::DescriptorPoolSize {
+            ty: vk::DescriptorType::STORAGE_BUFFER,
+            descriptor_count: bindings.len() as u32,
+        }];
+        let create =
+            vk::DescriptorPoolCreateInfo::default().max_sets(self.set_layouts.len() as u32).pool_sizes(&sizes);
+        let buffers: Vec<_> = bindings
+            .iter()
+            .map(|binding| {
+                [vk::DescriptorBufferInfo::default().buffer(binding.buffer.handle).range(binding.buffer.bytes)]
+            })
+            .collect();
+        // SAFETY: the pool has room for exactly these sets and is destroyed with the
+        // pass; the buffers are kept alive by the pass.
+        unsafe {
+            self.pool = self.device.raw.create_descriptor_pool(&create, None).context("vkCreateDescriptorPool")?;
+            let allocate =
+                vk::DescriptorSetAllocateInfo::default().descriptor_pool(self.pool).set_layouts(&self.set_layouts);
+            self.sets = self.device.raw.allocate_descriptor_sets(&allocate).context("vkAllocateDescriptorSets")?;
+            let writes: Vec<_> = bindings
+                .iter()
+                .zip(&buffers)
+                .map(|(binding, buffer)| {
+                    vk::WriteDescriptorSet::default()
+                        .dst_set(self.sets[binding.set as usize])
+                        .dst_binding(binding.binding)
+                        .descriptor_type(vk::DescriptorType::STORAGE_BUFFER)
+                        .buffer_info(buffer)
+                })
+                .collect();
+            self.device.raw.update_descriptor_sets(&writes, &[]);
+        }
+        Ok(())
+    }
+}
+
+impl<Push> Drop for Pass<Push> {
+    fn drop(&mut self) {
+        // SAFETY: frames wait for the device before they return, so nothing uses it;
+        // destroying a null handle does nothing.
+        unsafe {
+            self.device.raw.destroy_pipeline(self.pipeline, None);
+            self.device.raw.destroy_pipeline_layout(self.layout, None);
+            self.device.raw.destroy_descriptor_pool(self.pool, None);
+            for layout in &self.set_layouts {
+                self.device.raw.destroy_descriptor_set_layout(*layout, None);
+            }
+        }
+    }
+}

@@ -1,0 +1,95 @@
+// accumulate: add each photon's weight to the visible points whose disc it is inside.
+// Each invocation takes every stride-th recorded photon. Reads photon_*, cells, grid_*.
+// Updates flux_low, flux_high (atomic, fixed point, w of flux_low counts photons).
+// Hachisuka and Jensen 2009, eq. 5; the disc keeps light from leaking through thin walls
+// and around corners.
+#version 460
+#extension GL_GOOGLE_include_directive : require
+#include "invocation.glsl"
+#include "types.glsl"
+#include "grid.glsl"
+#include "flux.glsl"
+#include "normal.glsl"
+
+layout(std430, set = 1, binding = 0) readonly buffer PhotonPositionBlock { vec4 data[]; } photon_positions;
+layout(std430, set = 1, binding = 1) readonly buffer PhotonWeightBlock { vec4 data[]; } photon_weights;
+layout(std430, set = 1, binding = 2) readonly buffer GridInfoBlock { GridInfo value; } grid_info;
+layout(std430, set = 1, binding = 3) readonly buffer CellBlock { Cell data[]; } cells;
+layout(std430, set = 1, binding = 4) readonly buffer GridPositionBlock { vec4 data[]; } grid_positions;
+layout(std430, set = 1, binding = 5) readonly buffer GridOwnerBlock { uvec2 data[]; } grid_owners;
+layout(std430, set = 1, binding = 6) buffer FluxLowBlock { uint data[]; } flux_low; // r, g, b, count of each pixel
+layout(std430, set = 1, binding = 7) buffer FluxHighBlock { uint data[]; } flux_high; // r, g, b, unused
+layout(std430, set = 1, binding = 8) buffer CounterBlock { Counters value; } counters;
+
+layout(push_constant) uniform Push {
+    uint first; // recorded photons first .. end, stride apart
+    uint end;
+    uint stride;
+    uint cell_mask;
+};
+
+// A photon belongs to the visible point's own surface when their normals agree to within
+// 60 degrees and it is this near the tangent plane, in radii.
+const float MIN_COSINE = 0.5;
+const float MAX_HEIGHT = 0.25;
+
+void add_channel(uint index, uvec2 fixed_point) {
+    uint low = atomicAdd(flux_low.data[index], fixed_point.x);
+    uint high = fixed_point.y + (low + fixed_point.x < low ? 1u : 0u);
+    if (high > 0u) {
+        uint before = atomicAdd(flux_high.data[index], high);
+        if (before + high < before) {
+            atomicAdd(counters.value.saturated, 1u);
+        }
+    }
+}
+
+void main() {
+    uint stop = min(end, counters.value.recorded);
+    float inverse_size = 1.0 / cell_size(grid_info.value.max_radius2);
+    for (uint photon = first + invocation_index(); photon < stop; photon += stride) {
+        vec4 record = photon_positions.data[photon];
+        vec3 photon_normal = unpack_normal(floatBitsToUint(record.w));
+        vec3 weight = photon_weights.data[photon].xyz;
+        uvec2 red = to_fixed(weight.x);
+        uvec2 green = to_fixed(weight.y);
+        uvec2 blue = to_fixed(weight.z);
+        ivec3 corner = ivec3(floor(record.xyz * inverse_size - 0.5));
+        uint neighbour = 0u;
+        uint entry = 0u;
+        uint last = 0u;
+        ivec3 cell = corner;
+        // One loop over the points of eight cells: lanes with short cells go on to the
+        // next cell while others are in long ones.
+        while (true) {
+            if (entry == last) {
+                if (neighbour == 8u) {
+                    break;
+                }
+                cell = corner + ivec3(neighbour & 1u, (neighbour >> 1u) & 1u, neighbour >> 2u);
+                neighbour++;
+                Cell range = cells.data[cell_hash(cell, cell_mask)];
+                entry = range.first;
+                last = range.first + range.count;
+                continue;
+            }
+            vec4 point = grid_positions.data[entry];
+            vec3 d = record.xyz - point.xyz;
+            float distance2 = dot(d, d);
+            if (distance2 < point.w) {
+                uvec2 owner = grid_owners.data[entry];
+                vec3 n = unpack_normal(owner.x);
+                float height = dot(d, n);
+                // Cells that share a hash share entries: take those of this cell only.
+                if (dot(n, photon_normal) > MIN_COSINE && height * height < MAX_HEIGHT * MAX_HEIGHT * point.w
+                    && cell_of(point.xyz, inverse_size) == cell) {
+                    add_channel(4u * owner.y, red);
+                    add_channel(4u * owner.y + 1u, green);
+                    add_channel(4u * owner.y + 2u, blue);
+                    atomicAdd(flux_low.data[4u * owner.y + 3u], 1u);
+                }
+            }
+            entry++;
+        }
+    }
+}

@@ -1,0 +1,66 @@
+//! Turns the GLSL kernels into typed Rust.
+//!
+//! Every `.comp` file is compiled to SPIR-V (once per workgroup size), reflected,
+//! and described in `$OUT_DIR/kernels.rs`: one struct per GPU struct, one per
+//! kernel. A GLSL struct is thereby written once; renaming a binding or a field
+//! stops Rust from compiling.
+
+#[path = "build/compile.rs"]
+mod compile;
+#[path = "build/generate.rs"]
+mod generate;
+#[path = "build/reflect.rs"]
+mod reflect;
+
+use std::error::Error;
+use std::path::{Path, PathBuf};
+use std::{env, fs, process};
+
+/// Results must not depend on the workgroup size; tests render with each of these.
+/// Kernels name theirs `WORKGROUP_SIZE`.
+const WORKGROUP_SIZES: [u32; 3] = [32, 64, 128];
+
+fn main() {
+    if let Err(error) = run() {
+        eprintln!("{error}");
+        process::exit(1);
+    }
+}
+
+fn run() -> Result<(), Box<dyn Error>> {
+    let root = PathBuf::from(env::var("CARGO_MANIFEST_DIR")?);
+    let out = PathBuf::from(env::var("OUT_DIR")?);
+    build_kernels(&root, "shaders", &out, "kernels.rs")?;
+    build_kernels(&root, "tests/kernels", &out, "test_kernels.rs")
+}
+
+/// Compiles every kernel of `folder` and writes `module` with their description.
+fn build_kernels(root: &Path, folder: &str, out: &Path, module: &str) -> Result<(), Box<dyn Error>> {
+    println!("cargo:rerun-if-changed={folder}");
+    let mut sources: Vec<PathBuf> = fs::read_dir(root.join(folder))?
+        .map(|entry| entry.map(|entry| entry.path()))
+        .collect::<Result<_, _>>()?;
+    sources.retain(|path| path.extension().is_some_and(|extension| extension == "comp"));
+    sources.sort();
+
+    let mut kernels = Vec::new();
+    for source in &sources {
+        let name = source.file_stem().and_then(|stem| stem.to_str()).ok_or("a kernel's file name is not UTF-8")?;
+        let mut reflected = None;
+        for size in WORKGROUP_SIZES {
+            let words = compile::compile(root, source, size)?;
+            let bytes: Vec<u8> = words.iter().flat_map(|word| word.to_le_bytes()).collect();
+            fs::write(out.join(format!("{name}.{size}.spv")), &bytes)?;
+            let shown = source.strip_prefix(root)?.display().to_string();
+            let kernel = reflect::reflect(name, &bytes).map_err(|error| format!("{shown}: {error}"))?;
+            if kernel.workgroup_size != [size, 1, 1] {
+                return Err(format!("{shown}: write layout(local_size_x = WORKGROUP_SIZE) in;").into());
+            }
+            reflected = Some(kernel);
+        }
+        kernels.extend(reflected);
+    }
+    let types = fs::read_to_string(root.join("shaders/include/types.glsl"))?;
+    fs::write(out.join(module), generate::generate(&kernels, &WORKGROUP_SIZES, &types)?)?;
+    Ok(())
+}

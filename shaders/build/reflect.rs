@@ -1,0 +1,179 @@
+//! What a kernel's SPIR-V says of its bindings, structs and constants.
+//!
+//! Whatever naga or a `#[repr(C)]` twin cannot express is an error with a remedy.
+
+use std::error::Error;
+
+use naga::{AddressSpace, ArraySize, Handle, Literal, Module, Scalar, ScalarKind, Type, TypeInner};
+
+/// A kernel as Rust needs to know it.
+pub struct Kernel {
+    pub name: String,
+    pub workgroup_size: [u32; 3],
+    pub bindings: Vec<Binding>,
+    pub push: Option<Struct>,
+    pub structs: Vec<Struct>,
+    pub constants: Vec<SpecializationConstant>,
+}
+
+/// A storage buffer: `Element name[]` or one `Element`.
+#[derive(Clone, PartialEq)]
+pub struct Binding {
+    pub set: u32,
+    pub binding: u32,
+    pub name: String,
+    pub element: String,
+}
+
+/// A `#[repr(C)]` struct of 4-byte scalars.
+#[derive(Clone, PartialEq)]
+pub struct Struct {
+    pub name: String,
+    pub fields: Vec<(String, String)>,
+    pub bytes: u32,
+}
+
+#[derive(Clone, PartialEq)]
+pub struct SpecializationConstant {
+    pub id: u16,
+    pub name: String,
+    pub kind: &'static str,
+    pub default: String,
+}
+
+type Result<T> = std::result::Result<T, Box<dyn Error>>;
+
+/// Reflects one kernel.
+pub fn reflect(name: &str, spirv: &[u8]) -> Result<Kernel> {
+    let module = naga::front::spv::parse_u8_slice(spirv, &naga::front::spv::Options::default())
+        .map_err(|error| format!("naga cannot read the SPIR-V: {error}; the limits of naga's front end apply: no buffer references, no umulExtended, no combined samplers, no arrays sized by specialization constants, no operations on specialization constants alone"))?;
+    let entry = module.entry_points.first().ok_or("there is no main()")?;
+    let mut kernel = Kernel {
+        name: name.to_owned(),
+        workgroup_size: entry.workgroup_size,
+        bindings: Vec::new(),
+        push: None,
+        structs: Vec::new(),
+        constants: constants(&module)?,
+    };
+    for (_, variable) in module.global_variables.iter() {
+        match variable.space {
+            AddressSpace::Storage { .. } => {
+                let place = variable.binding.as_ref().ok_or("a buffer has no layout(set, binding)")?;
+                let name = variable.name.clone().filter(|name| !name.is_empty()).ok_or_else(|| {
+                    format!("the buffer at set {}, binding {} needs an instance name: buffer Block {{ T data[]; }} name;", place.group, place.binding)
+                })?;
+                let element = element(&module, variable.ty, &name, &mut kernel.structs)?;
+                kernel.bindings.push(Binding { set: place.group, binding: place.binding, name, element });
+            }
+            AddressSpace::Immediate => {
+                let mut push = gpu_struct(&module, variable.ty, &mut kernel.structs)?;
+                push.name = format!("{}Push", crate::generate::camel_case(name));
+                kernel.push = Some(push);
+            }
+            AddressSpace::Uniform | AddressSpace::Handle => {
+                return Err("use storage buffers: uniform buffers and images are not generated".into());
+            }
+            _ => {}
+        }
+    }
+    kernel.bindings.sort_by_key(|binding| (binding.set, binding.binding));
+    Ok(kernel)
+}
+
+/// The element type of a block `{ T data[]; }` or `{ T value; }`.
+fn element(module: &Module, ty: Handle<Type>, name: &str, structs: &mut Vec<Struct>) -> Result<String> {
+    let TypeInner::Struct { members, .. } = &module.types[ty].inner else {
+        return Err(format!("buffer {name} is not a block").into());
+    };
+    let [member] = members.as_slice() else {
+        return Err(format!("buffer {name} has {} members; write one: T data[]; or T value;", members.len()).into());
+    };
+    match module.types[member.ty].inner {
+        TypeInner::Array { base, size: ArraySize::Dynamic, stride } => {
+            let (rust, size) = rust_type(module, base, structs)?;
+            if size != stride {
+                return Err(format!("buffer {name}: an element has {size} bytes but a stride of {stride}; pad it explicitly").into());
+            }
+            Ok(rust)
+        }
+        _ => Ok(rust_type(module, member.ty, structs)?.0),
+    }
+}
+
+/// The Rust twin of a type and its size in bytes, noting the structs it needs.
+fn rust_type(module: &Module, ty: Handle<Type>, structs: &mut Vec<Struct>) -> Result<(String, u32)> {
+    match module.types[ty].inner {
+        TypeInner::Scalar(kind) | TypeInner::Atomic(kind) => Ok((scalar(kind)?.to_owned(), 4)),
+        TypeInner::Vector { size, scalar: kind } => {
+            let length = size as u32;
+            Ok((format!("[{}; {length}]", scalar(kind)?), 4 * length))
+        }
+        TypeInner::Array { base, size: ArraySize::Constant(length), stride } => {
+            let (rust, size) = rust_type(module, base, structs)?;
+            if size != stride {
+                return Err(format!("an array of {rust} has a stride of {stride}, not {size}; use elements of 4, 8 or 16 bytes").into());
+            }
+            Ok((format!("[{rust}; {length}]"), size * length.get()))
+        }
+        TypeInner::Struct { span, .. } => {
+            let twin = gpu_struct(module, ty, structs)?;
+            let name = twin.name.clone();
+            if !structs.contains(&twin) {
+                structs.push(twin);
+            }
+            Ok((name, span))
+        }
+        ref other => Err(format!("{other:?} has no Rust twin").into()),
+    }
+}
+
+/// A struct whose std430 layout equals `#[repr(C)]`, or an error that says where to pad.
+fn gpu_struct(module: &Module, ty: Handle<Type>, structs: &mut Vec<Struct>) -> Result<Struct> {
+    let TypeInner::Struct { members, span } = &module.types[ty].inner else {
+        return Err("a push constant is not a block".into());
+    };
+    let name = module.types[ty].name.clone().ok_or("a struct has no name")?;
+    let mut fields = Vec::new();
+    let mut offset = 0;
+    for member in members {
+        let field = member.name.clone().ok_or_else(|| format!("struct {name}: a field has no name"))?;
+        if member.offset != offset {
+            return Err(format!("struct {name}: {field} is at byte {} but the fields before it end at {offset}; pad explicitly (4-byte scalars, vec4, or vec3 followed by a scalar)", member.offset).into());
+        }
+        let (rust, size) = rust_type(module, member.ty, structs)?;
+        offset += size;
+        fields.push((field, rust));
+    }
+    if *span != offset {
+        return Err(format!("struct {name}: {} bytes of padding at its end; write them as fields", span - offset).into());
+    }
+    Ok(Struct { name, fields, bytes: offset })
+}
+
+fn scalar(scalar: Scalar) -> Result<&'static str> {
+    match (scalar.kind, scalar.width) {
+        (ScalarKind::Float, 4) => Ok("f32"),
+        (ScalarKind::Uint, 4) => Ok("u32"),
+        (ScalarKind::Sint, 4) => Ok("i32"),
+        (kind, width) => Err(format!("{kind:?} of {width} bytes cannot cross to the GPU; use 4-byte scalars").into()),
+    }
+}
+
+fn constants(module: &Module) -> Result<Vec<SpecializationConstant>> {
+    let mut constants = Vec::new();
+    for (_, constant) in module.overrides.iter() {
+        let name = constant.name.clone().ok_or("a specialization constant has no name")?;
+        let id = constant.id.ok_or_else(|| format!("{name} has no constant_id"))?;
+        let init = constant.init.map(|handle| &module.global_expressions[handle]);
+        let (kind, default) = match init {
+            Some(naga::Expression::Literal(Literal::Bool(value))) => ("bool", value.to_string()),
+            Some(naga::Expression::Literal(Literal::U32(value))) => ("u32", value.to_string()),
+            Some(naga::Expression::Literal(Literal::I32(value))) => ("i32", value.to_string()),
+            Some(naga::Expression::Literal(Literal::F32(value))) => ("f32", format!("{value:?}")),
+            _ => return Err(format!("specialization constant {name} is not a bool, uint, int or float").into()),
+        };
+        constants.push(SpecializationConstant { id, name: name.to_lowercase(), kind, default });
+    }
+    Ok(constants)
+}

@@ -1,0 +1,166 @@
+// eye: follow one camera path per pixel to its visible point, the first diffuse surface.
+// One invocation per pixel. Writes visible_*; adds emission and direct light, W/(m^2 sr),
+// to pixel_direct; raises grid_info.max_radius2. Hachisuka and Jensen 2009, section 3.
+#version 460
+#extension GL_GOOGLE_include_directive : require
+#include "invocation.glsl"
+#include "scene.glsl"
+#include "random.glsl"
+#include "sampling.glsl"
+#include "intersect.glsl"
+#include "surface.glsl"
+#include "bsdf.glsl"
+#include "light.glsl"
+#include "normal.glsl"
+
+layout(std430, set = 1, binding = 0) readonly buffer CameraBlock { Camera value; } camera;
+layout(std430, set = 1, binding = 1) buffer PositionBlock { vec4 data[]; } visible_positions; // w: squared radius
+layout(std430, set = 1, binding = 2) buffer VisibleNormalBlock { uint data[]; } visible_normals; // packed
+layout(std430, set = 1, binding = 3) buffer ThroughputBlock { vec4 data[]; } visible_throughputs; // bsdf times throughput; w: 1 if there is a point
+layout(std430, set = 1, binding = 4) readonly buffer FluxBlock { vec4 data[]; } pixel_flux; // w: squared radius
+layout(std430, set = 1, binding = 5) buffer PixelDirectBlock { vec4 data[]; } pixel_direct; // rgb: sum over iterations
+layout(std430, set = 1, binding = 6) buffer GridInfoBlock { GridInfo value; } grid_info;
+layout(std430, set = 1, binding = 7) buffer CounterBlock { Counters value; } counters;
+
+layout(push_constant) uniform Push {
+    uint iteration;
+    uint pixel_count;
+};
+
+// Pairs of random numbers of an eye path. Scattering takes one per bounce from PAIR_LOBE.
+const uint PAIR_FILTER = 0u;
+const uint PAIR_LENS = 1u;
+const uint PAIR_LIGHT = 2u;
+const uint PAIR_LIGHT_POINT = 3u;
+const uint PAIR_BSDF = 4u;
+const uint PAIR_LOBE = 5u;
+
+// Offset from the pixel's centre, for axis 0 (x) or 1 (y).
+float filter_offset(uint axis, float u) {
+    float scaled = u * 63.0;
+    uint i = min(uint(scaled), 62u);
+    uint entry = 64u * axis + i;
+    return mix(camera.value.offsets[entry], camera.value.offsets[entry + 1u], scaled - float(i));
+}
+
+Ray camera_ray(uint pixel, Random random) {
+    vec2 u = random_pair(random, PAIR_FILTER);
+    vec2 offset = vec2(filter_offset(0u, u.x), filter_offset(1u, u.y));
+    vec2 at = vec2(pixel % camera.value.width, pixel / camera.value.width) + 0.5 + offset;
+    vec2 image = at / vec2(camera.value.width, camera.value.height);
+    vec3 direction = vec3(camera.value.image_lower + image * camera.value.image_extent, 1.0);
+    vec3 origin = vec3(0.0);
+    if (camera.value.lens_radius > 0.0) {
+        origin.xy = camera.value.lens_radius * sample_disk(random_pair(random, PAIR_LENS));
+        direction = direction * camera.value.focal_distance - origin;
+    }
+    return Ray(transform_point(camera.value.render_from_camera, origin),
+               normalize(transform_vector(camera.value.render_from_camera, direction)));
+}
+
+// Direct light at a diffuse point from a light chosen by power.
+vec3 direct_from_light(Surface surface, vec3 n, Random random) {
+    LightSample direct = sample_direct(surface.position, random_pair(random, PAIR_LIGHT).x,
+                                       random_pair(random, PAIR_LIGHT_POINT));
+    float cos_surface = dot(direct.wi, n);
+    if (!(direct.pdf > 0.0) || cos_surface <= 0.0 || all(equal(direct.radiance, vec3(0.0)))) {
+        return vec3(0.0);
+    }
+    if (occluded(offset_origin(surface, direct.wi), direct.target)) {
+        return vec3(0.0);
+    }
+    float weight = direct.delta ? 1.0 : mis_weight(direct.pdf, cos_surface / PI);
+    return direct.radiance * (cos_surface * weight / direct.pdf);
+}
+
+// Direct light at a diffuse point along a direction from its bsdf: the better way to
+// large lights, and the only one to infinite ones, which a cosine lobe samples perfectly.
+vec3 direct_from_bsdf(Surface surface, vec3 n, Random random) {
+    vec3 wi = sample_cosine(random_pair(random, PAIR_BSDF), n);
+    Ray ray = Ray(offset_origin(surface, wi), wi);
+    Hit hit = intersect(ray);
+    if (hit.primitive == NONE) {
+        return PI * scene_info.value.infinite;
+    }
+    if (HAS_AREA_LIGHTS) {
+        Surface found = surface_at(ray, hit);
+        if (found.light != NONE) {
+            Light light = lights.data[found.light];
+            float weight = mis_weight(dot(wi, n) / PI, direct_pdf(light, surface.position, found, wi));
+            return emitted_radiance(light, found.normal, -wi) * (PI * weight);
+        }
+    }
+    return vec3(0.0);
+}
+
+// Irradiance at a diffuse point that comes straight from lights, W/m^2.
+vec3 direct_irradiance(Surface surface, vec3 n, Random random) {
+    vec3 irradiance = vec3(0.0);
+    if (HAS_LOCATABLE_LIGHTS) {
+        irradiance += direct_from_light(surface, n, random);
+    }
+    if (HAS_HITTABLE_LIGHTS) {
+        irradiance += direct_from_bsdf(surface, n, random);
+    }
+    return irradiance;
+}
+
+bool is_finite(vec3 v) {
+    return all(lessThan(abs(v), vec3(INFINITY_T)));
+}
+
+void main() {
+    uint pixel = invocation_index();
+    if (pixel >= pixel_count) {
+        return;
+    }
+    Random random = Random(hash(scene_info.value.seed, pixel), iteration);
+    Ray ray = camera_ray(pixel, random);
+    vec3 throughput = vec3(1.0);
+    vec3 radiance = vec3(0.0);
+    bool in_glass = false;
+    float radius2 = pixel_flux.data[pixel].w;
+    visible_throughputs.data[pixel] = vec4(0.0);
+    for (uint depth = 0u; depth < scene_info.value.max_depth; depth++) {
+        Hit hit = intersect(ray);
+        if (hit.primitive == NONE) {
+            radiance += throughput * scene_info.value.infinite;
+            if (in_glass) {
+                atomicAdd(counters.value.eye_lost_in_glass, 1u);
+            }
+            break;
+        }
+        Surface surface = surface_at(ray, hit);
+        Material material = materials.data[surface.material];
+        vec3 wo = -ray.direction;
+        if (HAS_AREA_LIGHTS && surface.light != NONE) {
+            radiance += throughput * emitted_radiance(lights.data[surface.light], surface.normal, wo);
+        }
+        if (!is_specular(material)) {
+            // The side of the geometric normal: shading normals must not see through.
+            bool front = dot(wo, surface.normal) >= 0.0;
+            vec3 facing = front ? surface.shading_normal : -surface.shading_normal;
+            vec3 bsdf = throughput * material.color / PI;
+            radiance += bsdf * direct_irradiance(surface, facing, random);
+            visible_positions.data[pixel] = vec4(surface.position, radius2);
+            visible_normals.data[pixel] = pack_normal(front ? surface.normal : -surface.normal);
+            visible_throughputs.data[pixel] = vec4(bsdf, 1.0);
+            if (floatBitsToUint(radius2) > grid_info.value.max_radius2) {
+                atomicMax(grid_info.value.max_radius2, floatBitsToUint(radius2));
+            }
+            break;
+        }
+        Scatter scattered = scatter(material, wo, surface.shading_normal, random_pair(random, PAIR_LOBE + depth).x,
+                                    vec2(0.0), RADIANCE);
+        throughput *= scattered.weight;
+        if (scattered.transmitted) {
+            in_glass = dot(scattered.wi, surface.normal) < 0.0;
+        }
+        ray = Ray(offset_origin(surface, scattered.wi), scattered.wi);
+    }
+    if (is_finite(radiance)) {
+        pixel_direct.data[pixel].rgb += radiance;
+    } else {
+        atomicAdd(counters.value.non_finite, 1u);
+    }
+}

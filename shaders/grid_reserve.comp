@@ -1,0 +1,26 @@
+// grid_reserve: give each cell its range of entries.
+// One invocation per cell. Updates cells (first set, count back to 0), grid_info.filled
+// (atomic). A prefix sum would order the ranges by cell; sums of integers do not ask for
+// an order, so that one atomic per occupied cell serves.
+#version 460
+#extension GL_GOOGLE_include_directive : require
+#include "invocation.glsl"
+#include "types.glsl"
+
+layout(std430, set = 1, binding = 0) buffer GridInfoBlock { GridInfo value; } grid_info;
+layout(std430, set = 1, binding = 1) buffer CellBlock { Cell data[]; } cells;
+
+layout(push_constant) uniform Push {
+    uint cell_count;
+};
+
+void main() {
+    uint cell = invocation_index();
+    if (cell >= cell_count) {
+        return;
+    }
+    uint count = cells.data[cell].count;
+    if (count > 0u) {
+        cells.data[cell] = Cell(atomicAdd(grid_info.value.filled, count), 0u);
+    }
+}

@@ -1,0 +1,98 @@
+// Photons leave the lights.
+
+struct Emission {
+    Ray ray;
+    vec3 weight; // flux over the mean flux of a photon, per channel
+};
+
+// x in [0, 1] with pdf proportional to smoothstep: solves 2 x^3 - x^4 = u by Newton.
+float sample_smoothstep(float u) {
+    float x = pow(0.5 * u, 1.0 / 3.0);
+    for (int i = 0; i < 5; i++) {
+        float slope = x * x * (6.0 - 4.0 * x);
+        x = clamp(x - (x * x * x * (2.0 - x) - u) / max(slope, 1.0e-6), 0.0, 1.0);
+    }
+    return x;
+}
+
+// A direction in a spot's cone with pdf proportional to its falloff; weight becomes the
+// integral of the falloff over solid angle.
+vec3 sample_spot(Light light, vec2 u, out float solid_angle) {
+    float core = 1.0 - light.cos_start;
+    float rim = 0.5 * (light.cos_start - light.cos_end);
+    solid_angle = 2.0 * PI * (core + rim);
+    float pick = u.x * (core + rim);
+    float one_minus_cos = pick < core
+        ? pick
+        : 1.0 - mix(light.cos_end, light.cos_start, sample_smoothstep(min((pick - core) / rim, 1.0)));
+    return to_world(sample_cap(vec2(1.0, u.y), one_minus_cos), light.direction);
+}
+
+// A point on a sphere uniform by area in object space; area is the reciprocal pdf.
+Surface sample_sphere_area(Quadric quadric, vec2 u, out float area) {
+    float height = quadric.z_max - quadric.z_min;
+    float z = quadric.z_min + u.x * height;
+    float phi = quadric.phi_max * u.y;
+    float r = sqrt(max(0.0, 1.0 - z * z));
+    vec3 p = vec3(r * cos(phi), r * sin(phi), z);
+    // An area grows by the determinant times the length of the transformed normal.
+    float growth = quadric.determinant * length(transform_normal(quadric.object_from_render, p));
+    area = quadric.phi_max * height * growth;
+    return quadric_surface(quadric, true, p);
+}
+
+Emission emit_area(Light light, vec2 u_position, vec2 u_direction, float u_side) {
+    float area = light.area;
+    Surface surface;
+    if (HAS_SPHERES && light.primitive >> KIND_SHIFT == SPHERE) {
+        surface = sample_sphere_area(quadrics.data[light.primitive & INDEX_MASK], u_position, area);
+    } else {
+        surface = sample_flat(light, u_position);
+    }
+    bool back = light.two_sided != 0u && u_side < 0.5;
+    vec3 direction = sample_cosine(u_direction, back ? -surface.normal : surface.normal);
+    float sides = light.two_sided != 0u ? 2.0 : 1.0;
+    return Emission(Ray(offset_origin(surface, direction), direction), light.emission * (PI * area * sides));
+}
+
+// Parallel light through the disk that the scene's bounding sphere shows it.
+Emission emit_parallel(vec3 direction, vec3 irradiance, vec2 u) {
+    float radius = scene_info.value.radius;
+    vec3 offset = to_world(vec3(sample_disk(u), -1.0), direction);
+    Ray ray = Ray(scene_info.value.center + radius * offset, direction);
+    return Emission(ray, irradiance * (PI * radius * radius));
+}
+
+Emission emit_from(Light light, vec2 u_position, vec2 u_direction, float u_side) {
+    if (HAS_AREA_LIGHTS && light.kind == AREA) {
+        return emit_area(light, u_position, u_direction, u_side);
+    }
+    if (HAS_DISTANT_LIGHTS && light.kind == DISTANT) {
+        return emit_parallel(light.direction, light.emission, u_position);
+    }
+    if (HAS_INFINITE_LIGHTS && light.kind == INFINITE) {
+        vec3 direction = sample_cap(u_direction, 2.0);
+        return emit_parallel(direction, light.emission * (4.0 * PI), u_position);
+    }
+    float solid_angle = 4.0 * PI;
+    vec3 direction;
+    if (HAS_SPOT_LIGHTS && light.kind == SPOT) {
+        direction = sample_spot(light, u_direction, solid_angle);
+    } else {
+        direction = sample_cap(u_direction, 2.0);
+    }
+    return Emission(Ray(light.position, direction), light.emission * solid_angle);
+}
+
+// The photon that a path's first numbers make: a light by its power, a point, a direction.
+Emission emit(Random random) {
+    vec2 u_light = random_pair(random, 0u);
+    uint count = scene_info.value.emission_count;
+    float scaled = u_light.x * float(count);
+    uint entry = min(uint(scaled), count - 1u);
+    AliasEntry chosen = emission_table.data[entry];
+    Light light = lights.data[scaled - float(entry) < chosen.threshold ? chosen.keep : chosen.alias];
+    Emission emission = emit_from(light, random_pair(random, 1u), random_pair(random, 2u), u_light.y);
+    emission.weight /= light.emission_pmf * scene_info.value.mean_power;
+    return emission;
+}

@@ -1,0 +1,22 @@
+// The hash grid over visible points: cells as wide as the largest disc, so that a
+// photon's neighbours are in the eight cells around its nearest corner.
+
+float cell_size(uint max_radius2) {
+    // Below this, coordinates in cells would pass what fp32 can tell apart.
+    return max(2.0 * sqrt(uintBitsToFloat(max_radius2)), 9.5367431640625e-7);
+}
+
+ivec3 cell_of(vec3 position, float inverse_size) {
+    return ivec3(floor(position * inverse_size));
+}
+
+// Teschner and others, "Optimized Spatial Hashing", 2003, with a finisher that spreads
+// neighbouring cells over a table of a power of two.
+uint cell_hash(ivec3 cell, uint mask) {
+    uvec3 c = uvec3(cell) * uvec3(73856093u, 19349663u, 83492791u);
+    uint h = c.x ^ c.y ^ c.z;
+    h ^= h >> 15u;
+    h *= 0x2c1b3c6du;
+    h ^= h >> 12u;
+    return h & mask;
+}

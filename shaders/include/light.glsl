@@ -1,0 +1,127 @@
+// Light sources: radiance they emit, directions to them, photons from them.
+
+struct LightSample {
+    vec3 target;   // the end of the shadow ray, offset from the light's own surface
+    vec3 wi;       // unit direction to the light
+    vec3 radiance; // arriving if unoccluded, or irradiance for lights without area
+    float pdf;     // solid angle, selection included; 0 if there is nothing to gain
+    bool delta;    // no other strategy can find this light
+};
+
+// Smooth falloff of a spot light at a cosine.
+float spot_falloff(Light light, float cos_theta) {
+    return smoothstep(light.cos_end, light.cos_start, cos_theta);
+}
+
+// Radiance that a surface emits towards w.
+vec3 emitted_radiance(Light light, vec3 normal, vec3 w) {
+    return light.two_sided != 0u || dot(normal, w) > 0.0 ? light.emission : vec3(0.0);
+}
+
+// Size of a direction's image in object space, for unit w: solid angles grow by
+// determinant / size^3 from render to object space.
+float direction_density(Quadric quadric, vec3 w) {
+    float size = length(transform_vector(quadric.object_from_render, w));
+    return 1.0 / (quadric.determinant * size * size * size);
+}
+
+// 1 - cos of the cone that a unit sphere fills from squared distance d2 > 1,
+// without cancellation.
+float cone_of_sphere(float d2) {
+    float sin2 = 1.0 / d2;
+    return sin2 / (1.0 + sqrt(max(0.0, 1.0 - sin2)));
+}
+
+// Pdf of sampling a sphere by the cone it fills (by all directions, from inside).
+float sphere_pdf(Quadric quadric, vec3 from, vec3 wi) {
+    vec3 o = transform_point(quadric.object_from_render, from);
+    float d2 = dot(o, o);
+    float solid_angle = 2.0 * PI * (d2 > 1.0 ? cone_of_sphere(d2) : 2.0);
+    return direction_density(quadric, wi) / solid_angle;
+}
+
+// Pdf, selection included, with which direct_sample finds a point on an area light.
+float direct_pdf(Light light, vec3 from, Surface surface, vec3 wi) {
+    if (HAS_SPHERES && light.primitive >> KIND_SHIFT == SPHERE) {
+        return light.direct_pmf * sphere_pdf(quadrics.data[light.primitive & INDEX_MASK], from, wi);
+    }
+    vec3 to_light = surface.position - from;
+    float cos_light = abs(dot(surface.normal, wi));
+    return light.direct_pmf * dot(to_light, to_light) / (light.area * max(cos_light, 1.0e-20));
+}
+
+// A point on a sphere in the cone it fills as seen from a point.
+bool sample_sphere(Light light, vec3 from, vec2 u, out Surface surface) {
+    Quadric quadric = quadrics.data[light.primitive & INDEX_MASK];
+    vec3 o = transform_point(quadric.object_from_render, from);
+    float d2 = dot(o, o);
+    vec3 axis = d2 > 1.0 ? -o * inversesqrt(d2) : vec3(0.0, 0.0, 1.0);
+    vec3 d = to_world(sample_cap(u, d2 > 1.0 ? cone_of_sphere(d2) : 2.0), axis);
+    float t = INFINITY_T;
+    bool found = intersect_sphere(quadric, o, d, t);
+    surface = quadric_surface(quadric, true, o + t * d);
+    return found;
+}
+
+// A point uniform by area on a triangle or disk.
+Surface sample_flat(Light light, vec2 u) {
+    uint index = light.primitive & INDEX_MASK;
+    if (HAS_TRIANGLES && light.primitive >> KIND_SHIFT == TRIANGLE) {
+        return triangle_surface(triangles.data[index], sample_triangle(u));
+    }
+    Quadric disk = quadrics.data[index];
+    float inner2 = disk.inner_radius * disk.inner_radius;
+    // A whole disk keeps strata together; a cut one is sampled in polar coordinates.
+    float radius = sqrt(mix(inner2, 1.0, u.x));
+    float phi = disk.phi_max * u.y;
+    return quadric_surface(disk, false, vec3(radius * cos(phi), radius * sin(phi), 0.0));
+}
+
+// An emitter seen from a point by next-event estimation.
+LightSample sample_area(Light light, vec3 from, vec2 u) {
+    LightSample direct = LightSample(from, vec3(0.0), vec3(0.0), 0.0, false);
+    Surface surface;
+    if (HAS_SPHERES && light.primitive >> KIND_SHIFT == SPHERE) {
+        if (!sample_sphere(light, from, u, surface)) {
+            return direct;
+        }
+    } else {
+        surface = sample_flat(light, u);
+    }
+    vec3 to_light = surface.position - from;
+    direct.wi = normalize(to_light);
+    direct.target = offset_origin(surface, -direct.wi);
+    direct.radiance = emitted_radiance(light, surface.normal, -direct.wi);
+    direct.pdf = direct_pdf(light, from, surface, direct.wi);
+    return direct;
+}
+
+// A light chosen by the direct table, and a direction to it.
+LightSample sample_direct(vec3 from, float u_light, vec2 u) {
+    uint count = scene_info.value.direct_count;
+    float scaled = u_light * float(count);
+    uint entry = min(uint(scaled), count - 1u);
+    AliasEntry chosen = direct_table.data[entry];
+    Light light = lights.data[scaled - float(entry) < chosen.threshold ? chosen.keep : chosen.alias];
+    if (HAS_AREA_LIGHTS && light.kind == AREA) {
+        return sample_area(light, from, u);
+    }
+    if (HAS_DISTANT_LIGHTS && light.kind == DISTANT) {
+        vec3 target = from - 2.0 * scene_info.value.radius * light.direction;
+        return LightSample(target, -light.direction, light.emission, light.direct_pmf, true);
+    }
+    vec3 to_light = light.position - from;
+    float distance2 = dot(to_light, to_light);
+    vec3 wi = to_light * inversesqrt(distance2);
+    vec3 radiance = light.emission / distance2;
+    if (HAS_SPOT_LIGHTS && light.kind == SPOT) {
+        radiance *= spot_falloff(light, -dot(wi, light.direction));
+    }
+    return LightSample(light.position, wi, radiance, light.direct_pmf, true);
+}
+
+// Weight of one of two strategies (Veach 1997, power heuristic).
+float mis_weight(float pdf, float other) {
+    float ratio = other / pdf;
+    return 1.0 / (1.0 + ratio * ratio);
+}

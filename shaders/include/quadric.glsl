@@ -1,0 +1,65 @@
+// Rays against unit spheres and disks, in object space.
+
+vec3 transform_point(vec4 rows[3], vec3 p) {
+    vec4 q = vec4(p, 1.0);
+    return vec3(dot(rows[0], q), dot(rows[1], q), dot(rows[2], q));
+}
+
+vec3 transform_vector(vec4 rows[3], vec3 v) {
+    return vec3(dot(rows[0].xyz, v), dot(rows[1].xyz, v), dot(rows[2].xyz, v));
+}
+
+// A normal transforms by the transpose of the inverse: give the rows of the inverse.
+vec3 transform_normal(vec4 inverse_rows[3], vec3 n) {
+    return n.x * inverse_rows[0].xyz + n.y * inverse_rows[1].xyz + n.z * inverse_rows[2].xyz;
+}
+
+// Angle about z in [0, 2 pi).
+float azimuth(vec2 p) {
+    float phi = atan(p.y, p.x);
+    return phi < 0.0 ? phi + 6.28318530718 : phi;
+}
+
+bool inside_cuts(Quadric sphere, vec3 p) {
+    return p.z >= sphere.z_min && p.z <= sphere.z_max && azimuth(p.xy) <= sphere.phi_max;
+}
+
+// The nearest hit with 0 < t < t_max on the unit sphere. The quadratic is solved about
+// the ray's closest approach, so that a far origin costs no digits.
+bool intersect_sphere(Quadric sphere, vec3 o, vec3 d, inout float t_max) {
+    float inv_a = 1.0 / dot(d, d);
+    float t_closest = -dot(o, d) * inv_a;
+    vec3 p = o + t_closest * d;
+    float h2 = 1.0 - dot(p, p);
+    if (h2 < 0.0) {
+        return false;
+    }
+    float half_chord = sqrt(h2 * inv_a);
+    float t0 = t_closest - half_chord;
+    float t1 = t_closest + half_chord;
+    bool use0 = t0 > 0.0 && t0 < t_max;
+    bool use1 = t1 > 0.0 && t1 < t_max;
+    if (HAS_CUT_SPHERES) {
+        use0 = use0 && inside_cuts(sphere, o + t0 * d);
+        use1 = use1 && inside_cuts(sphere, o + t1 * d);
+    }
+    if (use0 || use1) {
+        t_max = use0 ? t0 : t1;
+    }
+    return use0 || use1;
+}
+
+bool intersect_disk(Quadric disk, vec3 o, vec3 d, inout float t_max) {
+    float t = -o.z / d.z;
+    // The comparison also rejects the NaN and infinity of a ray in the plane.
+    if (!(t > 0.0 && t < t_max)) {
+        return false;
+    }
+    vec2 p = o.xy + t * d.xy;
+    float r2 = dot(p, p);
+    if (r2 > 1.0 || r2 < disk.inner_radius * disk.inner_radius || azimuth(p) > disk.phi_max) {
+        return false;
+    }
+    t_max = t;
+    return true;
+}

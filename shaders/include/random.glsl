@@ -1,0 +1,76 @@
+// Random numbers as functions of (seed, index, dimension) alone: no state is shared,
+// so neither threads nor batches can change an image.
+//
+// The first pairs of dimensions are a (0,2)-sequence: Owen-scrambled Sobol points
+// with a shuffled index for each pair (Burley, "Practical Hash-based Owen
+// Scrambling", JCGT 2020). Later ones are hashed (Jarzynski and Olano, "Hash
+// Functions for GPU Rendering", JCGT 2020).
+
+layout(constant_id = 20) const uint LOW_DISCREPANCY_PAIRS = 8u;
+
+// The numbers of one path.
+struct Random {
+    uint seed;
+    uint index; // which point of the sequence
+};
+
+uint hash(uint x) {
+    x = x * 747796405u + 2891336453u;
+    x = ((x >> ((x >> 28u) + 4u)) ^ x) * 277803737u;
+    return (x >> 22u) ^ x;
+}
+
+uint hash(uint a, uint b) {
+    return hash(a ^ hash(b));
+}
+
+uvec3 pcg3d(uvec3 v) {
+    v = v * 1664525u + 1013904223u;
+    v.x += v.y * v.z;
+    v.y += v.z * v.x;
+    v.z += v.x * v.y;
+    v ^= v >> 16u;
+    v.x += v.y * v.z;
+    v.y += v.z * v.x;
+    v.z += v.x * v.y;
+    return v;
+}
+
+// Owen scrambling of bits that stand in reverse order.
+uint scramble_reversed(uint x, uint seed) {
+    x += seed;
+    x ^= x * 0x6c50b47cu;
+    x ^= x * 0xb82f1e52u;
+    x ^= x * 0xc7afe638u;
+    x ^= x * 0x8d22f6e6u;
+    return x;
+}
+
+// The second Sobol dimension with its bits reversed: Pascal's triangle modulo 2 times
+// the index, by Lucas' theorem an exclusive or over supersets of bits.
+uint pascal(uint x) {
+    x ^= (x >> 1u) & 0x55555555u;
+    x ^= (x >> 2u) & 0x33333333u;
+    x ^= (x >> 4u) & 0x0f0f0f0fu;
+    x ^= (x >> 8u) & 0x00ff00ffu;
+    x ^= (x >> 16u) & 0x0000ffffu;
+    return x;
+}
+
+// Uniform in [0, 1).
+float to_unit(uint bits) {
+    return float(bits >> 8u) * 5.9604644775390625e-8;
+}
+
+// Two numbers in [0, 1) for a pair of dimensions.
+vec2 random_pair(Random random, uint pair) {
+    if (pair >= LOW_DISCREPANCY_PAIRS) {
+        uvec3 bits = pcg3d(uvec3(random.seed, random.index, pair));
+        return vec2(to_unit(bits.x), to_unit(bits.y));
+    }
+    uvec3 seeds = pcg3d(uvec3(random.seed, 0x9e3779b9u, pair));
+    uint index = bitfieldReverse(scramble_reversed(bitfieldReverse(random.index), seeds.x));
+    uint x = bitfieldReverse(scramble_reversed(index, seeds.y));
+    uint y = bitfieldReverse(scramble_reversed(pascal(index), seeds.z));
+    return vec2(to_unit(x), to_unit(y));
+}

@@ -1,0 +1,74 @@
+// The point where a ray meets a surface.
+
+struct Surface {
+    vec3 position;
+    float error;         // bound of the position's error, and of a ray that starts there
+    vec3 normal;         // geometric, on the surface's front side
+    vec3 shading_normal; // on the same side as the geometric one
+    uint material;
+    uint light;          // index into lights, or NONE
+};
+
+// Rounding of a point with coordinates up to `size`: interpolating it (7 roundings) and
+// moving a ray's origin into the space where it is intersected again (9 more).
+float position_error(vec3 p, float size) {
+    return 16.0 * ROUNDING * (max(max(abs(p.x), abs(p.y)), abs(p.z)) + size);
+}
+
+Surface triangle_surface(Triangle triangle, vec2 barycentric) {
+    Surface surface;
+    float b0 = 1.0 - barycentric.x - barycentric.y;
+    surface.position = b0 * triangle.p0 + barycentric.x * triangle.p1 + barycentric.y * triangle.p2;
+    vec3 extent = max(max(abs(triangle.p0), abs(triangle.p1)), abs(triangle.p2));
+    surface.error = position_error(extent, 0.0);
+    surface.normal = normalize(cross(triangle.p1 - triangle.p0, triangle.p2 - triangle.p0));
+    surface.shading_normal = surface.normal;
+    surface.material = triangle.material;
+    surface.light = triangle.light;
+    if (HAS_SHADING_NORMALS && triangle.normals != NONE) {
+        TriangleNormals normals = triangle_normals.data[triangle.normals];
+        vec3 n = b0 * normals.n0.xyz + barycentric.x * normals.n1.xyz + barycentric.y * normals.n2.xyz;
+        float length2 = dot(n, n);
+        if (length2 > 0.0) {
+            n *= inversesqrt(length2);
+            surface.shading_normal = dot(n, surface.normal) < 0.0 ? -n : n;
+        }
+    }
+    return surface;
+}
+
+// A point of a quadric, given near its surface in object space.
+Surface quadric_surface(Quadric quadric, bool sphere, vec3 p) {
+    Surface surface;
+    vec3 n = sphere ? normalize(p) : vec3(0.0, 0.0, 1.0);
+    vec3 on_surface = sphere ? n : vec3(p.xy, 0.0);
+    surface.position = transform_point(quadric.render_from_object, on_surface);
+    vec3 size = vec3(length(quadric.render_from_object[0].xyz), length(quadric.render_from_object[1].xyz),
+                     length(quadric.render_from_object[2].xyz));
+    surface.error = position_error(surface.position, max(max(size.x, size.y), size.z));
+    n = normalize(transform_normal(quadric.object_from_render, n));
+    surface.normal = quadric.flipped != 0u ? -n : n;
+    surface.shading_normal = surface.normal;
+    surface.material = quadric.material;
+    surface.light = quadric.light;
+    return surface;
+}
+
+Surface surface_at(Ray ray, Hit hit) {
+    uint kind = hit.primitive >> KIND_SHIFT;
+    uint index = hit.primitive & INDEX_MASK;
+    if (is_triangle(kind)) {
+        return triangle_surface(triangles.data[index], hit.barycentric);
+    }
+    Quadric quadric = quadrics.data[index];
+    vec3 o = transform_point(quadric.object_from_render, ray.origin);
+    vec3 d = transform_vector(quadric.object_from_render, ray.direction);
+    return quadric_surface(quadric, is_sphere(kind), o + hit.t * d);
+}
+
+// Where a ray along `direction` starts, so that it does not meet the surface it leaves.
+vec3 offset_origin(Surface surface, vec3 direction) {
+    vec3 n = dot(direction, surface.normal) < 0.0 ? -surface.normal : surface.normal;
+    // The error bounds each axis: along the normal, all three add up.
+    return surface.position + dot(abs(n), vec3(surface.error)) * n;
+}

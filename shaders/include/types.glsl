@@ -1,0 +1,144 @@
+// Every struct that crosses to the GPU. The build script writes its Rust twin.
+// Lengths are in render units: the scene is moved to the origin and scaled to about
+// unit size (src/upload.rs), so that fp32 serves every scene alike.
+
+const uint NONE = 0xffffffffu;
+
+// Kinds of primitive: the top two bits of a primitive reference, the rest is an index.
+const uint KIND_SHIFT = 30u;
+const uint INDEX_MASK = 0x3fffffffu;
+const uint TRIANGLE = 0u;
+const uint SPHERE = 1u;
+const uint DISK = 2u;
+
+// The deepest hierarchy that a ray can walk; the host builds no deeper one.
+const uint MAX_BVH_DEPTH = 64u;
+
+// A node of the bounding volume hierarchy. A leaf has count > 0 and holds
+// primitives[first ..]; an inner node's children are nodes[first] and nodes[first + 1].
+struct BvhNode {
+    vec3 lower;
+    uint first;
+    vec3 upper;
+    uint count;
+};
+
+// The front side is where p0, p1, p2 run counter-clockwise.
+struct Triangle {
+    vec3 p0;
+    uint material;
+    vec3 p1;
+    uint light;   // index into lights, or NONE
+    vec3 p2;
+    uint normals; // index into triangle_normals, or NONE
+};
+
+// Shading normals at p0, p1, p2; w is unused.
+struct TriangleNormals {
+    vec4 n0;
+    vec4 n1;
+    vec4 n2;
+};
+
+// A unit sphere about the origin, or a unit disk in the plane z = 0, in object space.
+struct Quadric {
+    vec4 object_from_render[3]; // rows
+    vec4 render_from_object[3]; // rows
+    uint material;
+    uint light;         // index into lights, or NONE
+    uint flipped;       // 1 where the normal is reversed
+    float z_min;        // cuts of a sphere
+    float z_max;
+    float phi_max;      // radians
+    float inner_radius; // of a disk
+    float determinant;  // of render_from_object, positive
+};
+
+const uint DIFFUSE = 0u;
+const uint CONDUCTOR = 1u;
+const uint DIELECTRIC = 2u;
+
+struct Material {
+    vec3 color; // diffuse: albedo; dielectric: transmittance of one crossing
+    uint kind;
+    vec3 eta;   // conductor: per channel; dielectric: inside over outside, in x
+    float pad0;
+    vec3 k;     // conductor: absorption coefficient per channel
+    float pad1;
+};
+
+const uint POINT = 0u;
+const uint SPOT = 1u;
+const uint DISTANT = 2u;
+const uint INFINITE = 3u;
+const uint AREA = 4u;
+
+struct Light {
+    vec3 emission;      // point, spot: W/sr; distant: W/m^2; area, infinite: W/(m^2 sr)
+    uint kind;
+    vec3 position;      // point, spot
+    uint primitive;     // area: a primitive reference
+    vec3 direction;     // spot: axis; distant: the way the light travels
+    float emission_pmf; // chance that a photon starts here
+    float cos_start;    // spot: full intensity inside, smooth falloff outside
+    float cos_end;      // spot: dark outside
+    float area;         // triangle and disk: area
+    uint two_sided;     // area: emits on both sides
+    vec3 pad0;
+    float direct_pmf;   // chance that next-event estimation picks it
+};
+
+// One entry of an alias table (Vose 1991).
+struct AliasEntry {
+    float threshold; // below it take keep, above it alias
+    uint keep;       // index into lights
+    uint alias;      // index into lights
+};
+
+struct SceneInfo {
+    vec3 center;         // of the bounding sphere, render units
+    float radius;        // of the bounding sphere
+    vec3 infinite;       // radiance from infinitely far away, W/(m^2 sr)
+    float mean_power;    // power of all lights, mean of channels, W: the unit of photon weight
+    uint emission_count; // entries of emission_table
+    uint direct_count;   // entries of direct_table
+    uint max_depth;      // segments of a path
+    uint seed;
+};
+
+// A perspective camera with a thin lens. Camera space: x right, y up, z forward.
+struct Camera {
+    vec4 render_from_camera[3]; // rows
+    vec2 image_lower;           // where the image begins on the plane z = 1: left, top
+    vec2 image_extent;          // where it ends, less the beginning
+    float lens_radius;
+    float focal_distance;
+    uint width;
+    uint height;
+    float offsets[128]; // inverse distribution of the pixel filter, pixels: 64 for x, 64 for y
+};
+
+// What happened, since it was last cleared. Each photon path ends in one of the five.
+struct Counters {
+    uint recorded;      // photons stored for accumulate
+    uint emitted;       // photon paths begun
+    uint deposited;     // ended: absorbed where photons are stored
+    uint absorbed;      // ended: absorbed at a specular surface or at emission
+    uint escaped;       // ended: left the scene
+    uint truncated;     // ended: reached the maximum depth
+    uint lost_in_glass; // ended: found no way out of a dielectric
+    uint eye_lost_in_glass;
+    uint non_finite;    // paths dropped for a value that is not finite
+    uint saturated;     // deposits that would not fit the fixed-point sum
+};
+
+// The hash grid over visible points.
+struct GridInfo {
+    uint max_radius2; // bits of the largest squared radius
+    uint filled;      // entries handed out to cells
+};
+
+struct Cell {
+    uint first; // into grid_positions and grid_normals
+    uint count;
+};

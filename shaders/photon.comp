@@ -1,0 +1,132 @@
+// photon: emit photons, trace them, and record them where they meet diffuse surfaces.
+// Each invocation traces every stride-th photon of the batch, starting the next where a
+// path ends, so that lanes stay busy (path regeneration). Writes photon_*, counters
+// (atomic). Weights are in units of the mean flux of a photon. Jensen 1996.
+#version 460
+#extension GL_GOOGLE_include_directive : require
+#include "invocation.glsl"
+#include "scene.glsl"
+#include "random.glsl"
+#include "sampling.glsl"
+#include "intersect.glsl"
+#include "surface.glsl"
+#include "bsdf.glsl"
+#include "light.glsl"
+#include "emission.glsl"
+#include "normal.glsl"
+
+layout(std430, set = 1, binding = 0) buffer PhotonPositionBlock { vec4 data[]; } photon_positions; // w: packed normal
+layout(std430, set = 1, binding = 1) buffer PhotonWeightBlock { vec4 data[]; } photon_weights;
+layout(std430, set = 1, binding = 2) buffer CounterBlock { Counters value; } counters;
+
+layout(push_constant) uniform Push {
+    uint iteration;
+    uint first;          // photons first .. end of the iteration, stride apart
+    uint end;
+    uint stride;
+};
+
+// Pairs of random numbers of a photon path: emission takes the first three, each bounce
+// then a pair for the direction and one for lobe and roulette.
+const uint PAIR_BOUNCE = 3u;
+
+struct Path {
+    Ray ray;
+    vec3 weight;
+    uint depth;
+    bool in_glass;
+    Random random;
+};
+
+Path start_path(uint photon) {
+    // Eye paths hash the seed itself: its complement keeps the two apart.
+    Random random = Random(hash(~scene_info.value.seed, iteration), photon);
+    Emission emission = emit(random);
+    return Path(emission.ray, emission.weight, 0u, false, random);
+}
+
+// The normal is kept on the side that the photon came from.
+void record(Surface surface, vec3 wo, vec3 weight) {
+    uint slot = atomicAdd(counters.value.recorded, 1u);
+    vec3 facing = dot(wo, surface.normal) < 0.0 ? -surface.normal : surface.normal;
+    photon_positions.data[slot] = vec4(surface.position, uintBitsToFloat(pack_normal(facing)));
+    photon_weights.data[slot] = vec4(weight, 0.0);
+}
+
+// Ways for a path to end, in the order of the counters; ALIVE if it goes on.
+const uint DEPOSITED = 0u;
+const uint ABSORBED = 1u;
+const uint ESCAPED = 2u;
+const uint TRUNCATED = 3u;
+const uint LOST_IN_GLASS = 4u;
+const uint NOT_FINITE = 5u;
+const uint ALIVE = 6u;
+
+// One segment of a path. Direct light is the eye pass's affair, so the first surface
+// records nothing.
+uint advance(inout Path path) {
+    Hit hit = intersect(path.ray);
+    if (hit.primitive == NONE) {
+        return path.in_glass ? LOST_IN_GLASS : ESCAPED;
+    }
+    Surface surface = surface_at(path.ray, hit);
+    Material material = materials.data[surface.material];
+    vec3 wo = -path.ray.direction;
+    bool specular = is_specular(material);
+    if (!specular && path.depth > 0u) {
+        record(surface, wo, path.weight);
+    }
+    path.depth++;
+    if (path.depth >= scene_info.value.max_depth) {
+        return TRUNCATED;
+    }
+    uint pair = PAIR_BOUNCE + 2u * (path.depth - 1u);
+    vec2 u = random_pair(path.random, pair + 1u);
+    Scatter scattered = scatter(material, wo, surface.shading_normal, u.x,
+                                specular ? vec2(0.0) : random_pair(path.random, pair), FLUX);
+    // Russian roulette keeps the largest channel of every photon's weight constant.
+    vec3 weight = path.weight * scattered.weight;
+    float before = max(path.weight.x, max(path.weight.y, path.weight.z));
+    float after = max(weight.x, max(weight.y, weight.z));
+    if (u.y * before >= after) {
+        return specular ? ABSORBED : DEPOSITED;
+    }
+    path.weight = after < before ? weight * (before / after) : weight;
+    if (scattered.transmitted) {
+        path.in_glass = dot(scattered.wi, surface.normal) < 0.0;
+    }
+    path.ray = Ray(offset_origin(surface, scattered.wi), scattered.wi);
+    return ALIVE;
+}
+
+bool is_finite(Path path) {
+    float size = max(abs(path.ray.direction.x) + abs(path.ray.direction.y) + abs(path.ray.direction.z),
+                     max(path.weight.x, max(path.weight.y, path.weight.z)));
+    return size < INFINITY_T && max(path.weight.x, max(path.weight.y, path.weight.z)) > 0.0;
+}
+
+void main() {
+    uint photon = first + invocation_index();
+    uint ends[ALIVE] = uint[ALIVE](0u, 0u, 0u, 0u, 0u, 0u);
+    bool alive = false;
+    Path path;
+    while (alive || photon < end) {
+        if (!alive) {
+            path = start_path(photon);
+            photon += stride;
+        }
+        uint state = is_finite(path) ? advance(path) : NOT_FINITE;
+        alive = state == ALIVE;
+        if (!alive) {
+            ends[state]++;
+        }
+    }
+    atomicAdd(counters.value.deposited, ends[DEPOSITED]);
+    atomicAdd(counters.value.absorbed, ends[ABSORBED]);
+    atomicAdd(counters.value.escaped, ends[ESCAPED]);
+    atomicAdd(counters.value.truncated, ends[TRUNCATED]);
+    atomicAdd(counters.value.lost_in_glass, ends[LOST_IN_GLASS]);
+    atomicAdd(counters.value.non_finite, ends[NOT_FINITE]);
+    atomicAdd(counters.value.emitted,
+              ends[DEPOSITED] + ends[ABSORBED] + ends[ESCAPED] + ends[TRUNCATED] + ends[LOST_IN_GLASS] + ends[NOT_FINITE]);
+}

@@ -1,0 +1,53 @@
+//! Choosing one of many with given chances in constant time.
+
+use crate::kernels::AliasEntry;
+
+/// An alias table (Vose 1991) over non-negative weights; the entries hold `indices`.
+/// Weights that are all zero give an empty table.
+pub fn table(weights: &[f64], indices: &[u32]) -> Vec<AliasEntry> {
+    let total: f64 = weights.iter().sum();
+    if total <= 0.0 {
+        return Vec::new();
+    }
+    let mut scaled: Vec<f64> = weights.iter().map(|weight| weight * weights.len() as f64 / total).collect();
+    let mut entries: Vec<AliasEntry> =
+        indices.iter().map(|index| AliasEntry { threshold: 1.0, keep: *index, alias: *index }).collect();
+    let (mut small, mut large): (Vec<usize>, Vec<usize>) = (0..scaled.len()).partition(|i| scaled[*i] < 1.0);
+    while let (Some(less), Some(more)) = (small.pop(), large.last().copied()) {
+        entries[less].threshold = scaled[less] as f32;
+        entries[less].alias = indices[more];
+        scaled[more] -= 1.0 - scaled[less];
+        if scaled[more] < 1.0 {
+            large.pop();
+            small.push(more);
+        }
+    }
+    entries
+}
+
+#[cfg(test)]
+mod tests {
+    use super::table;
+
+    #[test]
+    fn chances_are_the_weights() {
+        let weights = [3.0, 0.0, 1.0, 4.0, 0.5];
+        let entries = table(&weights, &[10, 11, 12, 13, 14]);
+        for (weight, index) in weights.iter().zip(10..) {
+            let chance: f64 = entries
+                .iter()
+                .map(|entry| {
+                    let threshold = f64::from(entry.threshold);
+                    let kept = if entry.keep == index { threshold } else { 0.0 };
+                    kept + if entry.alias == index { 1.0 - threshold } else { 0.0 }
+                })
+                .sum();
+            assert!((chance / weights.len() as f64 - weight / 8.5).abs() < 1e-6);
+        }
+    }
+
+    #[test]
+    fn no_weight_gives_no_entries() {
+        assert!(table(&[0.0, 0.0], &[0, 1]).is_empty());
+    }
+}

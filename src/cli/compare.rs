@@ -1,0 +1,176 @@
+//! `goblet compare`: measures two image files, prints the result, keeps the gates.
+
+use std::io::Write;
+use std::path::Path;
+
+use serde::Serialize;
+
+use super::CompareArgs;
+use crate::compare::{Comparison, Gates, SizeMismatch, compare, difference_image};
+use crate::output::{self, ImageError};
+
+/// Why two images could not be compared.
+#[derive(Debug, thiserror::Error)]
+pub enum CompareError {
+    /// An image could not be read, or the difference not written.
+    #[error(transparent)]
+    Image(#[from] ImageError),
+    /// The images have different sizes.
+    #[error(transparent)]
+    Size(#[from] SizeMismatch),
+}
+
+/// What is printed.
+#[derive(Serialize)]
+struct Report<'a> {
+    image: &'a Path,
+    reference: &'a Path,
+    #[serde(flatten)]
+    comparison: Comparison,
+    gates: Gates,
+    passed: bool,
+    failures: Vec<String>,
+}
+
+/// Compares, prints, and returns whether every gate was kept.
+///
+/// # Errors
+/// When an image cannot be read, their sizes differ, or the difference image
+/// cannot be written.
+pub fn run(args: &CompareArgs) -> Result<bool, CompareError> {
+    if let Some(diff) = &args.diff {
+        output::check_writable(diff)?;
+    }
+    let image = output::read(&args.image)?;
+    let reference = output::read(&args.reference)?;
+    let comparison = compare(&image, &reference)?;
+    if let Some(diff) = &args.diff {
+        output::write(diff, &difference_image(&image, &reference)?, &[])?;
+    }
+
+    let gates = Gates { max_relmse: args.max_relmse, max_energy: args.max_energy };
+    let failures = comparison.failures(&gates);
+    let report = Report {
+        image: &args.image,
+        reference: &args.reference,
+        comparison,
+        gates,
+        passed: failures.is_empty(),
+        failures,
+    };
+    let text = if args.json { report.json() } else { report.table() };
+    // A reader that has gone away must not change the verdict.
+    let _ = std::io::stdout().write_all(text.as_bytes());
+    Ok(report.passed)
+}
+
+impl Report<'_> {
+    fn json(&self) -> String {
+        // Fails only for a path that is not Unicode.
+        serde_json::to_string_pretty(self).map_or_else(|e| e.to_string(), |json| json + "\n")
+    }
+
+    fn table(&self) -> String {
+        let c = &self.comparison;
+        let trimmed = format!("without {} worst", c.left_out);
+        let mut text = format!(
+            "image      {}\n\
+             reference  {}\n\
+             size       {}x{}\n\
+             \n\
+             {:<20}{:>16}{trimmed:>22}\n",
+            self.image.display(),
+            self.reference.display(),
+            c.width,
+            c.height,
+            "",
+            "all pixels",
+        );
+        for (name, all, trimmed) in [
+            ("mean energy ratio", c.energy_ratio, Some(c.energy_ratio_trimmed)),
+            ("relMSE", c.relmse, Some(c.relmse_trimmed)),
+            ("RMSE", c.rmse, None),
+            ("max difference", c.max_difference, None),
+        ] {
+            let trimmed = trimmed.map_or(String::new(), |value| format!("{:>22}", digits(value)));
+            text += &format!("{name:<20}{:>16}{trimmed}\n", digits(all));
+        }
+        let broken = [c.non_finite_image, c.non_finite_reference];
+        if broken != [0, 0] {
+            let [image, reference] = broken;
+            text += &format!("not finite: {image} pixels of the image, {reference} of the reference\n");
+        }
+        for failure in &self.failures {
+            text += &format!("FAILED: {failure}\n");
+        }
+        if self.passed && self.gates != Gates::default() {
+            text += "passed\n";
+        }
+        text
+    }
+}
+
+/// Six decimals, or powers of ten where those would hide the value.
+fn digits(value: f64) -> String {
+    if value != 0.0 && value.abs() < 1e-3 { format!("{value:.5e}") } else { format!("{value:.6}") }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::film::Image;
+
+    /// The result of comparing a grey image with a slightly darker one.
+    fn compare_files(change: impl Fn(&mut CompareArgs)) -> Result<bool, CompareError> {
+        let directory = tempfile::tempdir().unwrap();
+        let file = |name: &str, value: f32| {
+            let path = directory.path().join(name);
+            let image = Image::from_pixels(2, 1, vec![[value; 3]; 2]).unwrap();
+            output::write(&path, &image, &[]).unwrap();
+            path
+        };
+        let diff = directory.path().join("diff.png");
+        let mut args = CompareArgs {
+            image: file("image.exr", 1.0),
+            reference: file("reference.exr", 0.9),
+            diff: Some(diff.clone()),
+            json: false,
+            max_relmse: None,
+            max_energy: None,
+        };
+        change(&mut args);
+        let result = run(&args);
+        assert_eq!(diff.exists(), result.is_ok());
+        result
+    }
+
+    #[test]
+    fn the_verdict_is_that_of_the_gates() {
+        assert!(compare_files(|_| ()).unwrap());
+        assert!(compare_files(|args| args.max_relmse = Some(0.02)).unwrap());
+        assert!(!compare_files(|args| args.max_relmse = Some(0.01)).unwrap());
+        assert!(!compare_files(|args| args.max_energy = Some(0.1)).unwrap());
+    }
+
+    #[test]
+    fn an_input_that_cannot_be_read_is_an_error() {
+        let result = compare_files(|args| args.reference = "missing.exr".into());
+        assert!(result.unwrap_err().to_string().contains("missing.exr"));
+    }
+
+    #[test]
+    fn json_says_what_was_measured() {
+        let image = Image::new(1, 1);
+        let report = Report {
+            image: Path::new("a.exr"),
+            reference: Path::new("b.exr"),
+            comparison: compare(&image, &image).unwrap(),
+            gates: Gates::default(),
+            passed: true,
+            failures: vec![],
+        };
+        let json: serde_json::Value = serde_json::from_str(&report.json()).unwrap();
+        assert_eq!((&json["energy_ratio"], &json["passed"]), (&1.0.into(), &true.into()));
+        assert!(report.table().contains("mean energy ratio"));
+    }
+}

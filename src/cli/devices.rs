@@ -1,0 +1,31 @@
+//! `goblet devices`: what there is to render on.
+
+use goblet_host::{DeviceKind, Instance};
+
+use super::Failure;
+use crate::kernels::REQUIREMENTS;
+
+/// Prints a line or two per device.
+///
+/// # Errors
+/// There is no Vulkan loader or no device.
+pub fn run() -> Result<(), Failure> {
+    let devices = Instance::new(false)?.devices(&REQUIREMENTS)?;
+    if devices.is_empty() {
+        return Err(goblet_host::Error::NoDevice.into());
+    }
+    for device in devices {
+        let kind = match device.kind {
+            DeviceKind::Discrete => "discrete GPU",
+            DeviceKind::Integrated => "integrated GPU",
+            DeviceKind::Virtual => "virtual GPU",
+            DeviceKind::Cpu => "CPU",
+            DeviceKind::Other => "other",
+        };
+        let gib = device.memory_bytes as f64 / f64::from(1 << 30);
+        let verdict = device.unfit.map_or_else(|| "fits".to_owned(), |reason| format!("does not fit: {reason}"));
+        println!("{}  {}", device.index, device.name);
+        println!("   {kind}; driver {}; {gib:.1} GiB; {verdict}", device.driver);
+    }
+    Ok(())
+}

@@ -1,0 +1,54 @@
+//! What a command can fail with, and the exit code of each.
+
+use super::compare::CompareError;
+use crate::output::ImageError;
+use crate::renderer::RenderError;
+use crate::scene::SceneError;
+
+/// A failed command; printed once, by `main`.
+#[derive(Debug, thiserror::Error)]
+pub enum Failure {
+    /// The scene file is wrong or needs what goblet does not have.
+    #[error(transparent)]
+    Scene(#[from] SceneError),
+    /// The render could not start or go on.
+    #[error(transparent)]
+    Render(#[from] RenderError),
+    /// The device failed.
+    #[error(transparent)]
+    Device(#[from] goblet_host::Error),
+    /// An image could not be written.
+    #[error(transparent)]
+    Output(#[from] ImageError),
+    /// Images could not be compared.
+    #[error(transparent)]
+    Compare(#[from] CompareError),
+    /// The statistics could not be written.
+    #[error("{path}: cannot write the statistics: {reason}")]
+    Stats {
+        /// The file.
+        path: String,
+        /// What the operating system says.
+        reason: std::io::Error,
+    },
+    /// The validation layer had something to say.
+    #[error("{} validation message(s), the first: {}", .0.len(), .0[0])]
+    Validation(Vec<String>),
+}
+
+impl Failure {
+    /// 2 for what the user can mend in the command or the scene, else 1.
+    pub fn exit_code(&self) -> u8 {
+        match self {
+            Self::Scene(_)
+            | Self::Compare(_)
+            | Self::Render(RenderError::Scene(_) | RenderError::Option(_))
+            | Self::Device(goblet_host::Error::NoSuchDevice { .. }) => 2,
+            Self::Render(RenderError::Device(_))
+            | Self::Device(_)
+            | Self::Output(_)
+            | Self::Stats { .. }
+            | Self::Validation(_) => 1,
+        }
+    }
+}

@@ -1,0 +1,139 @@
+//! What `--stats` writes.
+
+use std::collections::BTreeMap;
+use std::path::Path;
+use std::time::Duration;
+
+use serde::Serialize;
+
+use super::Failure;
+use crate::renderer::{RenderError, Renderer};
+use crate::scene::{Geometry, Light, Material, Scene};
+use crate::tally::Tally;
+
+/// Times, counts and memory of a render.
+#[derive(Serialize)]
+pub struct Stats {
+    device: String,
+    driver: String,
+    /// Counts by type.
+    scene: BTreeMap<&'static str, u64>,
+    iterations: u32,
+    photons: u64,
+    photons_per_second: f64,
+    seconds: Seconds,
+    /// Device seconds by kernel, compilation included where the driver defers it.
+    passes: BTreeMap<&'static str, f64>,
+    radius: Range,
+    device_memory_bytes: u64,
+    #[serde(flatten)]
+    tally: Tally,
+}
+
+#[derive(Serialize)]
+struct Seconds {
+    load: f64,
+    build: f64,
+    compile: f64,
+    render: f64,
+    total: f64,
+}
+
+/// Scene units.
+#[derive(Serialize)]
+struct Range {
+    min: f64,
+    max: f64,
+}
+
+impl Stats {
+    /// Collects them at the end of a render.
+    ///
+    /// # Errors
+    /// The device fails.
+    pub fn new(
+        scene: &Scene,
+        renderer: &Renderer,
+        load: Duration,
+        render: Duration,
+        total: Duration,
+    ) -> Result<Self, RenderError> {
+        let device = renderer.device();
+        let [min, max] = renderer.radius_range()?;
+        Ok(Self {
+            device: device.info().name.clone(),
+            driver: device.info().driver.clone(),
+            scene: count(scene),
+            iterations: renderer.iterations(),
+            photons: renderer.photons(),
+            photons_per_second: renderer.photons() as f64 / render.as_secs_f64(),
+            seconds: Seconds {
+                load: load.as_secs_f64(),
+                build: renderer.build_time().as_secs_f64(),
+                compile: renderer.compile_time().as_secs_f64(),
+                render: render.as_secs_f64(),
+                total: total.as_secs_f64(),
+            },
+            passes: device.pass_times().into_iter().map(|(name, time)| (name, time.as_secs_f64())).collect(),
+            radius: Range { min, max },
+            device_memory_bytes: device.allocated_bytes(),
+            tally: *renderer.tally(),
+        })
+    }
+
+    /// What a user should know even without asking for statistics.
+    pub fn warnings(&self) -> Vec<String> {
+        let mut warnings = Vec::new();
+        if self.tally.non_finite > 0 {
+            warnings.push(format!("{} paths were dropped for values that are not finite", self.tally.non_finite));
+        }
+        if self.tally.saturated > 0 {
+            warnings.push(format!("{} deposits saturated: the image is too dark there", self.tally.saturated));
+        }
+        warnings
+    }
+
+    /// Writes JSON.
+    ///
+    /// # Errors
+    /// The file cannot be written.
+    pub fn write(&self, path: &Path) -> Result<(), Failure> {
+        let failed = |reason| Failure::Stats { path: path.display().to_string(), reason };
+        let mut text = serde_json::to_string_pretty(self).map_err(|error| failed(error.into()))?;
+        text.push('\n');
+        std::fs::write(path, text).map_err(failed)
+    }
+}
+
+/// Shapes, materials in use, and lights, by type.
+fn count(scene: &Scene) -> BTreeMap<&'static str, u64> {
+    let mut counts = BTreeMap::new();
+    let mut add = |name, number| *counts.entry(name).or_insert(0) += number;
+    for shape in &scene.shapes {
+        match &shape.geometry {
+            Geometry::Mesh(mesh) => {
+                add("meshes", 1);
+                add("triangles", mesh.triangles.len() as u64);
+            }
+            Geometry::Sphere { .. } => add("spheres", 1),
+            Geometry::Disk { .. } => add("disks", 1),
+        }
+        if shape.emission.is_some() {
+            add("area_lights", 1);
+        }
+        match scene.materials[shape.material] {
+            Material::Diffuse { .. } => add("diffuse_shapes", 1),
+            Material::Conductor { .. } => add("conductor_shapes", 1),
+            Material::Dielectric { .. } => add("dielectric_shapes", 1),
+        }
+    }
+    for light in &scene.lights {
+        match light {
+            Light::Point { .. } => add("point_lights", 1),
+            Light::Spot { .. } => add("spot_lights", 1),
+            Light::Distant { .. } => add("distant_lights", 1),
+            Light::Infinite { .. } => add("infinite_lights", 1),
+        }
+    }
+    counts
+}

@@ -1,0 +1,103 @@
+//! The image that a render makes and that files hold: linear RGB, row by row.
+
+/// An image of linear RGB in the sRGB primaries; radiance in W/(m² sr) when it
+/// comes from a render.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Image {
+    /// Width in pixels.
+    pub width: u32,
+    /// Height in pixels.
+    pub height: u32,
+    /// `width * height` pixels, row-major, the top row first.
+    pub pixels: Vec<[f32; 3]>,
+}
+
+/// The number of pixels does not fit the size that was stated, or the image is empty.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("an image of {width}x{height} cannot have {pixels} pixels")]
+pub struct ShapeError {
+    /// The stated width in pixels.
+    pub width: u32,
+    /// The stated height in pixels.
+    pub height: u32,
+    /// How many pixels there are.
+    pub pixels: usize,
+}
+
+impl Image {
+    /// A black image.
+    #[must_use]
+    pub fn new(width: u32, height: u32) -> Self {
+        let pixels = vec![[0.0; 3]; width as usize * height as usize];
+        Self { width, height, pixels }
+    }
+
+    /// An image of the given pixels: row-major, the top row first.
+    ///
+    /// # Errors
+    /// When there are not exactly `width * height` pixels, or none at all.
+    pub fn from_pixels(width: u32, height: u32, pixels: Vec<[f32; 3]>) -> Result<Self, ShapeError> {
+        let image = Self { width, height, pixels };
+        image.check_shape()?;
+        Ok(image)
+    }
+
+    /// Whether the pixels still fill the size: the fields are public.
+    ///
+    /// # Errors
+    /// When there are not exactly `width * height` pixels, or none at all.
+    pub fn check_shape(&self) -> Result<(), ShapeError> {
+        let expected = u64::from(self.width) * u64::from(self.height);
+        if expected == 0 || expected != self.pixels.len() as u64 {
+            return Err(ShapeError { width: self.width, height: self.height, pixels: self.pixels.len() });
+        }
+        Ok(())
+    }
+}
+
+/// Relative luminance of linear RGB in the sRGB primaries (ITU-R BT.709).
+#[must_use]
+pub fn luminance([r, g, b]: [f32; 3]) -> f32 {
+    0.2126 * r + 0.7152 * g + 0.0722 * b
+}
+
+/// The sRGB transfer function: linear 0 to 1, to encoded 0 to 1 (IEC 61966-2-1).
+#[must_use]
+pub fn srgb_encode(linear: f32) -> f32 {
+    if linear <= 0.003_130_8 { 12.92 * linear } else { 1.055 * linear.powf(1.0 / 2.4) - 0.055 }
+}
+
+/// The inverse of [`srgb_encode`]: encoded 0 to 1, to linear 0 to 1.
+#[must_use]
+pub fn srgb_decode(encoded: f32) -> f32 {
+    if encoded <= 0.040_45 { encoded / 12.92 } else { ((encoded + 0.055) / 1.055).powf(2.4) }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_checked_image_has_as_many_pixels_as_its_size_says() {
+        assert!(Image::from_pixels(2, 3, vec![[1.0; 3]; 6]).is_ok());
+        assert!(Image::from_pixels(2, 3, vec![[1.0; 3]; 5]).is_err());
+        assert!(Image::from_pixels(0, 3, vec![]).is_err());
+        assert_eq!(Image::new(2, 3), Image::from_pixels(2, 3, vec![[0.0; 3]; 6]).unwrap());
+    }
+
+    #[test]
+    fn luminance_weighs_the_primaries() {
+        assert!((luminance([1.0; 3]) - 1.0).abs() < 1e-6);
+        assert_eq!(luminance([0.0, 1.0, 0.0]), 0.7152);
+    }
+
+    #[test]
+    fn the_srgb_curve_has_its_published_values_and_inverts() {
+        assert!((srgb_encode(0.5) - 0.735_357).abs() < 1e-5);
+        assert!((srgb_decode(0.5) - 0.214_041).abs() < 1e-5);
+        for step in 0..=1000u16 {
+            let encoded = f32::from(step) / 1000.0;
+            assert!((srgb_encode(srgb_decode(encoded)) - encoded).abs() < 1e-5);
+        }
+    }
+}

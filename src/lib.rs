@@ -1,0 +1,42 @@
+//! goblet renders caustics: a progressive photon mapper that runs as Vulkan compute.
+//!
+//! Load a [`scene::Scene`], open a device, make a [`Renderer`], step it, resolve and write:
+//!
+//! ```no_run
+//! use std::rc::Rc;
+//!
+//! # fn main() -> Result<(), Box<dyn std::error::Error>> {
+//! let scene = goblet::scene::Scene::load("scenes/cornell-caustic.pbrt".as_ref())?;
+//! let device = Rc::new(goblet::open_device(None, false)?);
+//! let mut renderer = goblet::Renderer::new(device, &scene, &goblet::Options::default())?;
+//! for _ in 0..scene.integrator.iterations {
+//!     renderer.step()?;
+//! }
+//! goblet::output::write("cornell-caustic.exr".as_ref(), &renderer.resolve()?, &[])?;
+//! # Ok(())
+//! # }
+//! ```
+//!
+//! [`iteration`] is the algorithm in one page, `shaders/` the passes that it dispatches.
+//! This crate knows physics and no Vulkan; `goblet-host` knows Vulkan and no physics.
+#![forbid(unsafe_code)]
+
+mod alias;
+pub mod buffers;
+mod bvh;
+pub mod cli;
+pub mod compare;
+pub mod film;
+pub mod iteration;
+pub mod kernels;
+pub mod output;
+pub mod pack;
+mod renderer;
+pub mod scene;
+mod schedule;
+mod tally;
+pub mod upload;
+mod view;
+
+pub use renderer::{Options, RenderError, Renderer, open_device};
+pub use tally::Tally;

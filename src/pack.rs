@@ -1,0 +1,481 @@
+//! From a resolved scene to the arrays that the GPU reads.
+//!
+//! Render space: the scene's bounding box is moved to the origin and scaled by a power
+//! of two to a half diagonal in (1/2, 1], in f64, before anything becomes f32. A scene in
+//! millimetres or kilometres, or far from the origin, thus renders alike. Radiance does
+//! not change under scaling; intensities scale with the square of length.
+
+use glam::{DAffine3, DMat3, DVec2, DVec3, Vec3A};
+use obvhs::aabb::Aabb;
+
+use crate::alias;
+use crate::bvh;
+use crate::kernels::{
+    self, AREA, AliasEntry, BvhNode, CONDUCTOR, DIELECTRIC, DIFFUSE, DISK, DISTANT, INFINITE, KIND_SHIFT, NONE, POINT,
+    Quadric, SPHERE, SPOT, Specialization, TRIANGLE, Triangle, TriangleNormals,
+};
+use crate::scene::{AreaLight, Geometry, Light, Material, Mesh, Rgb, Scene, Shape};
+
+/// Why a scene that was read cannot be rendered.
+#[derive(Debug, thiserror::Error)]
+pub enum PackError {
+    /// Every shape is empty or a point.
+    #[error("the scene has no surface: expected at least one shape with an extent")]
+    NoSurface,
+    /// Nothing emits.
+    #[error("the scene has no light: expected a LightSource or AreaLightSource that is not black")]
+    NoLight,
+    /// More primitives than a reference can name.
+    #[error("the scene has {0} primitives; at most {max} fit", max = kernels::INDEX_MASK)]
+    TooManyPrimitives(usize),
+    /// The bounding volume hierarchy is deeper than a ray can walk.
+    #[error("the scene's bounding volume hierarchy is deeper than {max} levels", max = kernels::MAX_BVH_DEPTH)]
+    TooDeep,
+}
+
+/// The map from world space to render space.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct RenderSpace {
+    /// The world point that becomes the origin.
+    pub center: DVec3,
+    /// Render units per scene unit, a power of two.
+    pub scale: f64,
+    /// Radius of the scene's bounding sphere, render units, in (1/2, 1].
+    pub radius: f64,
+}
+
+impl RenderSpace {
+    fn of(scene: &Scene) -> Result<Self, PackError> {
+        let mut lower = DVec3::INFINITY;
+        let mut upper = DVec3::NEG_INFINITY;
+        for shape in &scene.shapes {
+            for_each_bound(shape, |point| {
+                lower = lower.min(point);
+                upper = upper.max(point);
+            });
+        }
+        let half_diagonal = 0.5 * (upper - lower).length();
+        if !(half_diagonal > 0.0 && half_diagonal.is_finite()) {
+            return Err(PackError::NoSurface);
+        }
+        let scale = (-half_diagonal.log2().ceil()).exp2();
+        Ok(Self { center: 0.5 * (lower + upper), scale, radius: half_diagonal * scale })
+    }
+
+    /// The transform from world space.
+    pub fn from_world(&self) -> DAffine3 {
+        DAffine3::from_scale(DVec3::splat(self.scale)) * DAffine3::from_translation(-self.center)
+    }
+}
+
+/// Everything about a scene that crosses to the GPU.
+pub struct PackedScene {
+    /// Where render space is.
+    pub space: RenderSpace,
+    /// Bounding volume hierarchy; the root is the first node.
+    pub nodes: Vec<BvhNode>,
+    /// Primitive references in the order of the leaves.
+    pub primitives: Vec<u32>,
+    /// Triangles of all meshes.
+    pub triangles: Vec<Triangle>,
+    /// Shading normals of those triangles that have them.
+    pub triangle_normals: Vec<TriangleNormals>,
+    /// Spheres and disks.
+    pub quadrics: Vec<Quadric>,
+    /// Materials, indexed as the scene's.
+    pub materials: Vec<kernels::Material>,
+    /// Lights: those that are no surface first, then every emitting primitive.
+    pub lights: Vec<kernels::Light>,
+    /// Chooses lights for photons, by power.
+    pub emission_table: Vec<AliasEntry>,
+    /// Chooses lights for next-event estimation.
+    pub direct_table: Vec<AliasEntry>,
+    /// Radiance from infinitely far away.
+    pub infinite: Rgb,
+    /// Power of all lights, mean of channels, W at render scale.
+    pub mean_power: f64,
+    /// What the kernels are specialised to.
+    pub specialization: Specialization,
+}
+
+/// Packs a scene.
+///
+/// # Errors
+/// The scene has no surface or no light, or too many primitives.
+pub fn pack(scene: &Scene) -> Result<PackedScene, PackError> {
+    let space = RenderSpace::of(scene)?;
+    let mut packer = Packer { render_from_world: space.from_world(), ..Packer::default() };
+    for light in &scene.lights {
+        packer.add_light(light, &space);
+    }
+    for shape in &scene.shapes {
+        packer.add_shape(shape);
+    }
+    if packer.references.is_empty() {
+        return Err(PackError::NoSurface);
+    }
+    if packer.references.len() > kernels::INDEX_MASK as usize {
+        return Err(PackError::TooManyPrimitives(packer.references.len()));
+    }
+    let bvh = bvh::build(&packer.boxes).ok_or(PackError::TooDeep)?;
+    let primitives = bvh.order.iter().map(|place| packer.references[*place as usize]).collect();
+    let mean_power: f64 = packer.powers.iter().sum();
+    if mean_power <= 0.0 {
+        return Err(PackError::NoLight);
+    }
+    let (emission_table, direct_table) = packer.choose_lights();
+    let specialization = packer.specialization(scene, &direct_table);
+    Ok(PackedScene {
+        space,
+        nodes: bvh.nodes,
+        primitives,
+        materials: scene.materials.iter().map(pack_material).collect(),
+        emission_table,
+        direct_table,
+        infinite: packer.infinite,
+        mean_power,
+        specialization,
+        triangles: packer.triangles,
+        triangle_normals: packer.triangle_normals,
+        quadrics: packer.quadrics,
+        lights: packer.lights,
+    })
+}
+
+/// The arrays as they grow.
+#[derive(Default)]
+struct Packer {
+    render_from_world: DAffine3,
+    boxes: Vec<Aabb>,
+    references: Vec<u32>,
+    triangles: Vec<Triangle>,
+    triangle_normals: Vec<TriangleNormals>,
+    quadrics: Vec<Quadric>,
+    lights: Vec<kernels::Light>,
+    /// Mean of channels of each light's power.
+    powers: Vec<f64>,
+    infinite: Rgb,
+}
+
+impl Packer {
+    fn add_shape(&mut self, shape: &Shape) {
+        let render_from_object = self.render_from_world * shape.world_from_object;
+        match &shape.geometry {
+            Geometry::Mesh(mesh) => self.add_mesh(shape, mesh, &render_from_object),
+            Geometry::Sphere { radius, z_min, z_max, phi_max } => {
+                let mut quadric = quadric(shape, render_from_object * DAffine3::from_scale(DVec3::splat(*radius)));
+                quadric.z_min = (z_min / radius) as f32;
+                quadric.z_max = (z_max / radius) as f32;
+                quadric.phi_max = *phi_max as f32;
+                self.add_quadric(shape, quadric, SPHERE);
+            }
+            Geometry::Disk { height, radius, inner_radius, phi_max } => {
+                let raise = DAffine3::from_translation(DVec3::new(0.0, 0.0, *height));
+                let widen = DAffine3::from_scale(DVec3::splat(*radius));
+                let mut quadric = quadric(shape, render_from_object * raise * widen);
+                quadric.inner_radius = (inner_radius / radius) as f32;
+                quadric.phi_max = *phi_max as f32;
+                self.add_quadric(shape, quadric, DISK);
+            }
+        }
+    }
+
+    fn add_mesh(&mut self, shape: &Shape, mesh: &Mesh, render_from_object: &DAffine3) {
+        let points: Vec<DVec3> = mesh.positions.iter().map(|p| render_from_object.transform_point3(*p)).collect();
+        let normals = mesh_normals(shape, mesh);
+        let mirrored = shape.world_from_object.matrix3.determinant() < 0.0;
+        for corners in &mesh.triangles {
+            let [a, mut b, mut c] = corners.map(|corner| corner as usize);
+            let normal = (points[b] - points[a]).cross(points[c] - points[a]);
+            // As pbrt: shading normals decide which side is out, where there are any.
+            let flip = match &normals {
+                Some(normals) => normal.dot(normals[a] + normals[b] + normals[c]) < 0.0,
+                None => shape.reverse_orientation ^ mirrored,
+            };
+            if flip {
+                std::mem::swap(&mut b, &mut c);
+            }
+            let corners = [a, b, c].map(|corner| points[corner].as_vec3());
+            let reference = TRIANGLE << KIND_SHIFT | self.triangles.len() as u32;
+            let light = match shape.emission {
+                Some(emission) => self.add_emitter(&emission, reference, 0.5 * normal.length()),
+                None => NONE,
+            };
+            let attributes = match &normals {
+                Some(normals) => {
+                    let corner = |index: usize| normals[index].as_vec3().extend(0.0).to_array();
+                    self.triangle_normals.push(TriangleNormals { n0: corner(a), n1: corner(b), n2: corner(c) });
+                    self.triangle_normals.len() as u32 - 1
+                }
+                None => NONE,
+            };
+            let [p0, p1, p2] = corners.map(|corner| corner.to_array());
+            let material = shape.material as u32;
+            self.triangles.push(Triangle { p0, material, p1, light, p2, normals: attributes });
+            let mut bounds = Aabb::empty();
+            for corner in corners {
+                bounds.extend(Vec3A::from(corner));
+            }
+            self.add_primitive(reference, bounds);
+        }
+    }
+
+    fn add_quadric(&mut self, shape: &Shape, mut quadric: Quadric, kind: u32) {
+        let reference = kind << KIND_SHIFT | self.quadrics.len() as u32;
+        let area = quadric_area(&quadric, kind);
+        if let Some(emission) = shape.emission {
+            quadric.light = self.add_emitter(&emission, reference, area);
+        }
+        self.add_primitive(reference, quadric_bounds(&quadric, kind));
+        self.quadrics.push(quadric);
+    }
+
+    fn add_primitive(&mut self, reference: u32, bounds: Aabb) {
+        self.references.push(reference);
+        self.boxes.push(bounds);
+    }
+
+    /// Adds an emitting primitive of an area in render units; its place among the lights.
+    fn add_emitter(&mut self, emission: &AreaLight, primitive: u32, area: f64) -> u32 {
+        if area <= 0.0 {
+            return NONE;
+        }
+        let sides = if emission.two_sided { 2.0 } else { 1.0 };
+        let exitance = std::f64::consts::PI * sides;
+        let scale = self.render_from_world.matrix3.x_axis.x;
+        let world_area = area / (scale * scale);
+        let radiance = match emission.power {
+            Some(power) => emission.radiance * (power / (exitance * world_area)),
+            None => emission.radiance,
+        };
+        let light = kernels::Light {
+            primitive,
+            area: area as f32,
+            two_sided: u32::from(emission.two_sided),
+            ..light_of(AREA, radiance)
+        };
+        self.push_light(light, mean(radiance) * exitance * area)
+    }
+
+    fn add_light(&mut self, light: &Light, space: &RenderSpace) {
+        let place = |position: DVec3| self.render_from_world.transform_point3(position).as_vec3().to_array();
+        let area_scale = space.scale * space.scale;
+        let disk = std::f64::consts::PI * space.radius * space.radius;
+        let sphere = 4.0 * std::f64::consts::PI;
+        let (packed, power) = match light {
+            Light::Point { position, intensity } => {
+                let intensity = *intensity * area_scale;
+                let light = kernels::Light { position: place(*position), ..light_of(POINT, intensity) };
+                (light, mean(intensity) * sphere)
+            }
+            Light::Spot { position, direction, intensity, cos_falloff_start, cos_falloff_end } => {
+                let intensity = *intensity * area_scale;
+                let light = kernels::Light {
+                    position: place(*position),
+                    direction: direction.as_vec3().to_array(),
+                    cos_start: *cos_falloff_start as f32,
+                    cos_end: *cos_falloff_end as f32,
+                    ..light_of(SPOT, intensity)
+                };
+                let cone = 1.0 - 0.5 * (cos_falloff_start + cos_falloff_end);
+                (light, mean(intensity) * 2.0 * std::f64::consts::PI * cone)
+            }
+            Light::Distant { direction, irradiance } => {
+                let light =
+                    kernels::Light { direction: direction.as_vec3().to_array(), ..light_of(DISTANT, *irradiance) };
+                (light, mean(*irradiance) * disk)
+            }
+            Light::Infinite { radiance } => {
+                self.infinite += *radiance;
+                (light_of(INFINITE, *radiance), mean(*radiance) * sphere * disk)
+            }
+        };
+        self.push_light(packed, power);
+    }
+
+    fn push_light(&mut self, light: kernels::Light, power: f64) -> u32 {
+        self.lights.push(light);
+        self.powers.push(power);
+        self.lights.len() as u32 - 1
+    }
+
+    /// The tables that choose lights by power, for photons and for next-event estimation.
+    fn choose_lights(&mut self) -> (Vec<AliasEntry>, Vec<AliasEntry>) {
+        let all: Vec<u32> = (0..self.lights.len() as u32).collect();
+        // Infinite light is found along the bsdf's own directions.
+        let located: Vec<u32> =
+            all.iter().copied().filter(|index| self.lights[*index as usize].kind != INFINITE).collect();
+        let located_powers: Vec<f64> = located.iter().map(|index| self.powers[*index as usize]).collect();
+        let total: f64 = self.powers.iter().sum();
+        let located_total: f64 = located_powers.iter().sum();
+        for (light, power) in self.lights.iter_mut().zip(&self.powers) {
+            light.emission_pmf = (power / total) as f32;
+            if light.kind != INFINITE && located_total > 0.0 {
+                light.direct_pmf = (power / located_total) as f32;
+            }
+        }
+        (alias::table(&self.powers, &all), alias::table(&located_powers, &located))
+    }
+
+    fn specialization(&self, scene: &Scene, direct_table: &[AliasEntry]) -> Specialization {
+        let has_light = |kind| self.lights.iter().any(|light| light.kind == kind);
+        let has_kind = |kind| self.references.iter().any(|reference| reference >> KIND_SHIFT == kind);
+        let used = |wanted: fn(&Material) -> bool| {
+            scene.shapes.iter().any(|shape| wanted(&scene.materials[shape.material]))
+        };
+        let whole = |quadric: &Quadric| {
+            quadric.z_min <= -1.0 && quadric.z_max >= 1.0 && quadric.phi_max >= std::f32::consts::TAU
+        };
+        let has_conductors = used(|material| matches!(material, Material::Conductor { .. }));
+        let has_dielectrics = used(|material| matches!(material, Material::Dielectric { .. }));
+        Specialization {
+            has_triangles: has_kind(TRIANGLE),
+            has_spheres: has_kind(SPHERE),
+            has_disks: has_kind(DISK),
+            has_quadrics: !self.quadrics.is_empty(),
+            has_cut_spheres: self.quadrics.iter().any(|quadric| !whole(quadric)),
+            has_shading_normals: !self.triangle_normals.is_empty(),
+            has_conductors,
+            has_dielectrics,
+            has_specular: has_conductors || has_dielectrics,
+            has_point_lights: has_light(POINT),
+            has_spot_lights: has_light(SPOT),
+            has_distant_lights: has_light(DISTANT),
+            has_infinite_lights: has_light(INFINITE),
+            has_area_lights: has_light(AREA),
+            has_locatable_lights: !direct_table.is_empty(),
+            has_hittable_lights: has_light(AREA) || has_light(INFINITE),
+            ..Specialization::default()
+        }
+    }
+}
+
+/// Calls `visit` with points that bound a shape in world space.
+fn for_each_bound(shape: &Shape, mut visit: impl FnMut(DVec3)) {
+    let mut visit_box = |lower: DVec3, upper: DVec3| {
+        for corner in 0..8 {
+            let pick = |bit: u32, low: f64, high: f64| if corner >> bit & 1 == 0 { low } else { high };
+            let point = DVec3::new(pick(0, lower.x, upper.x), pick(1, lower.y, upper.y), pick(2, lower.z, upper.z));
+            visit(shape.world_from_object.transform_point3(point));
+        }
+    };
+    match &shape.geometry {
+        Geometry::Mesh(mesh) => {
+            mesh.positions.iter().for_each(|point| visit(shape.world_from_object.transform_point3(*point)));
+        }
+        Geometry::Sphere { radius, z_min, z_max, .. } => {
+            visit_box(DVec3::new(-radius, -radius, *z_min), DVec3::new(*radius, *radius, *z_max));
+        }
+        Geometry::Disk { height, radius, .. } => {
+            visit_box(DVec3::new(-radius, -radius, *height), DVec3::new(*radius, *radius, *height));
+        }
+    }
+}
+
+/// A mesh's normals in world space, or `None` if it has none.
+fn mesh_normals(shape: &Shape, mesh: &Mesh) -> Option<Vec<DVec3>> {
+    let cofactors = shape.world_from_object.matrix3.inverse().transpose();
+    let sign = if shape.reverse_orientation { -1.0 } else { 1.0 };
+    let transform = |normal: &DVec3| sign * (cofactors * *normal).normalize_or_zero();
+    (!mesh.normals.is_empty()).then(|| mesh.normals.iter().map(transform).collect())
+}
+
+/// A quadric with this transform from its unit object space.
+fn quadric(shape: &Shape, render_from_object: DAffine3) -> Quadric {
+    let determinant = render_from_object.matrix3.determinant();
+    Quadric {
+        object_from_render: rows(&render_from_object.inverse()),
+        render_from_object: rows(&render_from_object),
+        material: shape.material as u32,
+        light: NONE,
+        // pbrt reverses the normal of a mirrored quadric, and so do we.
+        flipped: u32::from(shape.reverse_orientation ^ (determinant < 0.0)),
+        z_min: -1.0,
+        z_max: 1.0,
+        phi_max: std::f32::consts::TAU,
+        inner_radius: 0.0,
+        determinant: determinant.abs() as f32,
+    }
+}
+
+/// The rows of an affine transform, as f32.
+pub fn rows(transform: &DAffine3) -> [[f32; 4]; 3] {
+    let linear = transform.matrix3.transpose();
+    let row = |axis: DVec3, offset: f64| axis.extend(offset).as_vec4().to_array();
+    [
+        row(linear.x_axis, transform.translation.x),
+        row(linear.y_axis, transform.translation.y),
+        row(linear.z_axis, transform.translation.z),
+    ]
+}
+
+fn linear_part(quadric: &Quadric) -> DMat3 {
+    let row = |i: usize| {
+        let [x, y, z, _] = quadric.render_from_object[i];
+        DVec3::new(f64::from(x), f64::from(y), f64::from(z))
+    };
+    DMat3::from_cols(row(0), row(1), row(2)).transpose()
+}
+
+/// Area of a quadric in render units. An affine sphere has no closed form: the growth of
+/// area is averaged over directions, exactly for similarities.
+fn quadric_area(quadric: &Quadric, kind: u32) -> f64 {
+    let linear = linear_part(quadric);
+    let (phi, z_min, z_max) = (f64::from(quadric.phi_max), f64::from(quadric.z_min), f64::from(quadric.z_max));
+    if kind == DISK {
+        let inner = f64::from(quadric.inner_radius);
+        return linear.x_axis.cross(linear.y_axis).length() * 0.5 * phi * (1.0 - inner * inner);
+    }
+    let cofactors = linear.inverse().transpose() * linear.determinant().abs();
+    let steps = 64;
+    let mut sum = 0.0;
+    for i in 0..steps {
+        let z = z_min + (z_max - z_min) * (f64::from(i) + 0.5) / f64::from(steps);
+        for j in 0..steps {
+            let angle = phi * (f64::from(j) + 0.5) / f64::from(steps);
+            let point = DVec2::from_angle(angle) * (1.0 - z * z).max(0.0).sqrt();
+            sum += (cofactors * point.extend(z)).length();
+        }
+    }
+    sum / f64::from(steps * steps) * phi * (z_max - z_min)
+}
+
+/// The box around a transformed unit sphere or disk, widened by rounding.
+fn quadric_bounds(quadric: &Quadric, kind: u32) -> Aabb {
+    let extent = |row: [f32; 4]| {
+        let z = if kind == DISK { 0.0 } else { row[2] };
+        DVec3::new(row[0].into(), row[1].into(), z.into()).length() as f32
+    };
+    let [x, y, z] = quadric.render_from_object;
+    let center = Vec3A::new(x[3], y[3], z[3]);
+    let half = Vec3A::new(extent(x), extent(y), extent(z));
+    let rounding = 4.0 * f32::EPSILON * (center.abs() + half);
+    Aabb::new(center - half - rounding, center + half + rounding)
+}
+
+fn light_of(kind: u32, emission: Rgb) -> kernels::Light {
+    kernels::Light { emission: emission.as_vec3().to_array(), kind, primitive: NONE, ..bytemuck::Zeroable::zeroed() }
+}
+
+fn pack_material(material: &Material) -> kernels::Material {
+    let zero = kernels::Material { kind: DIFFUSE, ..bytemuck::Zeroable::zeroed() };
+    match material {
+        Material::Diffuse { reflectance } => kernels::Material { color: reflectance.as_vec3().to_array(), ..zero },
+        Material::Conductor { eta, k } => kernels::Material {
+            kind: CONDUCTOR,
+            eta: eta.as_vec3().to_array(),
+            k: k.as_vec3().to_array(),
+            ..zero
+        },
+        Material::Dielectric { eta, transmittance } => kernels::Material {
+            kind: DIELECTRIC,
+            color: transmittance.as_vec3().to_array(),
+            eta: [*eta as f32; 3],
+            ..zero
+        },
+    }
+}
+
+fn mean(rgb: Rgb) -> f64 {
+    rgb.element_sum() / 3.0
+}

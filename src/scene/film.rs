@@ -1,0 +1,204 @@
+//! `Film`, `PixelFilter`, `Sampler` and `Integrator`.
+
+use glam::DVec2;
+
+use super::error::SceneError;
+use super::model::{Film, FilterKind, Integrator, PixelFilter};
+use super::params::ParamList;
+use super::registry::{Family, Kind, ParamSpec, full, ignored, later, not_yet, supported};
+
+const SIZE: &[Kind] = &[Kind::Integer];
+
+const FILM: &[ParamSpec] = &[
+    full("xresolution", SIZE),
+    full("yresolution", SIZE),
+    full("filename", &[Kind::String]),
+    full("sensor", &[Kind::String]),
+    full("iso", &[Kind::Float]),
+    full("exposuretime", &[Kind::Float]),
+    later("cropwindow", &[Kind::Float]),
+    later("pixelbounds", SIZE),
+    later("whitebalance", &[Kind::Float]),
+    // Bounds single samples; pbrt's photon mapper takes no notice of it either.
+    ignored("maxcomponentvalue", &[Kind::Float]),
+    ignored("diagonal", &[Kind::Float]),
+    ignored("savefp16", &[Kind::Bool]),
+    ignored("coordinatesystem", &[Kind::String]),
+];
+
+/// The films of pbrt. A `gbuffer` has the pixels of `rgb`, and more layers.
+pub(super) const FILM_FAMILY: Family =
+    Family { directive: "Film", types: &[supported("rgb", FILM), supported("gbuffer", FILM), not_yet("spectral")] };
+
+const X_RADIUS: ParamSpec = full("xradius", &[Kind::Float]);
+const Y_RADIUS: ParamSpec = full("yradius", &[Kind::Float]);
+
+/// The pixel filters of pbrt.
+pub(super) const FILTER_FAMILY: Family = Family {
+    directive: "PixelFilter",
+    types: &[
+        supported("box", &[X_RADIUS, Y_RADIUS]),
+        supported("triangle", &[X_RADIUS, Y_RADIUS]),
+        supported("gaussian", &[X_RADIUS, Y_RADIUS, full("sigma", &[Kind::Float])]),
+        not_yet("mitchell"),
+        not_yet("sinc"),
+    ],
+};
+
+const SAMPLER: &[ParamSpec] =
+    &[full("pixelsamples", SIZE), ignored("randomization", &[Kind::String]), ignored("seed", SIZE)];
+
+/// The samplers of pbrt. Goblet has its own, so that only their number counts.
+pub(super) const SAMPLER_FAMILY: Family = Family {
+    directive: "Sampler",
+    types: &[
+        supported("halton", SAMPLER),
+        supported("independent", SAMPLER),
+        supported("paddedsobol", SAMPLER),
+        supported("pmj02bn", SAMPLER),
+        supported("sobol", SAMPLER),
+        supported(
+            "stratified",
+            &[full("xsamples", SIZE), full("ysamples", SIZE), ignored("jitter", &[Kind::Bool]), ignored("seed", SIZE)],
+        ),
+        supported("zsobol", SAMPLER),
+    ],
+};
+
+const OTHER: &[ParamSpec] = &[
+    full("maxdepth", SIZE),
+    ignored("bootstrapsamples", SIZE),
+    ignored("chains", SIZE),
+    ignored("cossample", &[Kind::Bool]),
+    ignored("largestepprobability", &[Kind::Float]),
+    ignored("lightsampler", &[Kind::String]),
+    ignored("maxdistance", &[Kind::Float]),
+    ignored("mutationsperpixel", SIZE),
+    ignored("regularize", &[Kind::Bool]),
+    ignored("samplebsdf", &[Kind::Bool]),
+    ignored("samplelights", &[Kind::Bool]),
+    ignored("sigma", &[Kind::Float]),
+    ignored("visualizestrategies", &[Kind::Bool]),
+    ignored("visualizeweights", &[Kind::Bool]),
+];
+
+/// The integrators of pbrt, all of which are rendered as `sppm`.
+pub(super) const INTEGRATOR_FAMILY: Family = Family {
+    directive: "Integrator",
+    types: &[
+        supported(
+            "sppm",
+            &[
+                full("maxdepth", SIZE),
+                full("photonsperiteration", SIZE),
+                full("radius", &[Kind::Float]),
+                full("seed", SIZE),
+                ignored("regularize", &[Kind::Bool]),
+            ],
+        ),
+        supported("bdpt", OTHER),
+        supported("lightpath", OTHER),
+        supported("mlt", OTHER),
+        supported("path", OTHER),
+        supported("randomwalk", OTHER),
+        supported("simplepath", OTHER),
+        supported("simplevolpath", OTHER),
+        supported("volpath", OTHER),
+        supported("ambientocclusion", OTHER),
+        not_yet("function"),
+    ],
+};
+
+/// The most pixels along one side; a device's memory is checked later.
+const MAX_RESOLUTION: u32 = 65_536;
+
+/// Makes a film from parameters that [`FILM_FAMILY`] has checked.
+pub(super) fn film(params: &ParamList, filter: PixelFilter) -> Result<Film, SceneError> {
+    if let Some(param) = params.get("sensor") {
+        let sensor = params.string("sensor")?.unwrap_or_default();
+        if sensor != "cie1931" {
+            let what = format!("the sensor {sensor:?}");
+            return Err(param.location.unsupported(&what, "\"cie1931\""));
+        }
+    }
+    // pbrt multiplies the image by exposure time × ISO / 100.
+    let exposure = params.positive("exposuretime", 1.0)? * params.positive("iso", 100.0)? / 100.0;
+    if let Some(param) = params.get("iso").or(params.get("exposuretime")) {
+        if (exposure - 1.0).abs() > 1e-6 {
+            let what = format!("an exposure of {exposure}");
+            let supported = "exposuretime × iso = 100, which leaves the image as it is";
+            return Err(param.location.unsupported(&what, supported));
+        }
+    }
+    Ok(Film {
+        resolution: [
+            params.integer("xresolution", 1, MAX_RESOLUTION)?.unwrap_or(1280),
+            params.integer("yresolution", 1, MAX_RESOLUTION)?.unwrap_or(720),
+        ],
+        filename: params.string("filename")?.filter(|name| !name.is_empty()).map(Into::into),
+        filter,
+    })
+}
+
+/// Makes a filter from parameters that [`FILTER_FAMILY`] has checked.
+pub(super) fn filter(name: &str, params: &ParamList) -> Result<PixelFilter, SceneError> {
+    let (kind, radius) = match name {
+        "box" => (FilterKind::Box, 0.5),
+        "triangle" => (FilterKind::Triangle, 2.0),
+        _ => {
+            let sigma = params.positive("sigma", 0.5)?;
+            (FilterKind::Gaussian { sigma }, 1.5)
+        }
+    };
+    let accept = |v: f64| v > 0.0 && v <= 64.0;
+    let side = |name| params.float_in(name, radius, accept, "above 0, at most 64 pixels");
+    Ok(PixelFilter { kind, radius: DVec2::new(side("xradius")?, side("yradius")?) })
+}
+
+/// The number of iterations that a sampler asks for.
+pub(super) fn iterations(name: &str, params: &ParamList) -> Result<u32, SceneError> {
+    if name == "stratified" {
+        let x = params.integer("xsamples", 1, 65_535)?.unwrap_or(4);
+        let y = params.integer("ysamples", 1, 65_535)?.unwrap_or(4);
+        return Ok(x * y);
+    }
+    let samples = params.integer("pixelsamples", 1, i32::MAX as u32)?;
+    Ok(samples.unwrap_or(DEFAULT_ITERATIONS))
+}
+
+/// pbrt's default number of samples per pixel.
+const DEFAULT_ITERATIONS: u32 = 16;
+
+/// What applies where the scene has no `Integrator` or `Sampler`.
+pub(super) const DEFAULT_INTEGRATOR: Integrator =
+    Integrator { max_depth: 5, photons_per_iteration: None, radius: None, seed: 0, iterations: DEFAULT_ITERATIONS };
+
+/// Makes an integrator from parameters that [`INTEGRATOR_FAMILY`] has checked.
+pub(super) fn integrator(name: &str, params: &ParamList, iterations: u32) -> Result<Integrator, SceneError> {
+    let max_depth = params.integer("maxdepth", 1, 65_535)?;
+    let max_depth = max_depth.unwrap_or(DEFAULT_INTEGRATOR.max_depth);
+    let mut integrator = Integrator { max_depth, iterations, ..DEFAULT_INTEGRATOR };
+    if name == "sppm" {
+        integrator.photons_per_iteration = photons(params)?;
+        integrator.seed = params.integer("seed", 0, u32::MAX)?.unwrap_or(0);
+        if params.get("radius").is_some() {
+            // Its square must be a number that the device can hold.
+            let expected = "a length from 1e-15 to 1e15";
+            let accept = |v: f64| (1e-15..=1e15).contains(&v);
+            integrator.radius = Some(params.float_in("radius", 1.0, accept, expected)?);
+        }
+    }
+    Ok(integrator)
+}
+
+fn photons(params: &ParamList) -> Result<Option<u64>, SceneError> {
+    let Some(param) = params.get("photonsperiteration") else {
+        return Ok(None);
+    };
+    match param.one()? {
+        // pbrt's own way to ask for one photon per pixel.
+        [-1.0] => Ok(None),
+        [count] if count >= 1.0 => Ok(Some(count as u64)),
+        _ => Err(param.bad_value("at least 1, or -1 for one per pixel")),
+    }
+}

@@ -1,0 +1,364 @@
+//! Text to tokens, across included files.
+
+use std::fmt;
+use std::path::PathBuf;
+use std::sync::Arc;
+
+use super::error::{Location, SceneError};
+
+/// One token and where it starts.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct Token {
+    pub kind: TokenKind,
+    pub location: Location,
+}
+
+#[derive(Clone, Debug, PartialEq)]
+pub(super) enum TokenKind {
+    /// A bare word: a directive, `true`, `false`.
+    Word(String),
+    /// A quoted string, escapes resolved.
+    Text(String),
+    /// A finite number; `integer` is set where it was written as one.
+    Number { value: f64, integer: Option<i64> },
+    /// `[`
+    Open,
+    /// `]`
+    Close,
+}
+
+impl fmt::Display for Token {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match &self.kind {
+            TokenKind::Word(word) => write!(f, "`{}`", shorten(word)),
+            TokenKind::Text(text) => write!(f, "\"{}\"", shorten(text)),
+            TokenKind::Number { value, integer } => match integer {
+                Some(integer) => write!(f, "`{integer}`"),
+                None => write!(f, "`{value}`"),
+            },
+            TokenKind::Open => f.write_str("`[`"),
+            TokenKind::Close => f.write_str("`]`"),
+        }
+    }
+}
+
+/// Keeps a message on one screen line, whatever the file holds.
+pub(super) fn shorten(text: &str) -> String {
+    const MOST: usize = 60;
+    let mut short: String = text.chars().take(MOST).map(|c| if c.is_control() { '\u{fffd}' } else { c }).collect();
+    if text.chars().nth(MOST).is_some() {
+        short.push('…');
+    }
+    short
+}
+
+/// Reads the tokens of one file.
+#[derive(Debug)]
+struct Lexer {
+    text: String,
+    /// Byte offset of the next character.
+    at: usize,
+    location: Location,
+    /// The file on disk, if there is one: how a cycle of includes is found.
+    path: Option<PathBuf>,
+}
+
+impl Lexer {
+    fn new(text: String, file: &str, path: Option<PathBuf>) -> Self {
+        let byte_order_mark = if text.starts_with('\u{feff}') { 3 } else { 0 };
+        Self { text, at: byte_order_mark, location: Location { file: Arc::from(file), line: 1, column: 1 }, path }
+    }
+
+    fn peek(&self) -> Option<char> {
+        self.text[self.at..].chars().next()
+    }
+
+    fn bump(&mut self) -> Option<char> {
+        let c = self.peek()?;
+        self.at += c.len_utf8();
+        if c == '\n' {
+            self.location.line = self.location.line.saturating_add(1);
+            self.location.column = 1;
+        } else {
+            self.location.column = self.location.column.saturating_add(1);
+        }
+        Some(c)
+    }
+
+    fn skip_blank(&mut self) {
+        while let Some(c) = self.peek() {
+            if c == '#' {
+                while self.peek().is_some_and(|c| c != '\n') {
+                    self.bump();
+                }
+            } else if is_blank(c) {
+                self.bump();
+            } else {
+                return;
+            }
+        }
+    }
+
+    fn next(&mut self) -> Result<Option<Token>, SceneError> {
+        self.skip_blank();
+        let location = self.location.clone();
+        let kind = match self.peek() {
+            None => return Ok(None),
+            Some('[') => {
+                self.bump();
+                TokenKind::Open
+            }
+            Some(']') => {
+                self.bump();
+                TokenKind::Close
+            }
+            Some('"') => TokenKind::Text(self.text(&location)?),
+            Some(_) => self.word(&location)?,
+        };
+        Ok(Some(Token { kind, location }))
+    }
+
+    fn word(&mut self, location: &Location) -> Result<TokenKind, SceneError> {
+        let start = self.at;
+        while self.peek().is_some_and(|c| !is_blank(c) && !matches!(c, '"' | '[' | ']')) {
+            self.bump();
+        }
+        let word = &self.text[start..self.at];
+        if !word.starts_with(|c: char| c.is_ascii_digit() || matches!(c, '+' | '-' | '.')) {
+            return Ok(TokenKind::Word(word.to_string()));
+        }
+        match word.parse::<f64>() {
+            Ok(value) if value.is_finite() => Ok(TokenKind::Number { value, integer: word.parse().ok() }),
+            Ok(_) => Err(location.invalid(format!(
+                "`{}` is not a finite number; expected one below 1.8e308 in magnitude",
+                shorten(word)
+            ))),
+            Err(_) => Err(location.invalid(format!("`{}` is not a number", shorten(word)))),
+        }
+    }
+
+    fn text(&mut self, location: &Location) -> Result<String, SceneError> {
+        self.bump();
+        let mut text = String::new();
+        loop {
+            let here = self.location.clone();
+            match self.bump() {
+                Some('"') => return Ok(text),
+                Some('\\') => text.push(self.escape(&here)?),
+                Some('\n') | None => {
+                    return Err(location.invalid(format!(
+                        "unterminated string \"{}; expected a closing \" on the same line",
+                        shorten(&text)
+                    )));
+                }
+                Some(c) => text.push(c),
+            }
+        }
+    }
+
+    fn escape(&mut self, location: &Location) -> Result<char, SceneError> {
+        match self.bump() {
+            Some('b') => Ok('\u{8}'),
+            Some('f') => Ok('\u{c}'),
+            Some('n') => Ok('\n'),
+            Some('r') => Ok('\r'),
+            Some('t') => Ok('\t'),
+            Some(c @ ('\\' | '\'' | '"')) => Ok(c),
+            Some(c) => Err(location.invalid(format!(
+                "unknown escape `\\{}`; expected one of \\b \\f \\n \\r \\t \\\\ \\' \\\"",
+                shorten(&c.to_string())
+            ))),
+            None => Err(location.invalid("the file ends inside a string")),
+        }
+    }
+}
+
+fn is_blank(c: char) -> bool {
+    matches!(c, ' ' | '\t' | '\n' | '\r')
+}
+
+/// The tokens of a scene: of its file, and of each file included where it is
+/// included, as if the text stood there.
+#[derive(Debug)]
+pub(super) struct TokenStream {
+    files: Vec<Lexer>,
+    ahead: Option<Token>,
+    /// Where the scene ends, once it has.
+    end: Location,
+}
+
+/// How deep `Include` may nest; deeper is certainly a mistake.
+const MAX_INCLUDE_DEPTH: usize = 64;
+
+impl TokenStream {
+    pub fn new(text: String, file: &str, path: Option<PathBuf>) -> Self {
+        let lexer = Lexer::new(text, file, path);
+        Self { end: lexer.location.clone(), files: vec![lexer], ahead: None }
+    }
+
+    /// Fails where including `path` from `location` would never end.
+    pub fn check_include(&self, path: &PathBuf, location: &Location) -> Result<(), SceneError> {
+        if self.files.iter().any(|file| file.path.as_ref() == Some(path)) {
+            let chain: Vec<&str> = self.files.iter().map(|f| &*f.location.file).collect();
+            return Err(location.invalid(format!(
+                "Include \"{}\" includes itself: {} is being read already",
+                path.display(),
+                chain.join(" > ")
+            )));
+        }
+        if self.files.len() >= MAX_INCLUDE_DEPTH {
+            return Err(
+                location.invalid(format!("Include nests deeper than {MAX_INCLUDE_DEPTH} files; expected no recursion"))
+            );
+        }
+        Ok(())
+    }
+
+    /// Continues with an included file; its end returns to the present one.
+    pub fn include(&mut self, text: String, file: &str, path: PathBuf) {
+        debug_assert!(self.ahead.is_none(), "a token would be taken out of order");
+        self.files.push(Lexer::new(text, file, Some(path)));
+    }
+
+    /// The next token, or `None` at the end of the scene.
+    pub fn next(&mut self) -> Result<Option<Token>, SceneError> {
+        if let Some(token) = self.ahead.take() {
+            return Ok(Some(token));
+        }
+        while let Some(file) = self.files.last_mut() {
+            if let Some(token) = file.next()? {
+                return Ok(Some(token));
+            }
+            self.end = file.location.clone();
+            self.files.pop();
+        }
+        Ok(None)
+    }
+
+    /// The next token, which `next` returns again.
+    pub fn peek(&mut self) -> Result<Option<&Token>, SceneError> {
+        if self.ahead.is_none() {
+            self.ahead = self.next()?;
+        }
+        Ok(self.ahead.as_ref())
+    }
+
+    /// The next token; the scene may not end here.
+    pub fn required(&mut self, expected: &str) -> Result<Token, SceneError> {
+        self.next()?.ok_or_else(|| self.end.invalid(format!("the file ends here; expected {expected}")))
+    }
+
+    /// A quoted string.
+    pub fn string(&mut self, expected: &str) -> Result<(String, Location), SceneError> {
+        let token = self.required(expected)?;
+        match token.kind {
+            TokenKind::Text(text) => Ok((text, token.location)),
+            _ => Err(token.location.invalid(format!("found {token}; expected {expected} in quotes"))),
+        }
+    }
+
+    /// `N` bare numbers, as `LookAt` and `Translate` have.
+    pub fn numbers<const N: usize>(&mut self, of: &str) -> Result<[f64; N], SceneError> {
+        let mut numbers = [0.0; N];
+        for number in &mut numbers {
+            let expected = format!("{N} numbers after {of}");
+            let token = self.required(&expected)?;
+            match token.kind {
+                TokenKind::Number { value, .. } => *number = value,
+                _ => {
+                    return Err(token.location.invalid(format!("found {token}; expected {expected}")));
+                }
+            }
+        }
+        Ok(numbers)
+    }
+
+    /// `[`, sixteen numbers, `]`.
+    pub fn matrix(&mut self, of: &str) -> Result<[f64; 16], SceneError> {
+        self.bracket(&TokenKind::Open, "`[` and 16 numbers", of)?;
+        let numbers = self.numbers(of)?;
+        self.bracket(&TokenKind::Close, "`]` after 16 numbers", of)?;
+        Ok(numbers)
+    }
+
+    fn bracket(&mut self, kind: &TokenKind, expected: &str, of: &str) -> Result<(), SceneError> {
+        let token = self.required(expected)?;
+        if token.kind == *kind {
+            return Ok(());
+        }
+        Err(token.location.invalid(format!("found {token} in {of}; expected {expected}")))
+    }
+
+    /// Where the scene ended; meaningful after `next` has returned `None`.
+    pub fn end(&self) -> &Location {
+        &self.end
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    fn tokens(text: &str) -> Result<Vec<Token>, SceneError> {
+        let mut stream = TokenStream::new(text.to_string(), "t.pbrt", None);
+        std::iter::from_fn(|| stream.next().transpose()).collect()
+    }
+
+    #[test]
+    fn words_strings_numbers_and_brackets() {
+        let kinds: Vec<TokenKind> =
+            tokens("# comment\nShape\"a\\\"b\"[-1 .5e1]true").unwrap().into_iter().map(|t| t.kind).collect();
+        let number = |value, integer| TokenKind::Number { value, integer };
+        assert_eq!(
+            kinds,
+            [
+                TokenKind::Word("Shape".into()),
+                TokenKind::Text("a\"b".into()),
+                TokenKind::Open,
+                number(-1.0, Some(-1)),
+                number(5.0, None),
+                TokenKind::Close,
+                TokenKind::Word("true".into()),
+            ]
+        );
+    }
+
+    #[test]
+    fn columns_count_characters() {
+        let tokens = tokens("\u{feff}Ä \"ö\" x\r\n  y").unwrap();
+        let places: Vec<(u32, u32)> = tokens.iter().map(|t| (t.location.line, t.location.column)).collect();
+        assert_eq!(places, [(1, 1), (1, 3), (1, 7), (2, 3)]);
+    }
+
+    #[test]
+    fn bad_text_names_its_place() {
+        for (text, expected) in [
+            ("a \"b\nc\"", "t.pbrt:1:3: unterminated string"),
+            ("a \"b", "t.pbrt:1:3: unterminated string"),
+            ("\"\\q\"", "t.pbrt:1:2: unknown escape"),
+            (" 1e999", "t.pbrt:1:2: `1e999` is not a finite number"),
+            ("1.2.3", "t.pbrt:1:1: `1.2.3` is not a number"),
+            ("-inf", "not a finite number"),
+        ] {
+            let error = tokens(text).unwrap_err().to_string();
+            assert!(error.contains(expected), "{text:?}: {error}");
+        }
+    }
+
+    proptest! {
+        #[test]
+        fn never_panics(text in "\\PC{0,200}") {
+            let _ = tokens(&text);
+        }
+
+        #[test]
+        fn numbers_survive(value in proptest::num::f64::NORMAL) {
+            let read = tokens(&format!("{value:?}")).unwrap();
+            let TokenKind::Number { value: read, .. } = read[0].kind else {
+                panic!("not a number");
+            };
+            prop_assert_eq!(read, value);
+        }
+    }
+}

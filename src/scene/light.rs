@@ -1,0 +1,193 @@
+//! `LightSource` and `AreaLightSource`, with pbrt-v4's units.
+//!
+//! pbrt scales the spectrum of every light to luminance 1 and then multiplies by
+//! `scale`; for an `rgb` spectrum it is the white behind the RGB that has
+//! luminance 1, so the RGB reaches the film as it is written. A `power` or
+//! `illuminance` that is positive then multiplies as if the light were white 1.
+
+use std::f64::consts::PI;
+
+use glam::{DAffine3, DVec3};
+
+use super::error::{Location, SceneError};
+use super::model::{AreaLight, Light, Rgb};
+use super::params::ParamList;
+use super::registry::{Family, Kind, ParamSpec, full, ignored, later, not_yet, supported};
+use super::spectrum::{Spectrum, optional};
+
+const COLOUR: &[Kind] = &[Kind::Rgb, Kind::Spectrum, Kind::Blackbody];
+
+const SCALE: ParamSpec = full("scale", &[Kind::Float]);
+const POWER: ParamSpec = full("power", &[Kind::Float]);
+const FROM: ParamSpec = full("from", &[Kind::Point3]);
+const TO: ParamSpec = full("to", &[Kind::Point3]);
+const ILLUMINANCE: ParamSpec = full("illuminance", &[Kind::Float]);
+
+/// The lights of pbrt that are not surfaces.
+pub(super) const FAMILY: Family = Family {
+    directive: "LightSource",
+    types: &[
+        supported("point", &[full("I", COLOUR), SCALE, POWER, FROM]),
+        supported(
+            "spot",
+            &[
+                full("I", COLOUR),
+                SCALE,
+                POWER,
+                FROM,
+                TO,
+                full("coneangle", &[Kind::Float]),
+                full("conedeltaangle", &[Kind::Float]),
+            ],
+        ),
+        supported("distant", &[full("L", COLOUR), SCALE, ILLUMINANCE, FROM, TO]),
+        supported(
+            "infinite",
+            &[
+                full("L", COLOUR),
+                SCALE,
+                ILLUMINANCE,
+                later("filename", &[Kind::String]),
+                later("portal", &[Kind::Point3]),
+            ],
+        ),
+        not_yet("goniometric"),
+        not_yet("projection"),
+    ],
+};
+
+/// The emitting surfaces of pbrt.
+pub(super) const AREA_FAMILY: Family = Family {
+    directive: "AreaLightSource",
+    types: &[supported(
+        "diffuse",
+        &[
+            full("L", COLOUR),
+            SCALE,
+            POWER,
+            full("twosided", &[Kind::Bool]),
+            later("filename", &[Kind::String]),
+            ignored("nsamples", &[Kind::Integer]),
+        ],
+    )],
+};
+
+/// Makes a light from parameters that [`FAMILY`] has checked.
+pub(super) fn light(
+    name: &str,
+    params: &ParamList,
+    world_from_light: DAffine3,
+    location: &Location,
+) -> Result<Light, SceneError> {
+    let light = match name {
+        "point" => Light::Point {
+            position: world_from_light.transform_point3(from(params)?),
+            intensity: emitted(params, "I")? * power(params, 4.0 * PI)?,
+        },
+        "spot" => spot(params, world_from_light, location)?,
+        "distant" => {
+            let axis = from(params)? - to(params)?;
+            let to_light = direction(axis, world_from_light, location)?;
+            Light::Distant {
+                direction: -to_light,
+                irradiance: emitted(params, "L")? * positive(params, "illuminance")?.unwrap_or(1.0),
+            }
+        }
+        _ => Light::Infinite {
+            // A constant sky of radiance 1 lights an upward patch with π.
+            radiance: emitted(params, "L")? * positive(params, "illuminance")?.map_or(1.0, |e| e / PI),
+        },
+    };
+    let emission = emission(&light);
+    let position = match light {
+        Light::Point { position, .. } | Light::Spot { position, .. } => position,
+        Light::Distant { .. } | Light::Infinite { .. } => DVec3::ZERO,
+    };
+    if !emission.is_finite() || !position.is_finite() {
+        return Err(location.invalid(format!(
+            "the {name} light's emission {emission} or position {position} overflows; \
+             expected smaller numbers"
+        )));
+    }
+    Ok(light)
+}
+
+/// Intensity, irradiance or radiance, whichever the light has.
+pub(super) fn emission(light: &Light) -> Rgb {
+    match light {
+        Light::Point { intensity, .. } | Light::Spot { intensity, .. } => *intensity,
+        Light::Distant { irradiance, .. } => *irradiance,
+        Light::Infinite { radiance } => *radiance,
+    }
+}
+
+fn spot(params: &ParamList, world_from_light: DAffine3, location: &Location) -> Result<Light, SceneError> {
+    let in_half_turn = |v| v > 0.0 && v <= 180.0;
+    let end = params.float_in("coneangle", 30.0, in_half_turn, "an angle above 0, up to 180°")?;
+    let delta = params.float_in(
+        "conedeltaangle",
+        end.min(5.0),
+        |v| (0.0..=end).contains(&v),
+        "an angle from 0 to coneangle",
+    )?;
+    let cos_falloff_start = (end - delta).to_radians().cos();
+    let cos_falloff_end = end.to_radians().cos();
+    // The integral over directions of the cone with its smooth edge.
+    let cone = 2.0 * PI * ((1.0 - cos_falloff_start) + (cos_falloff_start - cos_falloff_end) / 2.0);
+    let (from, to) = (from(params)?, to(params)?);
+    Ok(Light::Spot {
+        position: world_from_light.transform_point3(from),
+        direction: direction(to - from, world_from_light, location)?,
+        intensity: emitted(params, "I")? * power(params, cone)?,
+        cos_falloff_start,
+        cos_falloff_end,
+    })
+}
+
+/// Makes an area light from parameters that [`AREA_FAMILY`] has checked.
+pub(super) fn area_light(params: &ParamList) -> Result<AreaLight, SceneError> {
+    Ok(AreaLight {
+        radiance: emitted(params, "L")?,
+        power: positive(params, "power")?,
+        two_sided: params.flag("twosided")?,
+    })
+}
+
+fn from(params: &ParamList) -> Result<DVec3, SceneError> {
+    Ok(params.point("from")?.unwrap_or(DVec3::ZERO))
+}
+
+fn to(params: &ParamList) -> Result<DVec3, SceneError> {
+    Ok(params.point("to")?.unwrap_or(DVec3::Z))
+}
+
+/// Unit length, world space.
+fn direction(axis: DVec3, world_from_light: DAffine3, location: &Location) -> Result<DVec3, SceneError> {
+    let direction = axis.try_normalize().map(|a| world_from_light.transform_vector3(a));
+    direction
+        .and_then(DVec3::try_normalize)
+        .ok_or_else(|| location.invalid("\"point3 from\" and \"point3 to\" are the same point; expected two"))
+}
+
+/// The light's colour, `scale` included.
+fn emitted(params: &ParamList, name: &str) -> Result<Rgb, SceneError> {
+    let rgb = optional(params.get(name))?.map_or(Rgb::ONE, |s: Spectrum| s.light());
+    if let Some(param) = params.get(name).filter(|_| rgb.min_element() < 0.0) {
+        return Err(param.bad_value("channels of 0 or more"));
+    }
+    let emitted = rgb * params.not_negative("scale", 1.0)?;
+    match params.get(name).or(params.get("scale")) {
+        Some(param) if !emitted.is_finite() => Err(param.bad_value("a smaller value")),
+        _ => Ok(emitted),
+    }
+}
+
+/// The factor that takes a light of intensity 1 to the `power` asked for.
+fn power(params: &ParamList, directions: f64) -> Result<f64, SceneError> {
+    Ok(positive(params, "power")?.map_or(1.0, |power| power / directions))
+}
+
+/// pbrt takes a value of 0 or less for none at all.
+fn positive(params: &ParamList, name: &str) -> Result<Option<f64>, SceneError> {
+    Ok(params.float(name)?.filter(|value| *value > 0.0))
+}

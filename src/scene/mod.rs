@@ -1,0 +1,62 @@
+//! Reads pbrt-v4 scene files.
+//!
+//! [`Scene::load`] turns a file into a [`Scene`] that needs nothing more: every
+//! file it names is read, every name is looked up, every number is checked. What
+//! goblet cannot render is an error that says so; what cannot change the image is
+//! passed over.
+//!
+//! One parameter is goblet's own: `"rgb transmittance"` of
+//! `Material "dielectric"` says what part of the light each crossing of the
+//! surface lets through (default `[1 1 1]`), so that glass can be tinted.
+
+use std::path::Path;
+
+mod camera;
+mod error;
+mod film;
+mod lexer;
+mod light;
+mod material;
+mod model;
+mod params;
+mod parser;
+mod ply;
+mod registry;
+mod shape;
+mod spectrum;
+mod spectrum_data;
+mod state;
+#[cfg(test)]
+mod tests;
+mod transform;
+
+pub use error::{Location, SceneError};
+pub use model::*;
+pub use registry::{Family, Kind, ParamSpec, Support, TypeSpec};
+
+/// What goblet knows of the pbrt-v4 format: directives that have types, their
+/// types, and the parameters of each.
+pub const FAMILIES: [&Family; 9] = [
+    &film::FILM_FAMILY,
+    &film::FILTER_FAMILY,
+    &film::SAMPLER_FAMILY,
+    &film::INTEGRATOR_FAMILY,
+    &camera::FAMILY,
+    &material::FAMILY,
+    &light::FAMILY,
+    &light::AREA_FAMILY,
+    &shape::FAMILY,
+];
+
+impl Scene {
+    /// Reads the scene file at `path`, and the files that it names.
+    pub fn load(path: impl AsRef<Path>) -> Result<Scene, SceneError> {
+        parser::load(path.as_ref())
+    }
+
+    /// Reads a scene from `text`. Messages call it `file_name`; files that it
+    /// names are looked for in `base_dir`.
+    pub fn parse(text: &str, file_name: &str, base_dir: impl AsRef<Path>) -> Result<Scene, SceneError> {
+        parser::parse(text, file_name, base_dir.as_ref())
+    }
+}

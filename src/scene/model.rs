@@ -1,0 +1,230 @@
+//! What a scene file says, fully resolved: the input of [`crate::upload`].
+//!
+//! Nothing here refers to the text any more: includes are read, transforms are
+//! composed (in f64), named materials are looked up, spectra are linear RGB in
+//! the sRGB primaries. Lengths are in scene units, in the scene's world space.
+
+use std::path::PathBuf;
+use std::sync::Arc;
+
+use glam::{DAffine3, DVec2, DVec3};
+
+/// Linear RGB, sRGB primaries.
+pub type Rgb = DVec3;
+
+/// A scene that is ready to upload.
+#[derive(Clone, Debug)]
+pub struct Scene {
+    /// The image to make.
+    pub film: Film,
+    /// Where it is seen from.
+    pub camera: Camera,
+    /// What the scene file says about how to render it.
+    pub integrator: Integrator,
+    /// Materials; [`Shape::material`] indexes them.
+    pub materials: Vec<Material>,
+    /// Every surface, in the order of the file.
+    pub shapes: Vec<Shape>,
+    /// Every light that is not a surface, in the order of the file.
+    pub lights: Vec<Light>,
+    /// One line each: what was ignored or rendered differently than asked for.
+    pub warnings: Vec<String>,
+}
+
+/// Image size and file.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Film {
+    /// Width and height in pixels, each at least 1.
+    pub resolution: [u32; 2],
+    /// The output file that the scene names, relative to the working directory.
+    pub filename: Option<PathBuf>,
+    /// How camera samples spread around a pixel.
+    pub filter: PixelFilter,
+}
+
+/// A separable, non-negative pixel filter; radii in pixels.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct PixelFilter {
+    /// The filter's profile along each axis.
+    pub kind: FilterKind,
+    /// Half width along x and y, in pixels, positive.
+    pub radius: DVec2,
+}
+
+/// The profile of a [`PixelFilter`] along one axis.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum FilterKind {
+    /// Constant.
+    Box,
+    /// Linear to zero at the radius.
+    Triangle,
+    /// exp(-x²/2σ²) less its value at the radius; `sigma` in pixels.
+    Gaussian {
+        /// Standard deviation, in pixels.
+        sigma: f64,
+    },
+}
+
+/// A perspective camera with a thin lens.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Camera {
+    /// From camera space (x right, y up, z forward, as in pbrt) to world space.
+    pub world_from_camera: DAffine3,
+    /// tan(fov / 2) of the shorter image axis.
+    pub tan_half_fov: f64,
+    /// Screen window: x minimum, x maximum, y minimum, y maximum; ±1 spans the fov.
+    pub screen_window: [f64; 4],
+    /// Radius of the lens in scene units; 0 is a pinhole.
+    pub lens_radius: f64,
+    /// Distance along z at which the lens is in focus, scene units.
+    pub focal_distance: f64,
+}
+
+/// The scene's own rendering options; the command line may override each.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Integrator {
+    /// The most segments of a path.
+    pub max_depth: u32,
+    /// Photons per iteration; `None` means one per pixel, as in pbrt.
+    pub photons_per_iteration: Option<u64>,
+    /// Initial radius, scene units.
+    pub radius: Option<f64>,
+    /// Seed of every random number.
+    pub seed: u32,
+    /// Iterations: the sampler's `pixelsamples`.
+    pub iterations: u32,
+}
+
+/// How a surface scatters light.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Material {
+    /// Lambertian.
+    Diffuse {
+        /// Albedo per channel, 0 to 1.
+        reflectance: Rgb,
+    },
+    /// A smooth metal.
+    Conductor {
+        /// Real part of the index of refraction, per channel.
+        eta: Rgb,
+        /// Absorption coefficient, per channel.
+        k: Rgb,
+    },
+    /// Smooth glass or water.
+    Dielectric {
+        /// Index of refraction inside over outside, positive.
+        eta: f64,
+        /// What part of the light passes at each crossing, per channel, 0 to 1.
+        /// An extension of the pbrt format: pbrt's dielectrics are untinted.
+        transmittance: Rgb,
+    },
+}
+
+/// One surface of the scene.
+#[derive(Clone, Debug)]
+pub struct Shape {
+    /// Its form, in object space.
+    pub geometry: Geometry,
+    /// From its object space to world space; invertible.
+    pub world_from_object: DAffine3,
+    /// `ReverseOrientation` was in force.
+    pub reverse_orientation: bool,
+    /// Index into [`Scene::materials`].
+    pub material: usize,
+    /// Set where an `AreaLightSource` was in force.
+    pub emission: Option<AreaLight>,
+    /// `file:line:column` of the directive, for messages.
+    pub location: String,
+}
+
+/// The form of a [`Shape`].
+#[derive(Clone, Debug)]
+pub enum Geometry {
+    /// Triangles.
+    Mesh(Arc<Mesh>),
+    /// A sphere about the origin, perhaps cut.
+    Sphere {
+        /// Radius, positive.
+        radius: f64,
+        /// Lower cut, in [-radius, z_max).
+        z_min: f64,
+        /// Upper cut, in (z_min, radius].
+        z_max: f64,
+        /// Sweep about z from the x axis, radians, in (0, 2π].
+        phi_max: f64,
+    },
+    /// A disk in the plane z = height, facing +z.
+    Disk {
+        /// Height along z.
+        height: f64,
+        /// Outer radius, positive.
+        radius: f64,
+        /// Inner radius, in [0, radius).
+        inner_radius: f64,
+        /// Sweep about z from the x axis, radians, in (0, 2π].
+        phi_max: f64,
+    },
+}
+
+/// Triangles with shared vertices. All numbers are finite, all indices in range.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Mesh {
+    /// Vertex positions in object space.
+    pub positions: Vec<DVec3>,
+    /// Vertex normals in object space: one per position, or none at all.
+    pub normals: Vec<DVec3>,
+    /// Texture coordinates: one per position, or none at all.
+    pub uvs: Vec<DVec2>,
+    /// Vertex indices of each triangle.
+    pub triangles: Vec<[u32; 3]>,
+}
+
+/// A diffusely emitting surface.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct AreaLight {
+    /// Emitted radiance, W/(m² sr), `scale` included; where `power` is set, the
+    /// radiance before it is scaled to that power.
+    pub radiance: Rgb,
+    /// pbrt's `power`: each emitter (a quadric, or one triangle of a mesh) of
+    /// area A emits `radiance · power / (k π A)`, k = 2 if two-sided, else 1.
+    pub power: Option<f64>,
+    /// Emits on both sides.
+    pub two_sided: bool,
+}
+
+/// A light that is not a surface.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Light {
+    /// Emits the same intensity in all directions from a point.
+    Point {
+        /// World space.
+        position: DVec3,
+        /// Radiant intensity, W/sr; scale and power included.
+        intensity: Rgb,
+    },
+    /// A point that emits within a cone.
+    Spot {
+        /// World space.
+        position: DVec3,
+        /// Axis of the cone, unit length, world space.
+        direction: DVec3,
+        /// Radiant intensity on the axis, W/sr; scale and power included.
+        intensity: Rgb,
+        /// Cosine of the angle where the smooth falloff starts.
+        cos_falloff_start: f64,
+        /// Cosine of the angle beyond which nothing is emitted.
+        cos_falloff_end: f64,
+    },
+    /// Parallel light from infinitely far away.
+    Distant {
+        /// The way the light travels, unit length, world space.
+        direction: DVec3,
+        /// Irradiance on a surface that faces the light, W/m².
+        irradiance: Rgb,
+    },
+    /// The same radiance from every direction.
+    Infinite {
+        /// Radiance, W/(m² sr).
+        radiance: Rgb,
+    },
+}

@@ -1,0 +1,277 @@
+//! Typed parameter lists.
+
+use glam::{DVec2, DVec3};
+
+use super::error::{Location, SceneError};
+use super::lexer::{Token, TokenKind, TokenStream, shorten};
+use super::registry::Kind;
+
+/// One parameter as the file has it.
+#[derive(Clone, Debug)]
+pub(super) struct Param {
+    pub kind: Kind,
+    pub name: String,
+    pub location: Location,
+    pub values: Values,
+}
+
+#[derive(Clone, Debug)]
+pub(super) enum Values {
+    Numbers(Vec<f64>),
+    Texts(Vec<String>),
+    Flags(Vec<bool>),
+}
+
+impl std::fmt::Display for Param {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        write!(f, "\"{} {}\"", self.kind.word(), shorten(&self.name))
+    }
+}
+
+/// Integers are kept as f64, which holds these exactly.
+const MAX_INTEGER: i64 = 1 << 53;
+
+impl Param {
+    fn read(stream: &mut TokenStream, declaration: &str, location: Location) -> Result<Self, SceneError> {
+        let mut words = declaration.split([' ', '\t']).filter(|w| !w.is_empty());
+        let (Some(kind), Some(name), None) = (words.next(), words.next(), words.next()) else {
+            return Err(location.invalid(format!(
+                "\"{}\" does not declare a parameter; expected \"type name\"",
+                shorten(declaration)
+            )));
+        };
+        let Some(kind) = Kind::from_word(kind) else {
+            let all: Vec<&str> = Kind::ALL.iter().map(|(_, word)| *word).collect();
+            return Err(location.invalid(format!(
+                "unknown parameter type `{}`; expected one of: {}",
+                shorten(kind),
+                all.join(", ")
+            )));
+        };
+        let mut param = Param { kind, name: name.to_string(), location, values: Values::Numbers(Vec::new()) };
+        param.read_values(stream)?;
+        param.check_group()?;
+        Ok(param)
+    }
+
+    fn read_values(&mut self, stream: &mut TokenStream) -> Result<(), SceneError> {
+        let expected = format!("the value of {self}, or `[`");
+        let first = stream.required(&expected)?;
+        if first.kind != TokenKind::Open {
+            return self.add(first);
+        }
+        let expected = format!("a value of {self}, or `]` to close the list");
+        loop {
+            let token = stream.required(&expected)?;
+            if token.kind == TokenKind::Close {
+                return Ok(());
+            }
+            self.add(token)?;
+        }
+    }
+
+    fn add(&mut self, token: Token) -> Result<(), SceneError> {
+        let fits = match (&token.kind, self.kind) {
+            (TokenKind::Number { integer, .. }, Kind::Integer) => integer.is_some_and(|i| i.abs() <= MAX_INTEGER),
+            (TokenKind::Number { .. }, kind) => !matches!(kind, Kind::Bool | Kind::String | Kind::Texture),
+            (TokenKind::Text(_), kind) => {
+                matches!(kind, Kind::String | Kind::Texture | Kind::Spectrum)
+            }
+            (TokenKind::Word(word), Kind::Bool) => word == "true" || word == "false",
+            _ => false,
+        };
+        if !fits || !self.values.push(&token.kind) {
+            return Err(token
+                .location
+                .invalid(format!("found {token} as a value of {self}; expected {}", self.expected_value())));
+        }
+        Ok(())
+    }
+
+    fn expected_value(&self) -> &'static str {
+        match self.kind {
+            Kind::Bool => "true or false, without quotes",
+            Kind::Integer => "a whole number of at most 16 digits",
+            Kind::String => "a string in quotes",
+            Kind::Texture => "the name of a Texture in quotes",
+            Kind::Spectrum => "numbers, or the name of a spectrum in quotes",
+            _ => "a number, or `]` to close the list",
+        }
+    }
+
+    fn check_group(&self) -> Result<(), SceneError> {
+        let (group, count) = (self.kind.group(), self.len());
+        if !count.is_multiple_of(group) {
+            return Err(self.location.invalid(format!("{self} has {count} values; expected a multiple of {group}")));
+        }
+        Ok(())
+    }
+
+    fn len(&self) -> usize {
+        match &self.values {
+            Values::Numbers(values) => values.len(),
+            Values::Texts(values) => values.len(),
+            Values::Flags(values) => values.len(),
+        }
+    }
+
+    /// The numbers; empty where the parameter holds something else.
+    pub fn numbers(&self) -> &[f64] {
+        match &self.values {
+            Values::Numbers(values) => values,
+            _ => &[],
+        }
+    }
+
+    /// The one string; none where the parameter holds something else.
+    pub fn text(&self) -> Option<&str> {
+        match &self.values {
+            Values::Texts(values) if values.len() == 1 => Some(&values[0]),
+            _ => None,
+        }
+    }
+
+    /// Exactly one group of values, of `N` numbers.
+    pub fn one<const N: usize>(&self) -> Result<[f64; N], SceneError> {
+        <[f64; N]>::try_from(self.numbers()).map_err(|_| self.wrong_count(N))
+    }
+
+    fn wrong_count(&self, expected: usize) -> SceneError {
+        let s = if expected == 1 { "" } else { "s" };
+        let count = self.len();
+        self.location.invalid(format!("{self} has {count} values; expected {expected} value{s}"))
+    }
+
+    /// A complaint about the value, in the form `"float radius" is -1; expected …`.
+    pub fn bad_value(&self, expected: &str) -> SceneError {
+        let value = match &self.values {
+            Values::Numbers(v) if v.len() == 1 => v[0].to_string(),
+            Values::Numbers(v) if v.len() <= 4 => format!("{v:?}"),
+            Values::Texts(v) if v.len() <= 4 => shorten(&format!("{v:?}")),
+            _ => format!("{} values", self.len()),
+        };
+        self.location.invalid(format!("{self} is {value}; expected {expected}"))
+    }
+}
+
+impl Values {
+    /// Appends, unless values of another sort came before.
+    fn push(&mut self, token: &TokenKind) -> bool {
+        if matches!(self, Values::Numbers(numbers) if numbers.is_empty()) {
+            match token {
+                TokenKind::Text(_) => *self = Values::Texts(Vec::new()),
+                TokenKind::Word(_) => *self = Values::Flags(Vec::new()),
+                _ => {}
+            }
+        }
+        match (self, token) {
+            (Values::Numbers(values), TokenKind::Number { value, .. }) => values.push(*value),
+            (Values::Texts(values), TokenKind::Text(text)) => values.push(text.clone()),
+            (Values::Flags(values), TokenKind::Word(word)) => values.push(word == "true"),
+            _ => return false,
+        }
+        true
+    }
+}
+
+/// The parameters of one directive, in the order of the file.
+#[derive(Clone, Debug, Default)]
+pub(super) struct ParamList {
+    pub items: Vec<Param>,
+}
+
+impl ParamList {
+    /// Reads parameters for as long as quoted strings follow.
+    pub fn read(stream: &mut TokenStream) -> Result<Self, SceneError> {
+        let mut list = ParamList::default();
+        while matches!(stream.peek()?, Some(Token { kind: TokenKind::Text(_), .. })) {
+            let (declaration, location) = stream.string("a parameter")?;
+            let param = Param::read(stream, &declaration, location)?;
+            if list.get(&param.name).is_some() {
+                return Err(param.location.invalid(format!("{param} is given twice; expected it once")));
+            }
+            list.items.push(param);
+        }
+        Ok(list)
+    }
+
+    pub fn get(&self, name: &str) -> Option<&Param> {
+        self.items.iter().find(|param| param.name == name)
+    }
+
+    /// Removes and returns a parameter.
+    pub fn take(&mut self, name: &str) -> Option<Param> {
+        let index = self.items.iter().position(|param| param.name == name)?;
+        Some(self.items.remove(index))
+    }
+
+    pub fn float(&self, name: &str) -> Result<Option<f64>, SceneError> {
+        let one = |param: &Param| param.one::<1>().map(|[value]| value);
+        self.get(name).map(one).transpose()
+    }
+
+    /// A number in a range; `default` where it is absent.
+    pub fn float_in(
+        &self,
+        name: &str,
+        default: f64,
+        accept: impl Fn(f64) -> bool,
+        expected: &str,
+    ) -> Result<f64, SceneError> {
+        match (self.get(name), self.float(name)?) {
+            (Some(param), Some(value)) if !accept(value) => Err(param.bad_value(expected)),
+            (_, value) => Ok(value.unwrap_or(default)),
+        }
+    }
+
+    pub fn positive(&self, name: &str, default: f64) -> Result<f64, SceneError> {
+        self.float_in(name, default, |v| v > 0.0, "a number above 0")
+    }
+
+    pub fn not_negative(&self, name: &str, default: f64) -> Result<f64, SceneError> {
+        self.float_in(name, default, |v| v >= 0.0, "0 or a number above it")
+    }
+
+    /// A whole number from `low` to `high`.
+    pub fn integer(&self, name: &str, low: u32, high: u32) -> Result<Option<u32>, SceneError> {
+        let Some(param) = self.get(name) else {
+            return Ok(None);
+        };
+        let [value] = param.one()?;
+        if !(f64::from(low)..=f64::from(high)).contains(&value) {
+            return Err(param.bad_value(&format!("a whole number from {low} to {high}")));
+        }
+        Ok(Some(value as u32))
+    }
+
+    pub fn flag(&self, name: &str) -> Result<bool, SceneError> {
+        match self.get(name) {
+            None => Ok(false),
+            Some(param) => match &param.values {
+                Values::Flags(flags) if flags.len() == 1 => Ok(flags[0]),
+                _ => Err(param.wrong_count(1)),
+            },
+        }
+    }
+
+    pub fn string(&self, name: &str) -> Result<Option<&str>, SceneError> {
+        let one = |param: &Param| param.text().map(str::len).ok_or_else(|| param.wrong_count(1));
+        self.get(name).map(one).transpose()?;
+        Ok(self.get(name).and_then(Param::text))
+    }
+
+    pub fn point(&self, name: &str) -> Result<Option<DVec3>, SceneError> {
+        let one = |param: &Param| param.one::<3>().map(DVec3::from);
+        self.get(name).map(one).transpose()
+    }
+
+    pub fn triples(&self, name: &str) -> Vec<DVec3> {
+        let numbers = self.get(name).map_or(&[][..], Param::numbers);
+        numbers.chunks_exact(3).map(DVec3::from_slice).collect()
+    }
+
+    pub fn pairs(&self, name: &str) -> Vec<DVec2> {
+        let numbers = self.get(name).map_or(&[][..], Param::numbers);
+        numbers.chunks_exact(2).map(DVec2::from_slice).collect()
+    }
+}

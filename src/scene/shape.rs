@@ -1,0 +1,195 @@
+//! `Shape`.
+
+use std::collections::HashMap;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+use glam::{DVec2, DVec3};
+
+use super::error::{Location, SceneError};
+use super::model::{Geometry, Mesh};
+use super::params::{Param, ParamList};
+use super::ply::{self, PlyError};
+use super::registry::{Family, Kind, ParamSpec, full, ignored, later, not_yet, supported};
+
+const FLOAT: &[Kind] = &[Kind::Float];
+const ALPHA: ParamSpec = full("alpha", &[Kind::Float, Kind::Texture]);
+
+/// The shapes of pbrt, and goblet's own.
+pub(super) const FAMILY: Family = Family {
+    directive: "Shape",
+    types: &[
+        supported(
+            "disk",
+            &[full("height", FLOAT), full("radius", FLOAT), full("innerradius", FLOAT), full("phimax", FLOAT), ALPHA],
+        ),
+        supported(
+            "plymesh",
+            &[
+                full("filename", &[Kind::String]),
+                later("displacement", &[Kind::Float, Kind::Texture]),
+                ignored("displacement.edgelength", FLOAT),
+                ALPHA,
+            ],
+        ),
+        supported(
+            "sphere",
+            &[full("radius", FLOAT), full("zmin", FLOAT), full("zmax", FLOAT), full("phimax", FLOAT), ALPHA],
+        ),
+        supported(
+            "trianglemesh",
+            &[
+                full("indices", &[Kind::Integer]),
+                full("P", &[Kind::Point3]),
+                full("N", &[Kind::Normal]),
+                full("uv", &[Kind::Point2]),
+                // Tangents and face numbers serve what is not supported yet.
+                ignored("S", &[Kind::Vector3]),
+                ignored("faceIndices", &[Kind::Integer]),
+                ALPHA,
+            ],
+        ),
+        not_yet("bilinearmesh"),
+        not_yet("curve"),
+        not_yet("cylinder"),
+        not_yet("loopsubdiv"),
+        not_yet("revolution"),
+    ],
+};
+
+/// Where meshes come from; each file is read once.
+#[derive(Debug)]
+pub(super) struct MeshFiles {
+    /// Names are relative to it: the folder of the scene file, as in pbrt.
+    pub directory: PathBuf,
+    read: HashMap<PathBuf, Arc<Mesh>>,
+}
+
+impl MeshFiles {
+    pub fn new(directory: &Path) -> Self {
+        Self { directory: directory.to_path_buf(), read: HashMap::new() }
+    }
+
+    fn get(&mut self, name: &str, location: &Location) -> Result<Arc<Mesh>, SceneError> {
+        let path = self.directory.join(name);
+        if let Some(mesh) = self.read.get(&path) {
+            return Ok(Arc::clone(mesh));
+        }
+        let mesh = ply::read(&path).map_err(|error| match error {
+            PlyError::Unreadable(source) => {
+                SceneError::Unreadable { path: path.clone(), location: Some(location.clone()), source }
+            }
+            PlyError::Invalid(what) => location.invalid(format!("{}: {what}", path.display())),
+        })?;
+        let mesh = Arc::new(mesh);
+        self.read.insert(path, Arc::clone(&mesh));
+        Ok(mesh)
+    }
+}
+
+/// Makes a shape's form from parameters that [`FAMILY`] has checked.
+pub(super) fn geometry(
+    name: &str,
+    params: &ParamList,
+    files: &mut MeshFiles,
+    location: &Location,
+) -> Result<Geometry, SceneError> {
+    let alpha = params.float("alpha")?.unwrap_or(1.0);
+    if let Some(param) = params.get("alpha").filter(|_| alpha != 1.0) {
+        let what = format!("{param} {alpha}");
+        return Err(param.location.unsupported(&what, "an alpha of 1"));
+    }
+    match name {
+        "disk" => disk(params),
+        "sphere" => sphere(params),
+        "trianglemesh" => Ok(Geometry::Mesh(Arc::new(triangle_mesh(params, location)?))),
+        _ => {
+            let file = params
+                .get("filename")
+                .ok_or_else(|| location.invalid("Shape \"plymesh\" has no \"string filename\"; expected one"))?;
+            let name = params.string("filename")?.unwrap_or_default();
+            Ok(Geometry::Mesh(files.get(name, &file.location)?))
+        }
+    }
+}
+
+fn sphere(params: &ParamList) -> Result<Geometry, SceneError> {
+    let radius = params.positive("radius", 1.0)?;
+    let z0 = params.float("zmin")?.unwrap_or(-radius);
+    let z1 = params.float("zmax")?.unwrap_or(radius);
+    let [z_min, z_max] = [z0.min(z1), z0.max(z1)].map(|z| z.clamp(-radius, radius));
+    if let Some(param) = params.get("zmin").or(params.get("zmax")) {
+        if z_min >= z_max {
+            return Err(param.bad_value("cuts that leave some of the sphere"));
+        }
+    }
+    Ok(Geometry::Sphere { radius, z_min, z_max, phi_max: phi_max(params)? })
+}
+
+fn disk(params: &ParamList) -> Result<Geometry, SceneError> {
+    let radius = params.positive("radius", 1.0)?;
+    Ok(Geometry::Disk {
+        height: params.float("height")?.unwrap_or(0.0),
+        radius,
+        inner_radius: params.float_in(
+            "innerradius",
+            0.0,
+            |v| (0.0..radius).contains(&v),
+            "0 or more, below the radius",
+        )?,
+        phi_max: phi_max(params)?,
+    })
+}
+
+/// Radians; more than a full turn is a full turn, as in pbrt.
+fn phi_max(params: &ParamList) -> Result<f64, SceneError> {
+    let degrees = params.float_in("phimax", 360.0, |v| v > 0.0, "an angle above 0°")?;
+    Ok(degrees.min(360.0).to_radians())
+}
+
+fn triangle_mesh(params: &ParamList, location: &Location) -> Result<Mesh, SceneError> {
+    let positions = params.triples("P");
+    if positions.is_empty() {
+        return Err(location.invalid("Shape \"trianglemesh\" has no \"point3 P\"; expected vertices"));
+    }
+    let triangles = match params.get("indices") {
+        Some(indices) => triangles(indices, positions.len())?,
+        None if positions.len() == 3 => vec![[0, 1, 2]],
+        None => {
+            return Err(location.invalid(format!(
+                "Shape \"trianglemesh\" has {} vertices and no \"integer indices\"; expected indices",
+                positions.len()
+            )));
+        }
+    };
+    let normals: Vec<DVec3> = params.triples("N");
+    let uvs: Vec<DVec2> = params.pairs("uv");
+    for (name, count) in [("N", normals.len()), ("uv", uvs.len())] {
+        if let Some(param) = params.get(name).filter(|_| count != positions.len()) {
+            return Err(param.location.invalid(format!(
+                "{param} has {count} entries; expected one for each of the {} vertices",
+                positions.len()
+            )));
+        }
+    }
+    Ok(Mesh { positions, normals, uvs, triangles })
+}
+
+fn triangles(param: &Param, vertices: usize) -> Result<Vec<[u32; 3]>, SceneError> {
+    let indices = param.numbers();
+    if indices.is_empty() || !indices.len().is_multiple_of(3) {
+        return Err(param
+            .location
+            .invalid(format!("{param} has {} values; expected three for each triangle", indices.len())));
+    }
+    let in_range = |index: &f64| (0.0..vertices as f64).contains(index) && *index <= f64::from(u32::MAX);
+    if let Some(at) = indices.iter().position(|index| !in_range(index)) {
+        return Err(param.location.invalid(format!(
+            "{param} has {} at position {at}; expected 0 to {}",
+            indices[at],
+            vertices - 1
+        )));
+    }
+    let triangle = |i: &[f64]| [i[0] as u32, i[1] as u32, i[2] as u32];
+    Ok(indices.chunks_exact(3).map(triangle).collect())
+}

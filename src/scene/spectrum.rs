@@ -1,0 +1,322 @@
+//! Spectra to linear RGB, as pbrt's images show them.
+//!
+//! A reflectance becomes the colour that it has under D65, where white is
+//! (1, 1, 1): the white that pbrt's `rgb` lights have. A light becomes its
+//! colour at luminance 1, because pbrt scales every light spectrum that is not
+//! `rgb` to luminance 1 before it applies `scale` and `power`.
+
+use super::error::{Location, SceneError};
+use super::model::Rgb;
+use super::params::Param;
+use super::registry::Kind;
+use super::spectrum_data::{FIRST, GLASSES, Glass, LAST, METALS, OBSERVER, SAMPLES};
+
+/// A spectrum that a parameter gives.
+#[derive(Clone, Debug)]
+pub(super) enum Spectrum {
+    /// Linear RGB, as it is.
+    Rgb(Rgb),
+    /// Wavelengths in nm, ascending, and values; zero beyond the ends.
+    Table(Vec<[f64; 2]>),
+    /// One of the two optical constants of a metal.
+    Metal(&'static [f64; SAMPLES]),
+    /// A glass's index of refraction.
+    Glass(&'static Glass),
+    /// A black body of this temperature, in K.
+    Blackbody(f64),
+    /// CIE illuminant D65.
+    Daylight,
+}
+
+const NAMES: &str = "\"glass-BK7\", -BAF10, -FK51A, -LASF9, -F5, -F10, -F11, \
+    \"metal-Ag-eta\" and \"-k\", and so for -Al, -Au, -Cu, -CuZn, -MgO, -TiO2, \
+    \"stdillum-D65\", or pairs of wavelength and value";
+
+impl Spectrum {
+    /// The spectrum that a parameter of type rgb, spectrum or blackbody holds.
+    pub fn from_param(param: &Param) -> Result<Self, SceneError> {
+        match (param.kind, param.text()) {
+            (Kind::Rgb, _) => Ok(Spectrum::Rgb(Rgb::from(param.one()?))),
+            (Kind::Blackbody, _) => match param.one()? {
+                [kelvin] if (100.0..=1e6).contains(&kelvin) => Ok(Spectrum::Blackbody(kelvin)),
+                _ => Err(param.bad_value("a temperature from 100 to 1000000 K")),
+            },
+            (_, Some(name)) => Self::named(name)
+                .ok_or_else(|| param.location.unsupported(&format!("the spectrum {name:?} of {param}"), NAMES)),
+            _ => Self::table(param),
+        }
+    }
+
+    fn named(name: &str) -> Option<Self> {
+        if name == "stdillum-D65" {
+            return Some(Spectrum::Daylight);
+        }
+        if let Some(glass) = GLASSES.iter().find(|glass| glass.name == name) {
+            return Some(Spectrum::Glass(glass));
+        }
+        let (metal, constant) = name.strip_prefix("metal-")?.rsplit_once('-')?;
+        let metal = METALS.iter().find(|m| m.name == metal)?;
+        match constant {
+            "eta" => Some(Spectrum::Metal(&metal.eta)),
+            "k" => Some(Spectrum::Metal(&metal.k)),
+            _ => None,
+        }
+    }
+
+    fn table(param: &Param) -> Result<Self, SceneError> {
+        let numbers = param.numbers();
+        let pairs: Vec<[f64; 2]> = numbers.chunks_exact(2).map(|p| [p[0], p[1]]).collect();
+        let ascending = pairs.windows(2).all(|w| w[0][0] < w[1][0]);
+        let positive = pairs.iter().all(|p| p[0] > 0.0 && p[1] >= 0.0);
+        if pairs.is_empty() || !numbers.len().is_multiple_of(2) || !ascending || !positive {
+            return Err(param.bad_value("pairs of a wavelength in nm and a value of 0 or more, wavelengths ascending"));
+        }
+        Ok(Spectrum::Table(pairs))
+    }
+
+    /// The value at a wavelength in nm; for RGB, the mean of the channels.
+    fn at(&self, nm: f64) -> f64 {
+        match self {
+            Spectrum::Rgb(rgb) => rgb.element_sum() / 3.0,
+            Spectrum::Table(pairs) => interpolate(pairs, nm),
+            Spectrum::Metal(samples) => {
+                let at = (nm - FIRST) / (LAST - FIRST) * (SAMPLES - 1) as f64;
+                let low = (at.max(0.0) as usize).min(SAMPLES - 2);
+                let t = (at - low as f64).clamp(0.0, 1.0);
+                samples[low] * (1.0 - t) + samples[low + 1] * t
+            }
+            Spectrum::Glass(glass) => glass.eta(nm),
+            Spectrum::Blackbody(kelvin) => blackbody(*kelvin, nm),
+            Spectrum::Daylight => OBSERVER[((nm - FIRST) / 10.0) as usize].1,
+        }
+    }
+
+    /// The colour of a reflectance.
+    pub fn reflectance(&self) -> Rgb {
+        match self {
+            Spectrum::Rgb(rgb) => *rgb,
+            _ => under_daylight(|nm| self.at(nm)).clamp(Rgb::ZERO, Rgb::ONE),
+        }
+    }
+
+    /// The colour of a light, which pbrt takes to luminance 1 if it is not RGB.
+    pub fn light(&self) -> Rgb {
+        match self {
+            Spectrum::Rgb(rgb) => *rgb,
+            Spectrum::Daylight => Rgb::ONE,
+            _ => {
+                let response = response(|nm| self.at(nm));
+                let white = response_of_daylight();
+                if response.luminance <= 0.0 {
+                    return Rgb::ZERO;
+                }
+                let rgb = response.rgb / white.rgb * (white.luminance / response.luminance);
+                rgb.max(Rgb::ZERO)
+            }
+        }
+    }
+
+    /// The mean over daylight as the eye weighs it.
+    pub fn photopic_mean(&self) -> f64 {
+        let weighted = response(|nm| self.at(nm) * daylight(nm)).luminance;
+        weighted / response_of_daylight().luminance
+    }
+}
+
+impl Glass {
+    fn eta(&self, nm: f64) -> f64 {
+        let squared = (nm / 1000.0).powi(2);
+        let terms = self.b.iter().zip(self.c);
+        (1.0 + terms.map(|(b, c)| b * squared / (squared - c)).sum::<f64>()).sqrt()
+    }
+}
+
+fn interpolate(pairs: &[[f64; 2]], nm: f64) -> f64 {
+    let above = pairs.partition_point(|pair| pair[0] < nm);
+    match (above.checked_sub(1).map(|i| pairs[i]), pairs.get(above)) {
+        (_, Some([wavelength, value])) if *wavelength == nm => *value,
+        (Some([low, a]), Some([high, b])) => a + (b - a) * (nm - low) / (high - low),
+        _ => 0.0,
+    }
+}
+
+/// Planck's law, relative to 560 nm: only its shape is used.
+fn blackbody(kelvin: f64, nm: f64) -> f64 {
+    const HC_OVER_K: f64 = 1.438_776_877e7; // nm K
+    let exponential = |nm: f64| (HC_OVER_K / (nm * kelvin)).exp_m1();
+    (560.0 / nm).powi(5) * exponential(560.0) / exponential(nm)
+}
+
+fn daylight(nm: f64) -> f64 {
+    Spectrum::Daylight.at(nm)
+}
+
+/// What the standard observer makes of a spectrum.
+struct Response {
+    /// Linear sRGB; channels may be negative.
+    rgb: Rgb,
+    luminance: f64,
+}
+
+fn wavelengths() -> impl Iterator<Item = (f64, Rgb)> {
+    let observer = OBSERVER.iter().enumerate();
+    observer.map(|(i, (xyz, _))| (FIRST + 10.0 * i as f64, Rgb::from(*xyz)))
+}
+
+fn response(spectrum: impl Fn(f64) -> f64) -> Response {
+    let xyz: Rgb = wavelengths().map(|(nm, xyz)| xyz * spectrum(nm)).sum();
+    Response { rgb: rgb_from_xyz(xyz), luminance: xyz.y }
+}
+
+fn rgb_from_xyz(xyz: Rgb) -> Rgb {
+    Rgb::new(
+        xyz.dot(Rgb::new(3.240_454_2, -1.537_138_5, -0.498_531_4)),
+        xyz.dot(Rgb::new(-0.969_266_0, 1.876_010_8, 0.041_556_0)),
+        xyz.dot(Rgb::new(0.055_643_4, -0.204_025_9, 1.057_225_2)),
+    )
+}
+
+fn response_of_daylight() -> Response {
+    response(daylight)
+}
+
+/// The colour of a reflectance under D65; not clamped.
+fn under_daylight(reflectance: impl Fn(f64) -> f64) -> Rgb {
+    response(|nm| reflectance(nm) * daylight(nm)).rgb / response_of_daylight().rgb
+}
+
+/// pbrt's bound below a reflectance of 1, where the absorption would be infinite.
+const MAX_REFLECTANCE: f64 = 0.9999;
+
+/// Optical constants (eta, k) of a metal of which only the reflectance is known.
+pub(super) fn conductor_from_reflectance(reflectance: Rgb) -> (Rgb, Rgb) {
+    let r = reflectance.clamp(Rgb::ZERO, Rgb::splat(MAX_REFLECTANCE));
+    let k = |r: f64| 2.0 * r.sqrt() / (1.0 - r).sqrt();
+    (Rgb::ONE, Rgb::new(k(r.x), k(r.y), k(r.z)))
+}
+
+/// Optical constants (eta, k) per channel of a metal with spectral constants.
+///
+/// The eye sees the mean of the reflectance, which the reflectance of the mean
+/// constants is not. So eta is the mean over what the channel sees, and k is
+/// solved for so that the reflectance at normal incidence is right.
+pub(super) fn conductor(eta: &Spectrum, k: &Spectrum) -> (Rgb, Rgb) {
+    if let (Spectrum::Rgb(eta), Spectrum::Rgb(k)) = (eta, k) {
+        return (*eta, *k);
+    }
+    let seen = under_daylight(|nm| normal_reflectance(eta.at(nm), k.at(nm)));
+    let mut weighted = Rgb::ZERO;
+    let mut weights = Rgb::ZERO;
+    for (nm, xyz) in wavelengths() {
+        // Lobes that a channel subtracts would make a mean that no metal has.
+        let weight = (rgb_from_xyz(xyz) * daylight(nm)).max(Rgb::ZERO);
+        weighted += weight * eta.at(nm);
+        weights += weight;
+    }
+    let mean = weighted / weights;
+    let channel = |i: usize| solve_k(mean[i], seen[i].clamp(0.0, MAX_REFLECTANCE));
+    let solved = [0, 1, 2].map(channel);
+    (Rgb::from(solved.map(|(eta, _)| eta)), Rgb::from(solved.map(|(_, k)| k)))
+}
+
+fn normal_reflectance(eta: f64, k: f64) -> f64 {
+    ((eta - 1.0).powi(2) + k * k) / ((eta + 1.0).powi(2) + k * k)
+}
+
+/// The k that gives reflectance `r` at this eta; where none does, eta gives way.
+fn solve_k(eta: f64, r: f64) -> (f64, f64) {
+    let squared = (r * (eta + 1.0).powi(2) - (eta - 1.0).powi(2)) / (1.0 - r);
+    if squared >= 0.0 {
+        return (eta, squared.sqrt());
+    }
+    let root = r.sqrt();
+    ((1.0 + root) / (1.0 - root), 0.0)
+}
+
+/// The spectrum of a parameter, or `None` where it is absent.
+pub(super) fn optional(param: Option<&Param>) -> Result<Option<Spectrum>, SceneError> {
+    param.map(Spectrum::from_param).transpose()
+}
+
+/// The constants of copper, which pbrt's conductors are made of by default.
+pub(super) fn copper(location: &Location) -> Result<(Spectrum, Spectrum), SceneError> {
+    let constant = |name| Spectrum::named(name).ok_or_else(|| location.invalid("copper's constants are missing"));
+    Ok((constant("metal-Cu-eta")?, constant("metal-Cu-k")?))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn near(a: Rgb, b: [f64; 3], tolerance: f64) {
+        assert!((a - Rgb::from(b)).abs().max_element() < tolerance, "{a} {b:?}");
+    }
+
+    fn metal(name: &str) -> Rgb {
+        let named = |part| Spectrum::named(&format!("metal-{name}-{part}")).unwrap();
+        let (eta, k) = conductor(&named("eta"), &named("k"));
+        let r = |i: usize| normal_reflectance(eta[i], k[i]);
+        Rgb::new(r(0), r(1), r(2))
+    }
+
+    #[test]
+    fn daylight_is_white() {
+        let white = response(daylight);
+        let xyz_y = white.luminance;
+        near(white.rgb / xyz_y, [1.0; 3], 0.002);
+        near(under_daylight(|_| 1.0), [1.0; 3], 1e-12);
+    }
+
+    #[test]
+    fn metals_have_the_colours_of_metals() {
+        near(metal("Au"), [1.0, 0.77, 0.34], 0.03);
+        near(metal("Ag"), [0.97, 0.96, 0.92], 0.02);
+        near(metal("Al"), [0.91, 0.92, 0.92], 0.02);
+        near(metal("Cu"), [0.955, 0.64, 0.54], 0.03);
+        near(metal("CuZn"), [0.91, 0.78, 0.42], 0.08);
+    }
+
+    #[test]
+    fn clear_crystals_absorb_nothing() {
+        let named = |name| Spectrum::named(name).unwrap();
+        let (eta, k) = conductor(&named("metal-MgO-eta"), &named("metal-MgO-k"));
+        near(eta, [1.737, 1.74, 1.75], 0.01);
+        assert!(k.max_element() < 0.05);
+    }
+
+    #[test]
+    fn glasses_bend_as_their_makers_say() {
+        // At the helium d line, 587.6 nm.
+        let known = [1.51680, 1.67003, 1.48656, 1.85025, 1.67271, 1.72828, 1.78472];
+        for (glass, eta) in GLASSES.iter().zip(known) {
+            assert!((glass.eta(587.6) - eta).abs() < 3e-5, "{}", glass.name);
+        }
+        let crown = Spectrum::named("glass-BK7").unwrap().photopic_mean();
+        assert!((crown - 1.518).abs() < 1e-3);
+    }
+
+    #[test]
+    fn black_bodies_have_luminance_one() {
+        for (kelvin, expected) in [(6504.0, [1.043, 0.984, 1.036]), (2856.0, [1.845, 0.826, 0.233])] {
+            let rgb = Spectrum::Blackbody(kelvin).light();
+            near(rgb, expected, 0.01);
+            let luminance = rgb.dot(Rgb::new(0.2126, 0.7152, 0.0722));
+            assert!((luminance - 1.0).abs() < 0.01, "{kelvin} {luminance}");
+        }
+    }
+
+    #[test]
+    fn reflectance_makes_a_conductor_that_reflects_it() {
+        let (eta, k) = conductor_from_reflectance(Rgb::new(0.0, 0.5, 1.0));
+        assert!((normal_reflectance(eta.y, k.y) - 0.5).abs() < 1e-12);
+        assert!(k.is_finite() && k.x == 0.0);
+    }
+
+    #[test]
+    fn tables_are_linear_between_their_points_and_zero_beyond() {
+        let pairs = [[400.0, 1.0], [500.0, 3.0]];
+        for (nm, value) in [(399.0, 0.0), (400.0, 1.0), (450.0, 2.0), (500.0, 3.0), (501.0, 0.0)] {
+            assert_eq!(interpolate(&pairs, nm), value);
+        }
+    }
+}

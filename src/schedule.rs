@@ -1,0 +1,77 @@
+//! How many photons a dispatch traces.
+
+use std::time::Duration;
+
+/// A batch should keep the device this long: short of any watchdog, long enough that
+/// submitting costs nothing.
+const TARGET: Duration = Duration::from_millis(300);
+const FIRST: u64 = 1 << 16;
+
+/// The size of photon batches. It does not change an image, so it may follow the clock.
+#[derive(Clone, Debug)]
+pub struct BatchSize {
+    photons: u64,
+    max: u64,
+    fixed: bool,
+}
+
+impl BatchSize {
+    /// Batches of at most `max` photons; of `asked` photons, where that is less.
+    pub fn new(asked: Option<u64>, max: u64) -> Self {
+        let photons = asked.unwrap_or(FIRST).clamp(1, max);
+        Self { photons, max, fixed: asked.is_some() }
+    }
+
+    /// Where the batch that starts at `first` of `total` photons ends. What is left is
+    /// split evenly.
+    pub fn end(&self, first: u64, total: u64) -> u64 {
+        let left = total - first;
+        first + left.div_ceil(left.div_ceil(self.photons))
+    }
+
+    /// Learns from a finished batch.
+    pub fn observe(&mut self, photons: u64, took: Duration) {
+        if self.fixed || took.is_zero() {
+            return;
+        }
+        let wanted = photons as f64 * TARGET.as_secs_f64() / took.as_secs_f64();
+        // At most a factor of four at once: one slow batch may be the machine's doing.
+        let low = self.photons / 4;
+        let high = self.photons.saturating_mul(4);
+        self.photons = (wanted as u64).clamp(low, high).clamp(256.min(self.max), self.max);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn batches_cover_every_photon_once() {
+        for asked in [1, 7, 100, 1000] {
+            let size = BatchSize::new(Some(asked), 500);
+            let mut first = 0;
+            while first < 777 {
+                let end = size.end(first, 777);
+                assert!(end > first && end - first <= asked.min(500));
+                first = end;
+            }
+            assert_eq!(first, 777);
+        }
+    }
+
+    #[test]
+    fn slow_batches_shrink_and_fast_ones_grow_within_bounds() {
+        let mut size = BatchSize::new(None, 1 << 20);
+        size.observe(1 << 16, Duration::from_secs(100));
+        assert_eq!(size.photons, 1 << 14);
+        for _ in 0..10 {
+            size.observe(size.photons, Duration::from_micros(1));
+        }
+        assert_eq!(size.photons, 1 << 20);
+        for _ in 0..20 {
+            size.observe(size.photons, Duration::from_secs(100));
+        }
+        assert_eq!(size.photons, 256);
+    }
+}

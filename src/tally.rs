@@ -1,0 +1,61 @@
+//! What happened to photons and eye paths.
+
+use serde::Serialize;
+
+use crate::kernels::Counters;
+
+/// Counts over any number of iterations. Each emitted photon path ended exactly once:
+/// deposited + absorbed + escaped + truncated + lost in glass + dropped = emitted.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
+pub struct Tally {
+    /// Photon paths begun.
+    pub emitted: u64,
+    /// Photons stored on diffuse surfaces; a path may store several.
+    pub recorded: u64,
+    /// Paths absorbed at a surface that stores photons.
+    pub deposited: u64,
+    /// Paths absorbed at a specular surface.
+    pub absorbed: u64,
+    /// Paths that left the scene.
+    pub escaped: u64,
+    /// Paths that reached the maximum depth.
+    pub truncated: u64,
+    /// Photon and eye paths that found no way out of a dielectric.
+    pub lost_in_glass: u64,
+    /// The eye paths among them.
+    pub eye_lost_in_glass: u64,
+    /// Paths dropped because a value was not finite.
+    pub non_finite: u64,
+    /// Deposits that did not fit the fixed-point sum.
+    pub saturated: u64,
+}
+
+impl Tally {
+    /// Adds what the device counted.
+    pub fn add(&mut self, counters: &Counters) {
+        self.emitted += u64::from(counters.emitted);
+        self.recorded += u64::from(counters.recorded);
+        self.deposited += u64::from(counters.deposited);
+        self.absorbed += u64::from(counters.absorbed);
+        self.escaped += u64::from(counters.escaped);
+        self.truncated += u64::from(counters.truncated);
+        self.lost_in_glass += u64::from(counters.lost_in_glass) + u64::from(counters.eye_lost_in_glass);
+        self.eye_lost_in_glass += u64::from(counters.eye_lost_in_glass);
+        self.non_finite += u64::from(counters.non_finite);
+        self.saturated += u64::from(counters.saturated);
+    }
+
+    /// Adds another tally.
+    pub fn merge(&mut self, other: &Self) {
+        self.emitted += other.emitted;
+        self.recorded += other.recorded;
+        self.deposited += other.deposited;
+        self.absorbed += other.absorbed;
+        self.escaped += other.escaped;
+        self.truncated += other.truncated;
+        self.lost_in_glass += other.lost_in_glass;
+        self.eye_lost_in_glass += other.eye_lost_in_glass;
+        self.non_finite += other.non_finite;
+        self.saturated += other.saturated;
+    }
+}

@@ -1,0 +1,70 @@
+//! A packed scene in device memory.
+
+use goblet_host::{Buffer, Device};
+
+use crate::kernels::{
+    AliasEntry, BvhNode, Light, Material, Quadric, SceneBindings, SceneInfo, Triangle, TriangleNormals,
+};
+use crate::pack::PackedScene;
+
+/// The scene's buffers, in the order of `shaders/include/scene.glsl`.
+pub struct GpuScene {
+    scene_info: Buffer<SceneInfo>,
+    nodes: Buffer<BvhNode>,
+    primitives: Buffer<u32>,
+    triangles: Buffer<Triangle>,
+    triangle_normals: Buffer<TriangleNormals>,
+    quadrics: Buffer<Quadric>,
+    materials: Buffer<Material>,
+    lights: Buffer<Light>,
+    emission_table: Buffer<AliasEntry>,
+    direct_table: Buffer<AliasEntry>,
+}
+
+impl GpuScene {
+    /// Copies a scene to the device.
+    ///
+    /// # Errors
+    /// Out of device memory, or a buffer is larger than the device can bind.
+    pub fn new(device: &Device, scene: &PackedScene, max_depth: u32, seed: u32) -> goblet_host::Result<Self> {
+        let info = SceneInfo {
+            center: [0.0; 3],
+            // Wide enough that rounding leaves nothing outside.
+            radius: (scene.space.radius * 1.0001) as f32,
+            infinite: scene.infinite.as_vec3().to_array(),
+            mean_power: scene.mean_power as f32,
+            emission_count: scene.emission_table.len() as u32,
+            direct_count: scene.direct_table.len() as u32,
+            max_depth,
+            seed,
+        };
+        Ok(Self {
+            scene_info: device.upload("scene_info", &[info])?,
+            nodes: device.upload("nodes", &scene.nodes)?,
+            primitives: device.upload("primitives", &scene.primitives)?,
+            triangles: device.upload("triangles", &scene.triangles)?,
+            triangle_normals: device.upload("triangle_normals", &scene.triangle_normals)?,
+            quadrics: device.upload("quadrics", &scene.quadrics)?,
+            materials: device.upload("materials", &scene.materials)?,
+            lights: device.upload("lights", &scene.lights)?,
+            emission_table: device.upload("emission_table", &scene.emission_table)?,
+            direct_table: device.upload("direct_table", &scene.direct_table)?,
+        })
+    }
+
+    /// The buffers as kernels bind them.
+    pub fn bindings(&self) -> SceneBindings<'_> {
+        SceneBindings {
+            scene_info: &self.scene_info,
+            nodes: &self.nodes,
+            primitives: &self.primitives,
+            triangles: &self.triangles,
+            triangle_normals: &self.triangle_normals,
+            quadrics: &self.quadrics,
+            materials: &self.materials,
+            lights: &self.lights,
+            emission_table: &self.emission_table,
+            direct_table: &self.direct_table,
+        }
+    }
+}
