@@ -20,8 +20,9 @@ layout(std430, set = 1, binding = 1) buffer PhotonWeightBlock { vec4 data[]; } p
 layout(std430, set = 1, binding = 2) buffer CounterBlock { Counters value; } counters;
 
 layout(push_constant) uniform Push {
-    uint iteration;
-    uint first;          // photons first .. end of the iteration, stride apart
+    uint before_low;  // photons of all iterations before this one, 64 bits
+    uint before_high;
+    uint first;       // photons first .. end of the iteration, stride apart
     uint end;
     uint stride;
 };
@@ -38,9 +39,12 @@ struct Path {
     Random random;
 };
 
+// Photons of all iterations are one sequence: its strata get finer as the render goes on.
 Path start_path(uint photon) {
+    uint index = before_low + photon;
+    uint high = before_high + (index < photon ? 1u : 0u);
     // Eye paths hash the seed itself: its complement keeps the two apart.
-    Random random = Random(hash(~scene_info.value.seed, iteration), photon);
+    Random random = Random(hash(~scene_info.value.seed, high), index);
     Emission emission = emit(random);
     return Path(emission.ray, emission.weight, 0u, false, random);
 }

@@ -33,7 +33,7 @@ impl Sizes {
     }
 }
 
-/// Device memory of a render. Four-component arrays are split by field, since a device
+/// Device memory of a render; `shaders/` documents the contents. Four-component arrays are split by field, since a device
 /// may bind no more than 128 MiB at once.
 pub struct Buffers {
     pub camera: Buffer<Camera>,

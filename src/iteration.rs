@@ -99,8 +99,10 @@ impl Passes {
         // a GPU wants many invocations.
         let per_invocation = if device.info().kind == DeviceKind::Cpu { 32 } else { 2 };
         let stride = (batch.end - batch.start).div_ceil(per_invocation);
+        let before = u64::from(iteration) * settings.photons;
         let push = PhotonPush {
-            iteration,
+            before_low: before as u32,
+            before_high: (before >> 32) as u32,
             first: batch.start as u32,
             end: batch.end as u32,
             stride: stride as u32,

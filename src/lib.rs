@@ -17,26 +17,27 @@
 //! # }
 //! ```
 //!
-//! [`iteration`] is the algorithm in one page, `shaders/` the passes that it dispatches.
+//! `src/iteration.rs` is the algorithm in one page, `shaders/` the passes that it dispatches.
 //! This crate knows physics and no Vulkan; `goblet-host` knows Vulkan and no physics.
 #![forbid(unsafe_code)]
 
 mod alias;
-pub mod buffers;
+mod buffers;
 mod bvh;
 pub mod cli;
 pub mod compare;
 pub mod film;
-pub mod iteration;
+mod iteration;
 pub mod kernels;
 pub mod output;
-pub mod pack;
+mod pack;
 mod renderer;
 pub mod scene;
 mod schedule;
 mod tally;
-pub mod upload;
+mod upload;
 mod view;
 
+pub use pack::PackError;
 pub use renderer::{Options, RenderError, Renderer, open_device};
 pub use tally::Tally;

@@ -157,7 +157,7 @@ fn metadata(args: &RenderArgs, renderer: &Renderer) -> Vec<(String, String)> {
     let scene = args.scene.file_name().map(|name| name.to_string_lossy().into_owned()).unwrap_or_default();
     let device = renderer.device().info();
     [
-        ("software", format!("goblet {}", env!("CARGO_PKG_VERSION"))),
+        ("goblet.version", env!("CARGO_PKG_VERSION").to_owned()),
         ("goblet.scene", scene),
         ("goblet.iterations", renderer.iterations().to_string()),
         ("goblet.photons", renderer.photons().to_string()),

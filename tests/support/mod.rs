@@ -1,0 +1,68 @@
+//! What the integration tests share: a validated device, and renders of scene text.
+#![allow(dead_code, reason = "each test file uses a part of this")]
+
+use std::path::{Path, PathBuf};
+use std::rc::Rc;
+
+use goblet::film::Image;
+use goblet::scene::Scene;
+use goblet::{Options, Renderer, Tally};
+use goblet_host::Device;
+
+/// A device with validation layers on. Without one, the test fails and says why.
+pub fn device() -> Rc<Device> {
+    match goblet::open_device(None, true) {
+        Ok(device) => Rc::new(device),
+        Err(error) => panic!("{error}"),
+    }
+}
+
+/// Fails if the validation layers have said anything.
+pub fn assert_silent(device: &Device) {
+    let messages = device.validation_messages();
+    assert!(messages.is_empty(), "validation messages: {messages:#?}");
+}
+
+/// A finished render.
+pub struct Rendered {
+    /// Linear RGB.
+    pub image: Image,
+    /// What happened to the photons.
+    pub tally: Tally,
+    /// Smallest and largest radius, scene units.
+    pub radius: [f64; 2],
+}
+
+/// Renders `iterations` of a scene, and checks that validation stays silent.
+pub fn render_scene(device: &Rc<Device>, scene: &Scene, options: &Options, iterations: u32) -> Rendered {
+    let mut renderer = Renderer::new(Rc::clone(device), scene, options).expect("a renderer");
+    for _ in 0..iterations {
+        renderer.step().expect("an iteration");
+    }
+    let image = renderer.resolve().expect("an image");
+    let radius = renderer.radius_range().expect("radii");
+    assert_silent(device);
+    Rendered { image, tally: *renderer.tally(), radius }
+}
+
+/// Renders scene text.
+pub fn render(text: &str, options: &Options, iterations: u32) -> Rendered {
+    let scene = Scene::parse(text, "test.pbrt", root()).expect("a scene");
+    render_scene(&device(), &scene, options, iterations)
+}
+
+/// The folder of `Cargo.toml`.
+pub fn root() -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).to_owned()
+}
+
+/// The mean over all pixels, per channel.
+pub fn mean(image: &Image) -> [f64; 3] {
+    let mut sum = [0.0; 3];
+    for pixel in &image.pixels {
+        for (sum, value) in sum.iter_mut().zip(pixel) {
+            *sum += f64::from(*value);
+        }
+    }
+    sum.map(|sum| sum / image.pixels.len() as f64)
+}
