@@ -45,9 +45,13 @@ void add_channel(uint index, uvec2 fixed_point) {
 }
 
 void main() {
+    uint invocation = invocation_index();
+    if (invocation >= stride) {
+        return; // its photons are another invocation's
+    }
     uint stop = min(end, counters.value.recorded);
     float inverse_size = 1.0 / cell_size(grid_info.value.max_radius2);
-    for (uint photon = first + invocation_index(); photon < stop; photon += stride) {
+    for (uint photon = first + invocation; photon < stop; photon += stride) {
         vec4 record = photon_positions.data[photon];
         vec3 photon_normal = unpack_normal(floatBitsToUint(record.w));
         vec3 weight = photon_weights.data[photon].xyz;

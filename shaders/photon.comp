@@ -110,7 +110,11 @@ bool is_finite(Path path) {
 }
 
 void main() {
-    uint photon = first + invocation_index();
+    uint invocation = invocation_index();
+    if (invocation >= stride) {
+        return; // its photons are another invocation's
+    }
+    uint photon = first + invocation;
     uint ends[ALIVE] = uint[ALIVE](0u, 0u, 0u, 0u, 0u, 0u);
     bool alive = false;
     Path path;
