@@ -1,17 +1,18 @@
 //! The bounding volume hierarchy over all primitives.
 
-use glam::Vec3;
+use glam::Vec3A;
 use obvhs::BvhBuildParams;
 use obvhs::aabb::Aabb;
 use obvhs::bvh2::Bvh2;
+use obvhs::bvh2::node::Bvh2Node;
 use obvhs::bvh2::builder::build_bvh2;
 
-use crate::kernels::{BvhNode, MAX_BVH_DEPTH};
+use crate::kernels::{BvhPair, COUNT_SHIFT, MAX_BVH_DEPTH, MAX_LEAF_COUNT};
 
 /// A hierarchy as the GPU reads it.
 pub struct Bvh {
-    /// Nodes; the root is the first.
-    pub nodes: Vec<BvhNode>,
+    /// Children of each inner node; the root's are the first.
+    pub pairs: Vec<BvhPair>,
     /// For each place of a leaf, which of the boxes given to [`build`] stands there.
     pub order: Vec<u32>,
 }
@@ -19,18 +20,40 @@ pub struct Bvh {
 /// Builds a hierarchy over boxes, of which there is at least one. `None` if it is deeper
 /// than a ray can walk.
 pub fn build(boxes: &[Aabb]) -> Option<Bvh> {
-    let params = if boxes.len() > 2_000_000 { BvhBuildParams::fast_build() } else { BvhBuildParams::medium_build() };
+    let mut params =
+        if boxes.len() > 2_000_000 { BvhBuildParams::fast_build() } else { BvhBuildParams::medium_build() };
+    params.max_prims_per_leaf = params.max_prims_per_leaf.min(MAX_LEAF_COUNT);
     let bvh = build_bvh2(boxes, params, &mut Default::default());
     if depth(&bvh) > MAX_BVH_DEPTH as usize {
         return None;
     }
-    let nodes = bvh.nodes.iter().map(|node| BvhNode {
-        lower: Vec3::from(node.aabb.min).to_array(),
-        first: node.first_index,
-        upper: Vec3::from(node.aabb.max).to_array(),
-        count: node.prim_count,
-    });
-    Some(Bvh { nodes: nodes.collect(), order: bvh.primitive_indices.clone() })
+    Some(Bvh { pairs: pairs(&bvh), order: bvh.primitive_indices.clone() })
+}
+
+/// Children come in pairs behind the root: nodes 2i + 1 and 2i + 2 are pair i.
+fn pairs(bvh: &Bvh2) -> Vec<BvhPair> {
+    let empty = Bvh2Node::default();
+    let nodes = &bvh.nodes;
+    if nodes[0].prim_count > 0 {
+        // A lone leaf: its sibling is a box that no ray enters.
+        return vec![pair(&nodes[0], &Bvh2Node { aabb: Aabb::INVALID, prim_count: 1, ..empty })];
+    }
+    // The root's children are pair 0, and any child's pair stands where its nodes stand.
+    nodes[1..].chunks_exact(2).map(|children| pair(&children[0], &children[1])).collect()
+}
+
+fn pair(left: &Bvh2Node, right: &Bvh2Node) -> BvhPair {
+    let corner = |corner: Vec3A, bits: u32| [corner.x, corner.y, corner.z, f32::from_bits(bits)];
+    BvhPair {
+        left_lower: corner(left.aabb.min, reference(left)),
+        left_upper: corner(left.aabb.max, 0),
+        right_lower: corner(right.aabb.min, reference(right)),
+        right_upper: corner(right.aabb.max, 0),
+    }
+}
+
+fn reference(node: &Bvh2Node) -> u32 {
+    if node.prim_count > 0 { node.prim_count << COUNT_SHIFT | node.first_index } else { (node.first_index - 1) / 2 }
 }
 
 /// The most nodes between the root and a leaf, both counted.

@@ -11,7 +11,7 @@ use obvhs::aabb::Aabb;
 use crate::alias;
 use crate::bvh;
 use crate::kernels::{
-    self, AREA, AliasEntry, BvhNode, CONDUCTOR, DIELECTRIC, DIFFUSE, DISK, DISTANT, INFINITE, KIND_SHIFT, NONE, POINT,
+    self, AREA, AliasEntry, BvhPair, CONDUCTOR, DIELECTRIC, DIFFUSE, DISK, DISTANT, INFINITE, KIND_SHIFT, NONE, POINT,
     Quadric, SPHERE, SPOT, Specialization, TRIANGLE, Triangle, TriangleNormals,
 };
 use crate::scene::{AreaLight, Geometry, Light, Material, Mesh, Rgb, Scene, Shape};
@@ -72,8 +72,8 @@ impl RenderSpace {
 pub struct PackedScene {
     /// Where render space is.
     pub space: RenderSpace,
-    /// Bounding volume hierarchy; the root is the first node.
-    pub nodes: Vec<BvhNode>,
+    /// Bounding volume hierarchy; the root is the first pair.
+    pub bvh_pairs: Vec<BvhPair>,
     /// Primitive references in the order of the leaves.
     pub primitives: Vec<u32>,
     /// Triangles of all meshes.
@@ -127,7 +127,7 @@ pub fn pack(scene: &Scene) -> Result<PackedScene, PackError> {
     let specialization = packer.specialization(scene, &direct_table);
     Ok(PackedScene {
         space,
-        nodes: bvh.nodes,
+        bvh_pairs: bvh.pairs,
         primitives,
         materials: scene.materials.iter().map(pack_material).collect(),
         emission_table,

@@ -3,14 +3,14 @@
 use goblet_host::{Buffer, Device};
 
 use crate::kernels::{
-    AliasEntry, BvhNode, Light, Material, Quadric, SceneBindings, SceneInfo, Triangle, TriangleNormals,
+    AliasEntry, BvhPair, Light, Material, Quadric, SceneBindings, SceneInfo, Triangle, TriangleNormals,
 };
 use crate::pack::PackedScene;
 
 /// The scene's buffers, in the order of `shaders/include/scene.glsl`.
 pub struct GpuScene {
     scene_info: Buffer<SceneInfo>,
-    nodes: Buffer<BvhNode>,
+    bvh_pairs: Buffer<BvhPair>,
     primitives: Buffer<u32>,
     triangles: Buffer<Triangle>,
     triangle_normals: Buffer<TriangleNormals>,
@@ -40,7 +40,7 @@ impl GpuScene {
         };
         Ok(Self {
             scene_info: device.upload("scene_info", &[info])?,
-            nodes: device.upload("nodes", &scene.nodes)?,
+            bvh_pairs: device.upload("bvh_pairs", &scene.bvh_pairs)?,
             primitives: device.upload("primitives", &scene.primitives)?,
             triangles: device.upload("triangles", &scene.triangles)?,
             triangle_normals: device.upload("triangle_normals", &scene.triangle_normals)?,
@@ -56,7 +56,7 @@ impl GpuScene {
     pub fn bindings(&self) -> SceneBindings<'_> {
         SceneBindings {
             scene_info: &self.scene_info,
-            nodes: &self.nodes,
+            bvh_pairs: &self.bvh_pairs,
             primitives: &self.primitives,
             triangles: &self.triangles,
             triangle_normals: &self.triangle_normals,

@@ -68,9 +68,9 @@ bool intersect_primitive(uint primitive, Ray ray, inout Hit hit) {
 
 // Entry of a ray into a box, or INFINITY_T. The far side is widened by the rounding
 // error of three operations (Ize, "Robust BVH Ray Traversal", 2013).
-float enter_box(BvhNode node, Ray ray, vec3 inverse, float t_max) {
-    vec3 a = (node.lower - ray.origin) * inverse;
-    vec3 b = (node.upper - ray.origin) * inverse;
+float enter_box(vec3 lower, vec3 upper, Ray ray, vec3 inverse, float t_max) {
+    vec3 a = (lower - ray.origin) * inverse;
+    vec3 b = (upper - ray.origin) * inverse;
     vec3 near = min(a, b);
     vec3 far = max(a, b) * (1.0 + 8.0 * ROUNDING);
     float t_near = max(max(near.x, near.y), max(near.z, 0.0));
@@ -78,7 +78,8 @@ float enter_box(BvhNode node, Ray ray, vec3 inverse, float t_max) {
     return t_near <= t_far ? t_near : INFINITY_T;
 }
 
-// The nearest hit with 0 < t < t_max; with any_hit, some hit.
+// The nearest hit with 0 < t < t_max; with any_hit, some hit. All lanes walk inner nodes
+// until each has a leaf, then all test primitives (Aila and Laine 2009, "while-while").
 Hit traverse(Ray ray, float t_max, bool any_hit) {
     Hit hit = Hit(t_max, NONE, vec2(0.0));
     // No component is zero, so that no slab computes zero times infinity.
@@ -86,34 +87,33 @@ Hit traverse(Ray ray, float t_max, bool any_hit) {
     vec3 inverse = 1.0 / direction;
     uint stack[MAX_BVH_DEPTH];
     uint height = 0u;
-    BvhNode node = nodes.data[0];
-    while (true) {
-        if (node.count > 0u) {
-            for (uint i = node.first; i < node.first + node.count; i++) {
-                if (intersect_primitive(primitives.data[i], ray, hit) && any_hit) {
-                    return hit;
-                }
-            }
-        } else {
-            BvhNode left = nodes.data[node.first];
-            BvhNode right = nodes.data[node.first + 1u];
-            float t_left = enter_box(left, ray, inverse, hit.t);
-            float t_right = enter_box(right, ray, inverse, hit.t);
-            if (min(t_left, t_right) < INFINITY_T) {
-                bool left_first = t_left <= t_right;
-                if (max(t_left, t_right) < INFINITY_T) {
-                    stack[height] = left_first ? node.first + 1u : node.first;
-                    height++;
-                }
-                node = left_first ? left : right;
-                continue;
+    uint node = 0u;
+    while (node != NONE) {
+        while (node >> COUNT_SHIFT == 0u) {
+            BvhPair pair = bvh_pairs.data[node];
+            float t_left = enter_box(pair.left_lower.xyz, pair.left_upper.xyz, ray, inverse, hit.t);
+            float t_right = enter_box(pair.right_lower.xyz, pair.right_upper.xyz, ray, inverse, hit.t);
+            uint left = floatBitsToUint(pair.left_lower.w);
+            uint right = floatBitsToUint(pair.right_lower.w);
+            bool left_first = t_left <= t_right;
+            node = left_first ? left : right;
+            if (max(t_left, t_right) < INFINITY_T) {
+                stack[height++] = left_first ? right : left;
+            } else if (min(t_left, t_right) == INFINITY_T) {
+                node = height > 0u ? stack[--height] : NONE;
             }
         }
-        if (height == 0u) {
+        if (node == NONE) {
             break;
         }
-        height--;
-        node = nodes.data[stack[height]];
+        uint first = node & FIRST_MASK;
+        uint end = first + (node >> COUNT_SHIFT);
+        for (uint i = first; i < end; i++) {
+            if (intersect_primitive(primitives.data[i], ray, hit) && any_hit) {
+                return hit;
+            }
+        }
+        node = height > 0u ? stack[--height] : NONE;
     }
     return hit;
 }

@@ -3,7 +3,7 @@
 #include "specialization.glsl"
 
 layout(std430, set = 0, binding = 0) readonly buffer SceneBlock { SceneInfo value; } scene_info;
-layout(std430, set = 0, binding = 1) readonly buffer NodeBlock { BvhNode data[]; } nodes;
+layout(std430, set = 0, binding = 1) readonly buffer PairBlock { BvhPair data[]; } bvh_pairs;
 layout(std430, set = 0, binding = 2) readonly buffer PrimitiveBlock { uint data[]; } primitives;
 layout(std430, set = 0, binding = 3) readonly buffer TriangleBlock { Triangle data[]; } triangles;
 layout(std430, set = 0, binding = 4) readonly buffer NormalBlock { TriangleNormals data[]; } triangle_normals;

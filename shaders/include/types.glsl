@@ -14,13 +14,19 @@ const uint DISK = 2u;
 // The deepest hierarchy that a ray can walk; the host builds no deeper one.
 const uint MAX_BVH_DEPTH = 64u;
 
-// A node of the bounding volume hierarchy. A leaf has count > 0 and holds
-// primitives[first ..]; an inner node's children are nodes[first] and nodes[first + 1].
-struct BvhNode {
-    vec3 lower;
-    uint first;
-    vec3 upper;
-    uint count;
+// References to children: a leaf's count of primitives in the top bits, below it the index
+// of its first one; for an inner node count 0 and the index of its pair.
+const uint COUNT_SHIFT = 28u;
+const uint FIRST_MASK = 0x0fffffffu;
+const uint MAX_LEAF_COUNT = 15u;
+
+// The two children of an inner node of the bounding volume hierarchy. The references are
+// bits in w of the lower corners: drivers load four components in one go.
+struct BvhPair {
+    vec4 left_lower;
+    vec4 left_upper;
+    vec4 right_lower;
+    vec4 right_upper;
 };
 
 // The front side is where p0, p1, p2 run counter-clockwise.

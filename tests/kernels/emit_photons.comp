@@ -1,0 +1,31 @@
+// emit_photons: the first segments of photon paths.
+#version 460
+#extension GL_GOOGLE_include_directive : require
+#include "invocation.glsl"
+#include "scene.glsl"
+#include "random.glsl"
+#include "sampling.glsl"
+#include "intersect.glsl"
+#include "surface.glsl"
+#include "light.glsl"
+#include "emission.glsl"
+
+struct Emitted {
+    vec3 origin;
+    float pad0;
+    vec3 direction;
+    float pad1;
+    vec3 weight;
+    float pad2;
+};
+
+layout(std430, set = 1, binding = 0) buffer EmittedBlock { Emitted data[]; } emitted;
+
+void main() {
+    uint i = invocation_index();
+    if (i >= emitted.data.length()) {
+        return;
+    }
+    Emission emission = emit(Random(scene_info.value.seed, i));
+    emitted.data[i] = Emitted(emission.ray.origin, 0.0, emission.ray.direction, 0.0, emission.weight, 0.0);
+}

@@ -1,0 +1,42 @@
+// fresnel: reflectances of boundaries.
+#version 460
+#extension GL_GOOGLE_include_directive : require
+#include "invocation.glsl"
+#include "types.glsl"
+#include "specialization.glsl"
+#include "sampling.glsl"
+#include "bsdf.glsl"
+
+struct Boundary {
+    float cos_i;
+    float eta;
+    float k;
+    float pad0;
+};
+
+struct Reflectance {
+    float dielectric;
+    float cos_t;
+    float conductor;
+    float pad0;
+};
+
+layout(std430, set = 1, binding = 0) readonly buffer BoundaryBlock { Boundary data[]; } boundaries;
+layout(std430, set = 1, binding = 1) buffer ReflectanceBlock { Reflectance data[]; } reflectances;
+
+void main() {
+    uint i = invocation_index();
+    if (i >= boundaries.data.length()) {
+        return;
+    }
+    Boundary boundary = boundaries.data[i];
+    float cos_t;
+    float dielectric = fresnel_dielectric(boundary.cos_i, boundary.eta, cos_t);
+    // Channels must not mix: the one of interest moves about among others.
+    vec3 eta = vec3(1.5);
+    vec3 k = vec3(2.5);
+    eta[i % 3u] = boundary.eta;
+    k[i % 3u] = boundary.k;
+    float conductor = fresnel_conductor(boundary.cos_i, eta, k)[i % 3u];
+    reflectances.data[i] = Reflectance(dielectric, cos_t, conductor, 0.0);
+}

@@ -1,0 +1,38 @@
+// hit_quadrics: one ray in object space against one sphere or disk per invocation.
+#version 460
+#extension GL_GOOGLE_include_directive : require
+#include "invocation.glsl"
+#include "scene.glsl"
+#include "intersect.glsl"
+
+struct ObjectRay {
+    vec3 origin;
+    uint quadric; // a primitive reference
+    vec3 direction;
+    float t_max;
+};
+
+struct ObjectHit {
+    float t;
+    uint found;
+};
+
+layout(std430, set = 1, binding = 0) readonly buffer RayBlock { ObjectRay data[]; } rays;
+layout(std430, set = 1, binding = 1) buffer HitBlock { ObjectHit data[]; } hits;
+
+void main() {
+    uint i = invocation_index();
+    if (i >= rays.data.length()) {
+        return;
+    }
+    ObjectRay ray = rays.data[i];
+    Quadric quadric = quadrics.data[ray.quadric & INDEX_MASK];
+    float t = ray.t_max;
+    bool found = false;
+    if (ray.quadric >> KIND_SHIFT == SPHERE) {
+        found = intersect_sphere(quadric, ray.origin, ray.direction, t);
+    } else {
+        found = intersect_disk(quadric, ray.origin, ray.direction, t);
+    }
+    hits.data[i] = ObjectHit(t, found ? 1u : 0u);
+}

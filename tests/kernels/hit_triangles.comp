@@ -1,0 +1,33 @@
+// hit_triangles: one ray against one triangle per invocation.
+#version 460
+#extension GL_GOOGLE_include_directive : require
+#include "invocation.glsl"
+#include "scene.glsl"
+#include "intersect.glsl"
+
+struct TriangleRay {
+    vec3 origin;
+    uint triangle;
+    vec3 direction;
+    float t_max;
+};
+
+struct TriangleHit {
+    vec2 barycentric;
+    float t;
+    uint found;
+};
+
+layout(std430, set = 1, binding = 0) readonly buffer RayBlock { TriangleRay data[]; } rays;
+layout(std430, set = 1, binding = 1) buffer HitBlock { TriangleHit data[]; } hits;
+
+void main() {
+    uint i = invocation_index();
+    if (i >= rays.data.length()) {
+        return;
+    }
+    TriangleRay input_ray = rays.data[i];
+    Hit hit = Hit(input_ray.t_max, NONE, vec2(0.0));
+    bool found = intersect_triangle(triangles.data[input_ray.triangle], Ray(input_ray.origin, input_ray.direction), hit);
+    hits.data[i] = TriangleHit(hit.barycentric, hit.t, found ? 1u : 0u);
+}

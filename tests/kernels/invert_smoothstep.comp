@@ -1,0 +1,21 @@
+// invert_smoothstep: quantiles of the falloff of a spot light.
+#version 460
+#extension GL_GOOGLE_include_directive : require
+#include "invocation.glsl"
+#include "scene.glsl"
+#include "random.glsl"
+#include "sampling.glsl"
+#include "intersect.glsl"
+#include "surface.glsl"
+#include "light.glsl"
+#include "emission.glsl"
+
+layout(std430, set = 1, binding = 0) readonly buffer UniformBlock { float data[]; } uniforms;
+layout(std430, set = 1, binding = 1) buffer QuantileBlock { float data[]; } quantiles;
+
+void main() {
+    uint i = invocation_index();
+    if (i < uniforms.data.length()) {
+        quantiles.data[i] = sample_smoothstep(uniforms.data[i]);
+    }
+}

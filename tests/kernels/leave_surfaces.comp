@@ -1,0 +1,48 @@
+// leave_surfaces: a ray meets a primitive, another leaves from there and must not meet it
+// again, or on the far side only.
+#version 460
+#extension GL_GOOGLE_include_directive : require
+#include "invocation.glsl"
+#include "scene.glsl"
+#include "intersect.glsl"
+#include "surface.glsl"
+
+struct Arrival {
+    vec3 origin;
+    uint primitive;
+    vec3 direction;
+    float pad0;
+    vec3 leaving; // direction of the second ray
+    float pad1;
+};
+
+struct Departure {
+    vec3 position;
+    float error;
+    vec3 normal;
+    uint found;     // the first ray hit
+    vec3 origin;    // of the second ray
+    float t_again;  // of the second hit, negative if none
+};
+
+layout(std430, set = 1, binding = 0) readonly buffer ArrivalBlock { Arrival data[]; } arrivals;
+layout(std430, set = 1, binding = 1) buffer DepartureBlock { Departure data[]; } departures;
+
+void main() {
+    uint i = invocation_index();
+    if (i >= arrivals.data.length()) {
+        return;
+    }
+    Arrival arrival = arrivals.data[i];
+    Ray ray = Ray(arrival.origin, arrival.direction);
+    Hit hit = Hit(INFINITY_T, NONE, vec2(0.0));
+    if (!intersect_primitive(arrival.primitive, ray, hit)) {
+        departures.data[i] = Departure(vec3(0.0), 0.0, vec3(0.0), 0u, vec3(0.0), -1.0);
+        return;
+    }
+    Surface surface = surface_at(ray, hit);
+    vec3 origin = offset_origin(surface, arrival.leaving);
+    Hit again = Hit(INFINITY_T, NONE, vec2(0.0));
+    bool met = intersect_primitive(arrival.primitive, Ray(origin, arrival.leaving), again);
+    departures.data[i] = Departure(surface.position, surface.error, surface.normal, 1u, origin, met ? again.t : -1.0);
+}

@@ -1,0 +1,51 @@
+// refract: light meets a surface, and goes back the way it came.
+#version 460
+#extension GL_GOOGLE_include_directive : require
+#include "invocation.glsl"
+#include "types.glsl"
+#include "specialization.glsl"
+#include "sampling.glsl"
+#include "bsdf.glsl"
+
+struct Incidence {
+    vec3 wo;
+    float u;
+    vec3 normal;
+    uint kind;
+    vec3 color;
+    uint carries_radiance;
+    vec3 eta;
+    float pad0;
+    vec3 k;
+    float pad1;
+    vec2 u_direction;
+    vec2 pad2;
+};
+
+struct Outcome {
+    vec3 wi;
+    uint transmitted;
+    vec3 weight;
+    float pad0;
+    vec3 wi_back;
+    uint transmitted_back;
+    vec3 weight_back;
+    float pad1;
+};
+
+layout(std430, set = 1, binding = 0) readonly buffer IncidenceBlock { Incidence data[]; } incidences;
+layout(std430, set = 1, binding = 1) buffer OutcomeBlock { Outcome data[]; } outcomes;
+
+void main() {
+    uint i = invocation_index();
+    if (i >= incidences.data.length()) {
+        return;
+    }
+    Incidence incidence = incidences.data[i];
+    Material material = Material(incidence.color, incidence.kind, incidence.eta, 0.0, incidence.k, 0.0);
+    bool carries = incidence.carries_radiance != 0u ? RADIANCE : FLUX;
+    Scatter there = scatter(material, incidence.wo, incidence.normal, incidence.u, incidence.u_direction, carries);
+    Scatter back = scatter(material, there.wi, incidence.normal, incidence.u, incidence.u_direction, carries);
+    outcomes.data[i] = Outcome(there.wi, there.transmitted ? 1u : 0u, there.weight, 0.0,
+                               back.wi, back.transmitted ? 1u : 0u, back.weight, 0.0);
+}

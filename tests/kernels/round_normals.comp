@@ -1,0 +1,16 @@
+// round_normals: unit vectors to 32 bits and back.
+#version 460
+#extension GL_GOOGLE_include_directive : require
+#include "invocation.glsl"
+#include "normal.glsl"
+
+layout(std430, set = 1, binding = 0) readonly buffer NormalBlock { vec4 data[]; } normals;
+layout(std430, set = 1, binding = 1) buffer BackBlock { vec4 data[]; } back;
+
+void main() {
+    uint i = invocation_index();
+    if (i >= normals.data.length()) {
+        return;
+    }
+    back.data[i] = vec4(unpack_normal(pack_normal(normals.data[i].xyz)), 0.0);
+}

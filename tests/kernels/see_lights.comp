@@ -1,0 +1,53 @@
+// see_lights: next-event estimation from given points.
+#version 460
+#extension GL_GOOGLE_include_directive : require
+#include "invocation.glsl"
+#include "scene.glsl"
+#include "random.glsl"
+#include "sampling.glsl"
+#include "intersect.glsl"
+#include "surface.glsl"
+#include "light.glsl"
+
+struct Viewpoint {
+    vec3 from;
+    float u_light;
+    vec2 u;
+    uint light; // sample this area light, or NONE: choose by the table
+    float pad0;
+};
+
+struct Seen {
+    vec3 target;
+    float pdf;
+    vec3 wi;
+    uint delta;
+    vec3 radiance;
+    float pdf_of_hit; // direct_pdf of the point that the ray along wi meets first, 0 if none
+};
+
+layout(std430, set = 1, binding = 0) readonly buffer ViewpointBlock { Viewpoint data[]; } viewpoints;
+layout(std430, set = 1, binding = 1) buffer SeenBlock { Seen data[]; } seen;
+
+void main() {
+    uint i = invocation_index();
+    if (i >= viewpoints.data.length()) {
+        return;
+    }
+    Viewpoint view = viewpoints.data[i];
+    LightSample direct;
+    if (view.light == NONE) {
+        direct = sample_direct(view.from, view.u_light, view.u);
+    } else {
+        direct = sample_area(lights.data[view.light], view.from, view.u);
+    }
+    float pdf_of_hit = 0.0;
+    if (view.light != NONE && direct.pdf > 0.0) {
+        Ray ray = Ray(view.from, direct.wi);
+        Hit hit = Hit(INFINITY_T, NONE, vec2(0.0));
+        if (intersect_primitive(lights.data[view.light].primitive, ray, hit)) {
+            pdf_of_hit = direct_pdf(lights.data[view.light], view.from, surface_at(ray, hit), direct.wi);
+        }
+    }
+    seen.data[i] = Seen(direct.target, direct.pdf, direct.wi, direct.delta ? 1u : 0u, direct.radiance, pdf_of_hit);
+}
