@@ -37,9 +37,8 @@ fn run() -> Result<(), Box<dyn Error>> {
 /// Compiles every kernel of `folder` and writes `module` with their description.
 fn build_kernels(root: &Path, folder: &str, out: &Path, module: &str) -> Result<(), Box<dyn Error>> {
     println!("cargo:rerun-if-changed={folder}");
-    let mut sources: Vec<PathBuf> = fs::read_dir(root.join(folder))?
-        .map(|entry| entry.map(|entry| entry.path()))
-        .collect::<Result<_, _>>()?;
+    let mut sources: Vec<PathBuf> =
+        fs::read_dir(root.join(folder))?.map(|entry| entry.map(|entry| entry.path())).collect::<Result<_, _>>()?;
     sources.retain(|path| path.extension().is_some_and(|extension| extension == "comp"));
     sources.sort();
 

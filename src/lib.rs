@@ -6,7 +6,7 @@
 //! use std::rc::Rc;
 //!
 //! # fn main() -> Result<(), Box<dyn std::error::Error>> {
-//! let scene = goblet::scene::Scene::load("scenes/cornell-caustic.pbrt".as_ref())?;
+//! let scene = goblet::scene::Scene::load("scenes/cornell-caustic.pbrt")?;
 //! let device = Rc::new(goblet::open_device(None, false)?);
 //! let mut renderer = goblet::Renderer::new(device, &scene, &goblet::Options::default())?;
 //! for _ in 0..scene.integrator.iterations {
@@ -30,7 +30,8 @@ pub mod film;
 mod iteration;
 pub mod kernels;
 pub mod output;
-mod pack;
+#[doc(hidden)]
+pub mod pack;
 mod renderer;
 pub mod scene;
 mod schedule;

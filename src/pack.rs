@@ -16,12 +16,19 @@ use crate::kernels::{
 };
 use crate::scene::{AreaLight, Geometry, Light, Material, Mesh, Rgb, Scene, Shape};
 
+/// The largest radius of a scene's bounding sphere, scene units: squares of lengths must
+/// stay finite in every product of f64.
+const MAX_EXTENT: f64 = 1e30;
+
 /// Why a scene that was read cannot be rendered.
 #[derive(Debug, thiserror::Error)]
 pub enum PackError {
     /// Every shape is empty or a point.
     #[error("the scene has no surface: expected at least one shape with an extent")]
     NoSurface,
+    /// Something is absurdly far away.
+    #[error("the scene has a radius of {0:e}; expected at most {MAX_EXTENT:e}")]
+    TooLarge(f64),
     /// Nothing emits.
     #[error("the scene has no light: expected a LightSource or AreaLightSource that is not black")]
     NoLight,
@@ -55,8 +62,11 @@ impl RenderSpace {
             });
         }
         let half_diagonal = 0.5 * (upper - lower).length();
-        if !(half_diagonal > 0.0 && half_diagonal.is_finite()) {
+        if lower.cmpgt(upper).any() || half_diagonal == 0.0 {
             return Err(PackError::NoSurface);
+        }
+        if half_diagonal.is_nan() || half_diagonal > MAX_EXTENT {
+            return Err(PackError::TooLarge(half_diagonal));
         }
         let scale = (-half_diagonal.log2().ceil()).exp2();
         Ok(Self { center: 0.5 * (lower + upper), scale, radius: half_diagonal * scale })
@@ -320,9 +330,8 @@ impl Packer {
     fn specialization(&self, scene: &Scene, direct_table: &[AliasEntry]) -> Specialization {
         let has_light = |kind| self.lights.iter().any(|light| light.kind == kind);
         let has_kind = |kind| self.references.iter().any(|reference| reference >> KIND_SHIFT == kind);
-        let used = |wanted: fn(&Material) -> bool| {
-            scene.shapes.iter().any(|shape| wanted(&scene.materials[shape.material]))
-        };
+        let used =
+            |wanted: fn(&Material) -> bool| scene.shapes.iter().any(|shape| wanted(&scene.materials[shape.material]));
         let whole = |quadric: &Quadric| {
             quadric.z_min <= -1.0 && quadric.z_max >= 1.0 && quadric.phi_max >= std::f32::consts::TAU
         };
@@ -461,12 +470,9 @@ fn pack_material(material: &Material) -> kernels::Material {
     let zero = kernels::Material { kind: DIFFUSE, ..bytemuck::Zeroable::zeroed() };
     match material {
         Material::Diffuse { reflectance } => kernels::Material { color: reflectance.as_vec3().to_array(), ..zero },
-        Material::Conductor { eta, k } => kernels::Material {
-            kind: CONDUCTOR,
-            eta: eta.as_vec3().to_array(),
-            k: k.as_vec3().to_array(),
-            ..zero
-        },
+        Material::Conductor { eta, k } => {
+            kernels::Material { kind: CONDUCTOR, eta: eta.as_vec3().to_array(), k: k.as_vec3().to_array(), ..zero }
+        }
         Material::Dielectric { eta, transmittance } => kernels::Material {
             kind: DIELECTRIC,
             color: transmittance.as_vec3().to_array(),

@@ -5,7 +5,9 @@ use std::time::Duration;
 /// A batch should keep the device this long: short of any watchdog, long enough that
 /// submitting costs nothing.
 const TARGET: Duration = Duration::from_millis(300);
-const FIRST: u64 = 1 << 16;
+/// The first batch, before anything is known: should every visible point lie under one
+/// focus, each photon costs as much as the image has pixels.
+const FIRST: u64 = 1 << 12;
 
 /// The size of photon batches. It does not change an image, so it may follow the clock.
 #[derive(Clone, Debug)]
@@ -63,8 +65,8 @@ mod tests {
     #[test]
     fn slow_batches_shrink_and_fast_ones_grow_within_bounds() {
         let mut size = BatchSize::new(None, 1 << 20);
-        size.observe(1 << 16, Duration::from_secs(100));
-        assert_eq!(size.photons, 1 << 14);
+        size.observe(FIRST, Duration::from_secs(100));
+        assert_eq!(size.photons, FIRST / 4);
         for _ in 0..10 {
             size.observe(size.photons, Duration::from_micros(1));
         }

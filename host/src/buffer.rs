@@ -9,6 +9,7 @@ use bytemuck::Pod;
 
 use crate::device::DeviceShared;
 use crate::error::{Context, Error, Result};
+use crate::instance::DeviceKind;
 
 /// An array of `T` in device memory.
 pub struct Buffer<T> {
@@ -102,11 +103,13 @@ impl RawBuffer {
         };
         // SAFETY: the buffer was just made by this device.
         let needs = unsafe { device.raw.get_buffer_memory_requirements(handle) };
-        let out_of_memory = || Error::OutOfMemory {
-            buffer: name.to_owned(),
-            bytes: needs.size,
-            total: device.info.memory_bytes,
-        };
+        let held = device.allocated.load(Ordering::Relaxed);
+        let out_of_memory =
+            || Error::OutOfMemory { buffer: name.to_owned(), bytes: needs.size, held, total: device.info.memory_bytes };
+        // Software devices report a heap that has little to do with the machine's memory.
+        if device.info.kind != DeviceKind::Cpu && held + needs.size > device.info.memory_bytes {
+            return Err(out_of_memory());
+        }
         let index = memory_type(device, needs.memory_type_bits, properties).ok_or_else(out_of_memory)?;
         let allocate = vk::MemoryAllocateInfo::default().allocation_size(needs.size).memory_type_index(index);
         // SAFETY: the memory type is one that the buffer allows.

@@ -40,10 +40,8 @@ pub struct Device {
 impl Device {
     pub(crate) fn open(instance: Instance, physical: vk::PhysicalDevice, info: DeviceInfo) -> Result<Self> {
         let vulkan = &instance.shared.raw;
-        let (family, timestamp_bits) = compute_family(vulkan, physical).ok_or_else(|| Error::Unfit {
-            device: info.name.clone(),
-            reason: "it has no compute queue".into(),
-        })?;
+        let (family, timestamp_bits) = compute_family(vulkan, physical)
+            .ok_or_else(|| Error::Unfit { device: info.name.clone(), reason: "it has no compute queue".into() })?;
         let queues = [vk::DeviceQueueCreateInfo::default().queue_family_index(family).queue_priorities(&[1.0])];
         let create = vk::DeviceCreateInfo::default().queue_create_infos(&queues);
         // SAFETY: `physical` belongs to this instance, which the device keeps alive.

@@ -50,12 +50,16 @@ pub enum Error {
         limit: u64,
     },
     /// The device has not enough memory.
-    #[error("out of device memory: buffer {buffer} needs {bytes} bytes more; the device has {total} bytes in all")]
+    #[error(
+        "out of device memory: buffer {buffer} needs {bytes} bytes more than the {held} bytes held already; the device has {total} bytes in all"
+    )]
     OutOfMemory {
         /// The buffer's name.
         buffer: String,
         /// Bytes asked for.
         bytes: u64,
+        /// Bytes that other buffers hold.
+        held: u64,
         /// Bytes of the device's largest heap.
         total: u64,
     },

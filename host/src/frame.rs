@@ -22,9 +22,8 @@ pub struct Frame<'a> {
 impl<'a> Frame<'a> {
     pub(crate) fn new(device: &'a Device) -> Result<Self> {
         let vulkan = &device.shared.raw;
-        let allocate = vk::CommandBufferAllocateInfo::default()
-            .command_pool(device.shared.command_pool)
-            .command_buffer_count(1);
+        let allocate =
+            vk::CommandBufferAllocateInfo::default().command_pool(device.shared.command_pool).command_buffer_count(1);
         let begin = vk::CommandBufferBeginInfo::default().flags(vk::CommandBufferUsageFlags::ONE_TIME_SUBMIT);
         // SAFETY: the frame frees what it allocates here; one thread uses the device.
         unsafe {

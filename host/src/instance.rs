@@ -129,9 +129,9 @@ impl Instance {
             None => devices.iter().find(|(_, info)| info.unfit.is_none()).or(devices.first()),
             Some(wanted) => {
                 let wanted = wanted.to_lowercase();
-                devices.iter().find(|(_, info)| {
-                    wanted.parse() == Ok(info.index) || info.name.to_lowercase().contains(&wanted)
-                })
+                devices
+                    .iter()
+                    .find(|(_, info)| wanted.parse() == Ok(info.index) || info.name.to_lowercase().contains(&wanted))
             }
         };
         let Some((physical, info)) = chosen else {
@@ -185,12 +185,8 @@ fn messenger(
 ) -> Result<(ash::ext::debug_utils::Instance, vk::DebugUtilsMessengerEXT)> {
     let debug = ash::ext::debug_utils::Instance::new(entry, instance);
     let create = vk::DebugUtilsMessengerCreateInfoEXT::default()
-        .message_severity(
-            vk::DebugUtilsMessageSeverityFlagsEXT::ERROR | vk::DebugUtilsMessageSeverityFlagsEXT::WARNING,
-        )
-        .message_type(
-            vk::DebugUtilsMessageTypeFlagsEXT::VALIDATION | vk::DebugUtilsMessageTypeFlagsEXT::PERFORMANCE,
-        )
+        .message_severity(vk::DebugUtilsMessageSeverityFlagsEXT::ERROR | vk::DebugUtilsMessageSeverityFlagsEXT::WARNING)
+        .message_type(vk::DebugUtilsMessageTypeFlagsEXT::VALIDATION | vk::DebugUtilsMessageTypeFlagsEXT::PERFORMANCE)
         .pfn_user_callback(Some(receive))
         .user_data(std::ptr::from_ref(messages).cast_mut().cast());
     // SAFETY: `messages` is boxed in `InstanceShared`, which destroys the messenger first.

@@ -164,8 +164,7 @@ impl<Push: Pod> Pass<Push> {
             ty: vk::DescriptorType::STORAGE_BUFFER,
             descriptor_count: bindings.len() as u32,
         }];
-        let create =
-            vk::DescriptorPoolCreateInfo::default().max_sets(self.set_layouts.len() as u32).pool_sizes(&sizes);
+        let create = vk::DescriptorPoolCreateInfo::default().max_sets(self.set_layouts.len() as u32).pool_sizes(&sizes);
         let buffers: Vec<_> = bindings
             .iter()
             .map(|binding| {

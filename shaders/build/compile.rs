@@ -26,7 +26,7 @@ impl IncludeHandler for Includes {
 /// The SPIR-V of one kernel. Errors name the file and line of the GLSL.
 pub fn compile(root: &Path, source: &Path, workgroup_size: u32) -> Result<Vec<u32>, Box<dyn Error>> {
     let shown = source.strip_prefix(root)?.display().to_string();
-    let text = ShaderSource::try_from(fs::read_to_string(source)?).map_err(|error| format!("{shown}: {error:?}"))?;
+    let text = ShaderSource::from(fs::read_to_string(source)?);
     let options = CompilerOptions {
         source_language: SourceLanguage::GLSL,
         // naga cannot read whole-struct copies as SPIR-V 1.4 and later write them.

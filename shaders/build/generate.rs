@@ -79,7 +79,11 @@ fn shared_bindings(kernels: &[Kernel]) -> Result<Option<Vec<Binding>>> {
         match &shared {
             _ if bindings.is_empty() => {}
             Some(other) if *other != bindings => {
-                return Err(format!("{}: set {SHARED_SET} differs from another kernel's; include scene.glsl or use set 1", kernel.name).into());
+                return Err(format!(
+                    "{}: set {SHARED_SET} differs from another kernel's; include scene.glsl or use set 1",
+                    kernel.name
+                )
+                .into());
             }
             _ => shared = Some(bindings),
         }
@@ -142,7 +146,10 @@ fn write_fields(out: &mut String, bindings: &[&Binding]) -> Result<()> {
 }
 
 fn write_shared(out: &mut String, bindings: &[Binding]) -> Result<()> {
-    writeln!(out, "/// What every kernel that traces rays reads: set {SHARED_SET}.\n#[derive(Clone, Copy)]\npub struct SceneBindings<'a> {{")?;
+    writeln!(
+        out,
+        "/// What every kernel that traces rays reads: set {SHARED_SET}.\n#[derive(Clone, Copy)]\npub struct SceneBindings<'a> {{"
+    )?;
     write_fields(out, &bindings.iter().collect::<Vec<_>>())?;
     writeln!(out, "}}\n")?;
     Ok(())
@@ -160,7 +167,11 @@ fn write_kernel(out: &mut String, kernel: &Kernel, sizes: &[u32]) -> Result<()> 
     writeln!(out, "    const NAME: &'static str = \"{}\";", kernel.name)?;
     writeln!(out, "    const CODE: &'static [(u32, &'static [u8])] = &[")?;
     for size in sizes {
-        writeln!(out, "        ({size}, include_bytes!(concat!(env!(\"OUT_DIR\"), \"/{}.{size}.spv\"))),", kernel.name)?;
+        writeln!(
+            out,
+            "        ({size}, include_bytes!(concat!(env!(\"OUT_DIR\"), \"/{}.{size}.spv\"))),",
+            kernel.name
+        )?;
     }
     writeln!(out, "    ];")?;
     let ids: Vec<_> = kernel.constants.iter().map(|constant| constant.id).collect();
@@ -170,7 +181,11 @@ fn write_kernel(out: &mut String, kernel: &Kernel, sizes: &[u32]) -> Result<()> 
     writeln!(out, "    fn bindings(&self) -> Vec<goblet_host::Binding<'_>> {{\n        vec![")?;
     for binding in &kernel.bindings {
         let owner = if binding.set == SHARED_SET { "scene." } else { "" };
-        writeln!(out, "            goblet_host::Binding::new({}, {}, self.{owner}{}),", binding.set, binding.binding, binding.name)?;
+        writeln!(
+            out,
+            "            goblet_host::Binding::new({}, {}, self.{owner}{}),",
+            binding.set, binding.binding, binding.name
+        )?;
     }
     writeln!(out, "        ]\n    }}\n}}\n")?;
     Ok(())

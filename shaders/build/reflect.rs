@@ -61,7 +61,10 @@ pub fn reflect(name: &str, spirv: &[u8]) -> Result<Kernel> {
             AddressSpace::Storage { .. } => {
                 let place = variable.binding.as_ref().ok_or("a buffer has no layout(set, binding)")?;
                 let name = variable.name.clone().filter(|name| !name.is_empty()).ok_or_else(|| {
-                    format!("the buffer at set {}, binding {} needs an instance name: buffer Block {{ T data[]; }} name;", place.group, place.binding)
+                    format!(
+                        "the buffer at set {}, binding {} needs an instance name: buffer Block {{ T data[]; }} name;",
+                        place.group, place.binding
+                    )
                 })?;
                 let element = element(&module, variable.ty, &name, &mut kernel.structs)?;
                 kernel.bindings.push(Binding { set: place.group, binding: place.binding, name, element });
@@ -93,7 +96,10 @@ fn element(module: &Module, ty: Handle<Type>, name: &str, structs: &mut Vec<Stru
         TypeInner::Array { base, size: ArraySize::Dynamic, stride } => {
             let (rust, size) = rust_type(module, base, structs)?;
             if size != stride {
-                return Err(format!("buffer {name}: an element has {size} bytes but a stride of {stride}; pad it explicitly").into());
+                return Err(format!(
+                    "buffer {name}: an element has {size} bytes but a stride of {stride}; pad it explicitly"
+                )
+                .into());
             }
             Ok(rust)
         }
@@ -112,7 +118,10 @@ fn rust_type(module: &Module, ty: Handle<Type>, structs: &mut Vec<Struct>) -> Re
         TypeInner::Array { base, size: ArraySize::Constant(length), stride } => {
             let (rust, size) = rust_type(module, base, structs)?;
             if size != stride {
-                return Err(format!("an array of {rust} has a stride of {stride}, not {size}; use elements of 4, 8 or 16 bytes").into());
+                return Err(format!(
+                    "an array of {rust} has a stride of {stride}, not {size}; use elements of 4, 8 or 16 bytes"
+                )
+                .into());
             }
             Ok((format!("[{rust}; {length}]"), size * length.get()))
         }
@@ -146,7 +155,9 @@ fn gpu_struct(module: &Module, ty: Handle<Type>, structs: &mut Vec<Struct>) -> R
         fields.push((field, rust));
     }
     if *span != offset {
-        return Err(format!("struct {name}: {} bytes of padding at its end; write them as fields", span - offset).into());
+        return Err(
+            format!("struct {name}: {} bytes of padding at its end; write them as fields", span - offset).into()
+        );
     }
     Ok(Struct { name, fields, bytes: offset })
 }

@@ -27,6 +27,9 @@ pub fn run(args: &RenderArgs) -> Result<(), Failure> {
     for path in &outputs {
         output::check_writable(path)?;
     }
+    if let Some(path) = &args.stats {
+        Stats::check_writable(path)?;
+    }
     let load_time = start.elapsed();
 
     let device = Rc::new(open_device(args.device.as_deref(), args.validate)?);

@@ -1,6 +1,8 @@
 //! What `--stats` writes.
 
 use std::collections::BTreeMap;
+use std::fs;
+use std::io;
 use std::path::Path;
 use std::time::Duration;
 
@@ -93,16 +95,36 @@ impl Stats {
         warnings
     }
 
+    /// Checks, before a long render, that [`write`](Self::write) will be able to.
+    ///
+    /// # Errors
+    /// The file cannot be written.
+    pub fn check_writable(path: &Path) -> Result<(), Failure> {
+        let new = !path.exists();
+        // The other end of a pipe would notice.
+        if new || path.is_file() || path.is_dir() {
+            let opened = fs::OpenOptions::new().append(true).create(true).open(path);
+            opened.map_err(|reason| failed(path, reason))?;
+        }
+        if new {
+            let _ = fs::remove_file(path);
+        }
+        Ok(())
+    }
+
     /// Writes JSON.
     ///
     /// # Errors
     /// The file cannot be written.
     pub fn write(&self, path: &Path) -> Result<(), Failure> {
-        let failed = |reason| Failure::Stats { path: path.display().to_string(), reason };
-        let mut text = serde_json::to_string_pretty(self).map_err(|error| failed(error.into()))?;
+        let mut text = serde_json::to_string_pretty(self).map_err(|error| failed(path, error.into()))?;
         text.push('\n');
-        std::fs::write(path, text).map_err(failed)
+        fs::write(path, text).map_err(|reason| failed(path, reason))
     }
+}
+
+fn failed(path: &Path, reason: io::Error) -> Failure {
+    Failure::Stats { path: path.display().to_string(), reason }
 }
 
 /// Shapes, materials in use, and lights, by type.

@@ -123,12 +123,12 @@ pub(super) fn film(params: &ParamList, filter: PixelFilter) -> Result<Film, Scen
     }
     // pbrt multiplies the image by exposure time × ISO / 100.
     let exposure = params.positive("exposuretime", 1.0)? * params.positive("iso", 100.0)? / 100.0;
-    if let Some(param) = params.get("iso").or(params.get("exposuretime")) {
-        if (exposure - 1.0).abs() > 1e-6 {
-            let what = format!("an exposure of {exposure}");
-            let supported = "exposuretime × iso = 100, which leaves the image as it is";
-            return Err(param.location.unsupported(&what, supported));
-        }
+    if let Some(param) = params.get("iso").or(params.get("exposuretime"))
+        && (exposure - 1.0).abs() > 1e-6
+    {
+        let what = format!("an exposure of {exposure}");
+        let supported = "exposuretime × iso = 100, which leaves the image as it is";
+        return Err(param.location.unsupported(&what, supported));
     }
     Ok(Film {
         resolution: [

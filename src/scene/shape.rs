@@ -118,10 +118,10 @@ fn sphere(params: &ParamList) -> Result<Geometry, SceneError> {
     let z0 = params.float("zmin")?.unwrap_or(-radius);
     let z1 = params.float("zmax")?.unwrap_or(radius);
     let [z_min, z_max] = [z0.min(z1), z0.max(z1)].map(|z| z.clamp(-radius, radius));
-    if let Some(param) = params.get("zmin").or(params.get("zmax")) {
-        if z_min >= z_max {
-            return Err(param.bad_value("cuts that leave some of the sphere"));
-        }
+    if let Some(param) = params.get("zmin").or(params.get("zmax"))
+        && z_min >= z_max
+    {
+        return Err(param.bad_value("cuts that leave some of the sphere"));
     }
     Ok(Geometry::Sphere { radius, z_min, z_max, phi_max: phi_max(params)? })
 }

@@ -292,10 +292,10 @@ impl SceneBuilder {
         let made = material::FAMILY
             .check(kind, location, &mut params, defaults)
             .and_then(|_| material::material(kind, &params, location));
-        if let Err(error) = &made {
-            if !matches!(error, SceneError::Unsupported { .. }) {
-                return made.map(|_| 0);
-            }
+        if let Err(error) = &made
+            && !matches!(error, SceneError::Unsupported { .. })
+        {
+            return made.map(|_| 0);
         }
         self.slots.push(MaterialSlot { made, index: None });
         Ok(self.slots.len() - 1)
@@ -313,10 +313,10 @@ impl SceneBuilder {
     pub fn light(&mut self, name: &str, mut params: ParamList, location: &Location) -> Result<(), SceneError> {
         light::FAMILY.check(name, location, &mut params, &self.state.light_defaults)?;
         let light = light::light(name, &params, self.state.world_from_object, location)?;
-        if let Light::Spot { .. } = light {
-            if !transform::keeps_angles(&self.state.world_from_object) {
-                self.warn(location, "the spot light's cone is kept round in spite of its transform");
-            }
+        if let Light::Spot { .. } = light
+            && !transform::keeps_angles(&self.state.world_from_object)
+        {
+            self.warn(location, "the spot light's cone is kept round in spite of its transform");
         }
         if light::emission(&light) != Rgb::ZERO {
             self.lights.push(light);

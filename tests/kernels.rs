@@ -1,0 +1,40 @@
+//! The numerically hard parts of the shaders against f64 twins.
+//!
+//! Each kernel of `tests/kernels/` includes the shader code that renders and applies it to
+//! arrays of inputs. Tolerances are derived in place, in units of `EPS`: half a unit in the
+//! last place of 1, the largest relative error of one fp32 operation.
+
+#[path = "kernels/bench.rs"]
+mod bench;
+#[path = "kernels/bsdf.rs"]
+mod bsdf;
+#[path = "kernels/emission.rs"]
+mod emission;
+#[path = "kernels/flux.rs"]
+mod flux;
+#[path = "kernels/light.rs"]
+mod light;
+#[path = "kernels/normal.rs"]
+mod normal;
+#[path = "kernels/quadric.rs"]
+mod quadric;
+#[path = "kernels/random.rs"]
+mod random;
+#[path = "kernels/sampling.rs"]
+mod sampling;
+#[path = "kernels/statistics.rs"]
+mod statistics;
+mod support;
+#[path = "kernels/surface.rs"]
+mod surface;
+#[path = "kernels/trace.rs"]
+mod trace;
+#[path = "kernels/triangle.rs"]
+mod triangle;
+#[path = "kernels/world.rs"]
+mod world;
+
+mod generated {
+    #![allow(missing_docs, dead_code, reason = "generated; each test uses a part of it")]
+    include!(concat!(env!("OUT_DIR"), "/test_kernels.rs"));
+}

@@ -1,0 +1,138 @@
+//! Fixed-point sums: to_fixed and from_fixed, and accumulate's exact sums over photons.
+
+use goblet::kernels::{Accumulate, Cell, Counters, GridInfo, Specialization};
+
+use crate::bench::{Bench, EPS, Rng};
+use crate::generated::RoundFixed;
+
+/// Fixed-point units of weight 1.
+const UNIT: f64 = 268_435_456.0;
+
+/// The largest fp32 below 2^36, where a sum would overflow.
+const LARGEST: f32 = 68_719_472_640.0;
+
+fn round_fixed(weights: &[f32]) -> Vec<(u64, f32)> {
+    let bench = Bench::new();
+    let (weights, fixed, back) = (bench.upload(weights), bench.output(weights.len()), bench.output(weights.len()));
+    bench.run(&RoundFixed { weights: &weights, fixed_points: &fixed, back: &back }, weights.len() as usize);
+    let fixed = bench.read(&fixed).into_iter().map(|[low, high]| u64::from(high) << 32 | u64::from(low));
+    fixed.zip(bench.read(&back)).collect()
+}
+
+/// Nearest integer; exact, since a weight has 24 bits and f64 holds 53.
+fn to_fixed(weight: f32) -> u64 {
+    (f64::from(weight) * UNIT).round_ties_even() as u64
+}
+
+/// From 0 to the largest, with every carry between the words.
+fn weights() -> Vec<f32> {
+    let mut rng = Rng(1);
+    let mut weights: Vec<f32> = (0..500_000).map(|_| rng.log_range(1e-10, 6.8e10) as f32).collect();
+    weights.extend((0..200_000).map(|_| rng.range(0.0, 40.0) as f32));
+    for exponent in -40..=36 {
+        let power = f32::exp2(exponent as f32);
+        weights.extend([power.next_down(), power, power.next_up(), 1.5 * power, 3.0 * power]);
+    }
+    for sixteens in 0..4096 {
+        let edge = 16.0 * sixteens as f32;
+        weights.extend([edge.next_down().max(0.0), edge, edge.next_up()]);
+    }
+    weights.extend([0.0, f32::MIN_POSITIVE, LARGEST]);
+    weights.retain(|weight| *weight <= LARGEST);
+    weights.sort_by(f32::total_cmp);
+    weights
+}
+
+#[test]
+fn weights_round_to_the_nearest_fixed_point_number() {
+    let weights = weights();
+    for (weight, (fixed, _)) in weights.iter().zip(round_fixed(&weights)) {
+        let error = (fixed as f64 - f64::from(*weight) * UNIT).abs();
+        assert!(error <= 0.5, "{weight:e} becomes {fixed}, off by {error}");
+    }
+}
+
+/// Two roundings of integers to 24 bits and one of their sum.
+#[test]
+fn fixed_point_numbers_come_back() {
+    let weights = weights();
+    for (weight, (fixed, back)) in weights.iter().zip(round_fixed(&weights)) {
+        let exact = fixed as f64 / UNIT;
+        assert!((f64::from(back) - exact).abs() <= 3.0 * EPS * exact, "{weight:e}: {exact:e} reads {back:e}");
+    }
+}
+
+#[test]
+fn more_weight_is_never_less_in_fixed_point() {
+    let rounded = round_fixed(&weights());
+    assert!(rounded.is_sorted_by(|a, b| a.0 <= b.0), "to_fixed is not monotone");
+    assert!(rounded[0].0 == 0 && rounded[rounded.len() - 1].0 == to_fixed(LARGEST));
+}
+
+/// Sends photons of these weights to one visible point; its low and high words and the
+/// number of saturated deposits.
+fn accumulate(weights: &[[f32; 3]], low: [u32; 4], high: [u32; 4]) -> ([u32; 4], [u32; 4], u32) {
+    let bench = Bench::new();
+    let device = bench.device();
+    let up = 0; // the packed +z
+    let photon = |weight: &[f32; 3]| [weight[0], weight[1], weight[2], 0.0];
+    let positions = bench.upload(&vec![[0.3, 0.3, 0.3, f32::from_bits(up)]; weights.len()]);
+    let photon_weights = bench.upload(&weights.iter().map(photon).collect::<Vec<_>>());
+    let grid_info = bench.upload(&[GridInfo { max_radius2: 0.01_f32.to_bits(), filled: 1 }]);
+    // A table of one cell, which every cell of the grid therefore shares.
+    let cells = bench.upload(&[Cell { first: 0, count: 1 }]);
+    let grid_positions = bench.upload(&[[0.3_f32, 0.3, 0.3, 0.01]]);
+    let grid_owners = bench.upload(&[[up, 0]]);
+    let (flux_low, flux_high) = (bench.upload(&low), bench.upload(&high));
+    let counters = bench.upload(&[Counters { recorded: weights.len() as u32, ..bytemuck::Zeroable::zeroed() }]);
+    let kernel = Accumulate {
+        photon_positions: &positions,
+        photon_weights: &photon_weights,
+        grid_info: &grid_info,
+        cells: &cells,
+        grid_positions: &grid_positions,
+        grid_owners: &grid_owners,
+        flux_low: &flux_low,
+        flux_high: &flux_high,
+        counters: &counters,
+    };
+    let pass = device.pass(&kernel, &Specialization::default(), 64).expect("a pass");
+    let mut frame = device.frame().expect("a frame");
+    let stride = 4096;
+    let push = goblet::kernels::AccumulatePush { first: 0, end: weights.len() as u32, stride, cell_mask: 0 };
+    frame.dispatch(&pass, push, stride.into());
+    frame.run().expect("a run");
+    let words = |buffer| <[u32; 4]>::try_from(bench.read(buffer)).expect("four words");
+    (words(&flux_low), words(&flux_high), bench.read(&counters)[0].saturated)
+}
+
+/// Bright and faint photons, so that low words carry thousands of times.
+#[test]
+fn sums_of_deposits_are_exact() {
+    let mut rng = Rng(2);
+    let mut weight = || [1e-7, 1e-3, 1.0, 15.99, 1e4][rng.below(5)] as f32 * (0.5 + 0.5 * rng.unit_f32());
+    let weights: Vec<[f32; 3]> = (0..200_000).map(|_| [weight(), weight(), weight()]).collect();
+    let (low, high, saturated) = accumulate(&weights, [0; 4], [0; 4]);
+    for channel in 0..3 {
+        let exact: u128 = weights.iter().map(|weight| u128::from(to_fixed(weight[channel]))).sum();
+        assert_eq!(u128::from(high[channel]) << 32 | u128::from(low[channel]), exact);
+    }
+    assert_eq!((low[3], saturated), (weights.len() as u32, 0));
+}
+
+#[test]
+fn the_carry_happens_at_two_to_the_32() {
+    let almost = u32::MAX;
+    let one = 1.0 / UNIT as f32;
+    let (low, high, saturated) = accumulate(&[[one, 2.0 * one, 0.0]], [almost; 4], [7, 7, 7, 0]);
+    assert_eq!((low[0], low[1], low[2]), (0, 1, almost));
+    assert_eq!((high, saturated), ([8, 8, 7, 0], 0));
+}
+
+#[test]
+fn a_sum_that_overflows_is_counted_as_saturated() {
+    let (_, _, within) = accumulate(&[[16.0, 0.0, 0.0]], [0; 4], [u32::MAX - 1; 4]);
+    assert_eq!(within, 0);
+    let (_, _, beyond) = accumulate(&[[16.0, 0.0, 16.0]], [0; 4], [u32::MAX; 4]);
+    assert_eq!(beyond, 2);
+}

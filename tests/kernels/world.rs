@@ -1,0 +1,168 @@
+//! Scenes: by hand, or packed from scene text as the renderer does.
+
+use std::path::Path;
+
+use bytemuck::{Pod, Zeroable, cast_slice};
+use goblet::pack;
+use goblet::scene::Scene;
+use goblet_host::Buffer;
+
+use crate::bench::Bench;
+use crate::generated::{
+    AliasEntry, BvhPair, COUNT_SHIFT, Light, MAX_LEAF_COUNT, Material, NONE, Quadric, SceneBindings, SceneInfo, Triangle, TriangleNormals,
+};
+use glam::DAffine3;
+
+/// Set 0 on the host.
+#[derive(Clone)]
+pub struct World {
+    pub info: SceneInfo,
+    pub bvh_pairs: Vec<BvhPair>,
+    pub primitives: Vec<u32>,
+    pub triangles: Vec<Triangle>,
+    pub triangle_normals: Vec<TriangleNormals>,
+    pub quadrics: Vec<Quadric>,
+    pub materials: Vec<Material>,
+    pub lights: Vec<Light>,
+    pub emission_table: Vec<AliasEntry>,
+    pub direct_table: Vec<AliasEntry>,
+}
+
+impl Default for World {
+    fn default() -> Self {
+        Self {
+            info: SceneInfo::zeroed(),
+            bvh_pairs: Vec::new(),
+            primitives: Vec::new(),
+            triangles: Vec::new(),
+            triangle_normals: Vec::new(),
+            quadrics: Vec::new(),
+            materials: Vec::new(),
+            lights: Vec::new(),
+            emission_table: Vec::new(),
+            direct_table: Vec::new(),
+        }
+    }
+}
+
+/// An array of the library's structs as this test's twins of the same GLSL structs.
+fn twins<A: Pod, B: Pod>(data: &[A]) -> Vec<B> {
+    cast_slice(data).to_vec()
+}
+
+impl World {
+    /// Scene text, packed as for rendering. Also gives render units per scene unit.
+    pub fn parse(text: &str) -> (Self, pack::PackedScene) {
+        let scene = Scene::parse(text, "test.pbrt", Path::new(env!("CARGO_MANIFEST_DIR"))).expect("a scene");
+        let packed = pack::pack(&scene).expect("a packed scene");
+        let world = Self {
+            info: SceneInfo {
+                center: [0.0; 3],
+                radius: packed.space.radius as f32,
+                infinite: packed.infinite.as_vec3().to_array(),
+                mean_power: packed.mean_power as f32,
+                emission_count: packed.emission_table.len() as u32,
+                direct_count: packed.direct_table.len() as u32,
+                max_depth: 8,
+                seed: 1,
+            },
+            bvh_pairs: twins(&packed.bvh_pairs),
+            primitives: packed.primitives.clone(),
+            triangles: twins(&packed.triangles),
+            triangle_normals: twins(&packed.triangle_normals),
+            quadrics: twins(&packed.quadrics),
+            materials: twins(&packed.materials),
+            lights: twins(&packed.lights),
+            emission_table: twins(&packed.emission_table),
+            direct_table: twins(&packed.direct_table),
+        };
+        (world, packed)
+    }
+
+    /// The same with boxes that every ray enters: it meets every primitive. Each pair has
+    /// a leaf on the left and the next pair on the right.
+    pub fn without_hierarchy(&self) -> Self {
+        let leaf = |i: u32| {
+            let first = i * MAX_LEAF_COUNT;
+            let left = (self.primitives.len() as u32).saturating_sub(first).min(MAX_LEAF_COUNT);
+            left << COUNT_SHIFT | first
+        };
+        let last = (self.primitives.len() as u32).div_ceil(MAX_LEAF_COUNT) - 1;
+        let lower = |reference: u32| [-1e9, -1e9, -1e9, f32::from_bits(reference)];
+        let pair = |i: u32| BvhPair {
+            left_lower: lower(leaf(i)),
+            left_upper: [1e9, 1e9, 1e9, 0.0],
+            // The last pair has its leaf twice.
+            right_lower: lower(if i < last { i + 1 } else { leaf(i) }),
+            right_upper: [1e9, 1e9, 1e9, 0.0],
+        };
+        Self { bvh_pairs: (0..=last).map(pair).collect(), ..self.clone() }
+    }
+
+    pub fn upload(&self, bench: &Bench) -> GpuWorld {
+        GpuWorld {
+            scene_info: bench.upload(&[self.info]),
+            bvh_pairs: bench.upload(&self.bvh_pairs),
+            primitives: bench.upload(&self.primitives),
+            triangles: bench.upload(&self.triangles),
+            triangle_normals: bench.upload(&self.triangle_normals),
+            quadrics: bench.upload(&self.quadrics),
+            materials: bench.upload(&self.materials),
+            lights: bench.upload(&self.lights),
+            emission_table: bench.upload(&self.emission_table),
+            direct_table: bench.upload(&self.direct_table),
+        }
+    }
+}
+
+/// Set 0 on the device.
+pub struct GpuWorld {
+    scene_info: Buffer<SceneInfo>,
+    bvh_pairs: Buffer<BvhPair>,
+    primitives: Buffer<u32>,
+    triangles: Buffer<Triangle>,
+    triangle_normals: Buffer<TriangleNormals>,
+    quadrics: Buffer<Quadric>,
+    materials: Buffer<Material>,
+    lights: Buffer<Light>,
+    emission_table: Buffer<AliasEntry>,
+    direct_table: Buffer<AliasEntry>,
+}
+
+impl GpuWorld {
+    pub fn bindings(&self) -> SceneBindings<'_> {
+        SceneBindings {
+            scene_info: &self.scene_info,
+            bvh_pairs: &self.bvh_pairs,
+            primitives: &self.primitives,
+            triangles: &self.triangles,
+            triangle_normals: &self.triangle_normals,
+            quadrics: &self.quadrics,
+            materials: &self.materials,
+            lights: &self.lights,
+            emission_table: &self.emission_table,
+            direct_table: &self.direct_table,
+        }
+    }
+}
+
+/// A triangle that does not emit and has no shading normals.
+pub fn triangle([p0, p1, p2]: [[f32; 3]; 3]) -> Triangle {
+    Triangle { p0, material: 0, p1, light: NONE, p2, normals: NONE }
+}
+
+/// A whole sphere or disk with this transform from its unit object space.
+pub fn quadric(render_from_object: &DAffine3) -> Quadric {
+    Quadric {
+        object_from_render: pack::rows(&render_from_object.inverse()),
+        render_from_object: pack::rows(render_from_object),
+        material: 0,
+        light: NONE,
+        flipped: 0,
+        z_min: -1.0,
+        z_max: 1.0,
+        phi_max: std::f32::consts::TAU,
+        inner_radius: 0.0,
+        determinant: render_from_object.matrix3.determinant().abs() as f32,
+    }
+}

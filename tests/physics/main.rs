@@ -1,0 +1,116 @@
+//! Renders against closed forms: what light must do, whatever the scene.
+
+mod diffuse;
+mod leaks;
+mod lights;
+mod specular;
+#[path = "../support/mod.rs"]
+mod support;
+
+use goblet::film::Image;
+use goblet::scene::Scene;
+use goblet::{Options, Tally};
+use support::{Rendered, mean};
+
+/// How a test renders: square images, one seed.
+struct Shot {
+    pixels: u32,
+    photons: u64,
+    iterations: u32,
+    radius: f64,
+    depth: u32,
+}
+
+/// Light that reaches the eye without photons.
+const EYE_ONLY: Shot = Shot { pixels: 32, photons: 1, iterations: 64, radius: 0.1, depth: 200 };
+
+impl Shot {
+    fn take(&self, camera: &str, world: &str) -> Rendered {
+        let options = Options {
+            resolution: Some([self.pixels; 2]),
+            photons: Some(self.photons),
+            radius: Some(self.radius),
+            max_depth: Some(self.depth),
+            ..Options::default()
+        };
+        let filter = "PixelFilter \"box\" \"float xradius\" .5 \"float yradius\" .5";
+        support::render(&format!("{filter}\n{camera}\nWorldBegin\n{world}"), &options, self.iterations)
+    }
+}
+
+fn camera(look_at: &str, fov: f64) -> String {
+    format!("LookAt {look_at}\nCamera \"perspective\" \"float fov\" {fov}")
+}
+
+/// A closed box with normals outward.
+fn solid([x0, y0, z0]: [f64; 3], [x1, y1, z1]: [f64; 3]) -> String {
+    format!(
+        "Shape \"trianglemesh\" \"point3 P\" [{x0} {y0} {z0} {x1} {y0} {z0} {x1} {y1} {z0} {x0} {y1} {z0} \
+         {x0} {y0} {z1} {x1} {y0} {z1} {x1} {y1} {z1} {x0} {y1} {z1}] \"integer indices\" \
+         [0 2 1 0 3 2 4 5 6 4 6 7 0 1 5 0 5 4 2 3 7 2 7 6 1 2 6 1 6 5 0 4 7 0 7 3]"
+    )
+}
+
+/// A square about the z axis, with its normal up.
+fn square(half: f64, z: f64) -> String {
+    format!(
+        "Shape \"trianglemesh\" \"integer indices\" [0 1 2 0 2 3] \
+         \"point3 P\" [-{half} -{half} {z} {half} -{half} {z} {half} {half} {z} -{half} {half} {z}]"
+    )
+}
+
+fn assert_near(what: &str, measured: [f64; 3], expected: [f64; 3], tolerance: f64) {
+    println!("{what}: {measured:.5?}, expected {expected:.5?}");
+    for (measured, expected) in measured.iter().zip(expected) {
+        let error = (measured / expected - 1.0).abs();
+        assert!(error <= tolerance, "{what}: {measured} is {error:.5} off {expected}, more than {tolerance}");
+    }
+}
+
+/// The mean is within 0.5 %, and no pixel is out by more than `noise`.
+fn assert_uniform(what: &str, image: &Image, expected: [f64; 3], noise: f64) {
+    assert_near(what, mean(image), expected, 0.005);
+    for (index, pixel) in image.pixels.iter().enumerate() {
+        for (value, expected) in pixel.iter().zip(expected) {
+            let error = (f64::from(*value) / expected - 1.0).abs();
+            assert!(error <= noise, "{what}: pixel {index} is {pixel:?}, expected {expected}");
+        }
+    }
+}
+
+/// Every photon that was asked for was emitted once and ended once.
+fn assert_closed(tally: &Tally, emitted: u64) {
+    assert_eq!(tally.emitted, emitted, "{tally:?}");
+    let photons_lost_in_glass = tally.lost_in_glass - tally.eye_lost_in_glass;
+    let ended =
+        tally.deposited + tally.absorbed + tally.escaped + tally.truncated + photons_lost_in_glass + tally.non_finite;
+    assert_eq!(ended, emitted, "{tally:?}");
+    assert_eq!([tally.non_finite, tally.saturated], [0, 0], "{tally:?}");
+}
+
+#[test]
+fn every_photon_is_emitted_once_and_ends_once() {
+    let folder = support::root().join("tests/reference");
+    let device = support::device();
+    let mut sum = Tally::default();
+    for name in ["cornell-caustic", "caustic-point", "lights"] {
+        let scene = Scene::load(folder.join(format!("{name}.pbrt"))).expect("a scene");
+        // Neither count is a multiple of a workgroup or of a batch.
+        for (photons, batch_size) in [(5001, None), (5001, Some(777)), (1, None)] {
+            let options = Options {
+                resolution: Some([16, 16]),
+                photons: Some(photons),
+                batch_size,
+                max_depth: Some(6),
+                ..Options::default()
+            };
+            let rendered = support::render_scene(&device, &scene, &options, 3);
+            assert_closed(&rendered.tally, 3 * photons);
+            sum.merge(&rendered.tally);
+        }
+    }
+    for count in [sum.recorded, sum.deposited, sum.absorbed, sum.escaped, sum.truncated] {
+        assert!(count > 0, "{sum:?}");
+    }
+    assert_eq!(sum.lost_in_glass, 0);
+}
