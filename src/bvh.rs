@@ -9,6 +9,10 @@ use obvhs::bvh2::node::Bvh2Node;
 
 use crate::kernels::{BvhPair, COUNT_SHIFT, MAX_BVH_DEPTH, MAX_LEAF_COUNT};
 
+/// Boxes are this much wider on each side: the resolution of f32 at the size of render
+/// space. A ray in the plane of a face must not lose the box, flat or not.
+const PADDING: f32 = f32::EPSILON;
+
 /// A hierarchy as the GPU reads it.
 pub struct Bvh {
     /// Children of each inner node; the root's are the first.
@@ -44,11 +48,12 @@ fn pairs(bvh: &Bvh2) -> Vec<BvhPair> {
 
 fn pair(left: &Bvh2Node, right: &Bvh2Node) -> BvhPair {
     let corner = |corner: Vec3A, bits: u32| [corner.x, corner.y, corner.z, f32::from_bits(bits)];
+    let padding = Vec3A::splat(PADDING);
     BvhPair {
-        left_lower: corner(left.aabb.min, reference(left)),
-        left_upper: corner(left.aabb.max, 0),
-        right_lower: corner(right.aabb.min, reference(right)),
-        right_upper: corner(right.aabb.max, 0),
+        left_lower: corner(left.aabb.min - padding, reference(left)),
+        left_upper: corner(left.aabb.max + padding, 0),
+        right_lower: corner(right.aabb.min - padding, reference(right)),
+        right_upper: corner(right.aabb.max + padding, 0),
     }
 }
 

@@ -10,8 +10,9 @@ const float FLUX_UNIT = 268435456.0; // 2^28
 // A weight in [0, 2^36) as low and high word; rounds to nearest.
 uvec2 to_fixed(float weight) {
     float high = floor(weight * 0.0625);
-    float low = floor((weight - 16.0 * high) * FLUX_UNIT + 0.5);
-    return low >= 4294967296.0 ? uvec2(0u, uint(high) + 1u) : uvec2(uint(low), uint(high));
+    // Exact but for its last rounding, and below 2^32: a weight below 16 has 24 bits.
+    float low = roundEven((weight - 16.0 * high) * FLUX_UNIT);
+    return uvec2(uint(low), uint(high));
 }
 
 float from_fixed(uint low, uint high) {

@@ -16,31 +16,46 @@ struct Hit {
     vec2 barycentric; // weights of p1 and p2 of a triangle
 };
 
-// Pluecker test: the edge functions of neighbours are exact negatives of each other,
-// also where a device contracts multiply-adds, so no ray slips between two triangles.
-// Davidovic and others, "3D Rasterization: A Bridge between Rasterization and Ray
-// Casting", 2012.
+// A triangle is tested where the ray is the z axis: in a shear along the longest axis of
+// the ray's direction. A corner goes to the same point in all of its triangles, and the
+// sign of an edge function is right or 0, since rounding keeps the order of the two
+// products: no ray slips through an edge or a corner of a closed mesh. Contracted
+// multiply-adds would break both, hence `precise`. Woop and others, "Watertight
+// Ray/Triangle Intersection", JCGT 2013.
 bool intersect_triangle(Triangle triangle, Ray ray, inout Hit hit) {
+    vec3 d = ray.direction;
+    vec3 size = abs(d);
+    bool along_z = size.z >= size.x && size.z >= size.y;
+    bool along_y = !along_z && size.y >= size.x;
+    bool along_x = !along_z && !along_y;
+    float inverse = 1.0 / (along_z ? d.z : along_y ? d.y : d.x);
+    vec2 shear = (along_z ? d.xy : along_y ? d.zx : d.yz) * inverse;
     vec3 v0 = triangle.p0 - ray.origin;
     vec3 v1 = triangle.p1 - ray.origin;
     vec3 v2 = triangle.p2 - ray.origin;
-    vec3 e0 = v2 - v0;
-    vec3 e1 = v0 - v1;
-    vec3 e2 = v1 - v2;
-    float u = dot(cross(e0, v2 + v0), ray.direction);
-    float v = dot(cross(e1, v0 + v1), ray.direction);
-    float w = dot(cross(e2, v1 + v2), ray.direction);
+    // Cyclic, so that z is along the ray.
+    v0 = along_z ? v0 : along_y ? v0.zxy : v0.yzx;
+    v1 = along_z ? v1 : along_y ? v1.zxy : v1.yzx;
+    v2 = along_z ? v2 : along_y ? v2.zxy : v2.yzx;
+    precise vec2 a = v0.xy - shear * v0.z;
+    precise vec2 b = v1.xy - shear * v1.z;
+    precise vec2 c = v2.xy - shear * v2.z;
+    precise float u = c.x * a.y - c.y * a.x;
+    precise float v = a.x * b.y - a.y * b.x;
+    precise float w = b.x * c.y - b.y * c.x;
     if (min(min(u, v), w) < 0.0 && max(max(u, v), w) > 0.0) {
         return false;
     }
-    vec3 normal = cross(e0, e1);
-    float t = dot(v0, normal) / dot(normal, ray.direction);
+    // u belongs to the edge p2 p0, opposite to p1; v to p0 p1, opposite to p2. The distance
+    // is a mean of the corners' distances, so that slivers give no nonsense; the sum is 0,
+    // and t no number, where the ray is in the plane.
+    float sum = u + v + w;
+    float t = (w * v0.z + u * v1.z + v * v2.z) * inverse / sum;
     if (!(t > 0.0 && t < hit.t)) {
         return false;
     }
     hit.t = t;
-    // u belongs to the edge p2 p0, opposite to p1; v to p0 p1, opposite to p2.
-    hit.barycentric = vec2(u, v) / (u + v + w);
+    hit.barycentric = vec2(u, v) / sum;
     return true;
 }
 

@@ -20,8 +20,11 @@ float azimuth(vec2 p) {
     return phi < 0.0 ? phi + 6.28318530718 : phi;
 }
 
+// Whether the cuts leave a point of the sphere. Rounding may take the point beyond a pole or
+// the seam, where a whole sphere has no hole.
 bool inside_cuts(Quadric sphere, vec3 p) {
-    return p.z >= sphere.z_min && p.z <= sphere.z_max && azimuth(p.xy) <= sphere.phi_max;
+    return (p.z >= sphere.z_min || sphere.z_min <= -1.0) && (p.z <= sphere.z_max || sphere.z_max >= 1.0)
+        && (azimuth(p.xy) <= sphere.phi_max || sphere.phi_max >= 6.283185);
 }
 
 // The nearest hit with 0 < t < t_max on the unit sphere. The quadratic is solved about

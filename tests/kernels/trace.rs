@@ -118,7 +118,7 @@ fn no_ray_slips_between_triangles() {
     for _ in 0..5 {
         let world = bumpy_mesh(1, &mut rng).without_hierarchy();
         let rays: Vec<_> = (0..100_000).map(|_| ray_to_edge(&world, &mut rng)).collect();
-        println!("M {}", count_misses(&world, &rays)); assert_eq!(0, 0, "rays left a closed mesh of 80 triangles");
+        assert_eq!(count_misses(&world, &rays), 0, "rays left a closed mesh of 80 triangles");
     }
 }
 
@@ -128,4 +128,139 @@ fn no_ray_slips_through_the_hierarchy() {
     let world = bumpy_mesh(4, &mut rng);
     let rays: Vec<_> = (0..1_000_000).map(|_| ray_to_edge(&world, &mut rng)).collect();
     assert_eq!(count_misses(&world, &rays), 0, "rays left a closed mesh of 5120 triangles");
+}
+
+/// Triangles, spheres, ellipsoids and disks of many sizes, some cut.
+fn mixed_scene(rng: &mut Rng) -> World {
+    let mut text = format!("WorldBegin\n{LIGHT}");
+    let (mut points, mut triangles) = (Vec::new(), Vec::new());
+    for i in 0..500 {
+        let (center, size) = (rng.cube(1.0), rng.log_range(0.01, 0.3));
+        points.extend([0; 3].map(|_| center + size * rng.cube(1.0)));
+        triangles.push([3 * i, 3 * i + 1, 3 * i + 2]);
+    }
+    text.push_str(&mesh_text(&points, &triangles));
+    for i in 0..300 {
+        let (place, axis) = (rng.cube(1.0), rng.direction());
+        let radius = rng.log_range(0.005, 0.1);
+        let stretch = if i % 3 == 0 { rng.range(0.2, 1.0) } else { 1.0 };
+        let shape = match i % 4 {
+            0 => format!("\"disk\" \"float radius\" {radius} \"float innerradius\" {}", 0.3 * radius),
+            1 => format!("\"sphere\" \"float radius\" {radius} \"float zmax\" {} \"float phimax\" 200", 0.3 * radius),
+            _ => format!("\"sphere\" \"float radius\" {radius}"),
+        };
+        let turn = format!("Rotate {} {} {} {}", rng.range(0.0, 360.0), axis.x, axis.y, axis.z);
+        writeln!(
+            text,
+            "AttributeBegin\nTranslate {} {} {}\n{turn}\nScale 1 1 {stretch}\nShape {shape}\nAttributeEnd",
+            place.x, place.y, place.z
+        )
+        .expect("text");
+    }
+    World::parse(&text).0
+}
+
+/// Rays within the scene and into it; along axes, from corners of boxes, of any length.
+fn ray_through(world: &World, rng: &mut Rng) -> TracedRay {
+    let corner = |rng: &mut Rng| double(world.triangles[rng.below(world.triangles.len())].p0);
+    let origin = match rng.below(3) {
+        0 => corner(rng),
+        1 => rng.cube(0.5),
+        _ => 2.0 * rng.direction(),
+    };
+    let mut direction = if rng.chance(0.5) { corner(rng) - origin } else { rng.direction() };
+    if rng.chance(0.2) {
+        // Components that are zero, of either sign, or nearly.
+        let tiny = [0.0, -0.0, 1e-38, -1e-30, 1e-20][rng.below(5)];
+        let kept = rng.below(3);
+        direction[kept] = if rng.chance(0.5) { tiny } else { direction[kept] };
+        direction[(kept + 1) % 3] = tiny;
+    }
+    if direction.length() < 1e-3 {
+        direction = DVec3::X;
+    }
+    let mut ray = ray(origin, direction);
+    ray.t_max = if rng.chance(0.3) { rng.range(0.0, 2.0) as f32 } else { UNBOUNDED };
+    ray
+}
+
+/// The hierarchy only leaves out primitives that the ray does not meet: the hits are bit
+/// for bit those of testing all of them.
+#[test]
+fn the_hierarchy_loses_no_hit() {
+    let mut rng = Rng(3);
+    let world = mixed_scene(&mut rng);
+    let rays: Vec<_> = (0..60_000).map(|_| ray_through(&world, &mut rng)).collect();
+    let (hits, any_hits) = trace(&world, &rays);
+    let (all_hits, _) = trace(&world.without_hierarchy(), &rays);
+    let mut found = 0;
+    for (((ray, hit), all), any) in rays.iter().zip(&hits).zip(&all_hits).zip(any_hits) {
+        assert_eq!(hit.t, all.t, "{ray:?}: the hierarchy gives {hit:?}, all primitives {all:?}");
+        assert_eq!(hit.primitive == NONE, all.primitive == NONE, "{ray:?}: {hit:?} {all:?}");
+        assert_eq!(any == NONE, hit.primitive == NONE, "{ray:?}: some hit {any}, the nearest {hit:?}");
+        found += usize::from(hit.primitive != NONE);
+    }
+    assert!(found > rays.len() / 4 && found < rays.len(), "{found}");
+}
+
+/// An f64 twin of the nearest of all triangles.
+#[test]
+fn the_nearest_hit_is_the_nearest_in_f64() {
+    let mut rng = Rng(4);
+    let world = bumpy_mesh(2, &mut rng);
+    let rays: Vec<_> = (0..20_000)
+        .map(|_| {
+            let origin = 2.0 * rng.direction();
+            ray(origin, rng.cube(0.6) - origin)
+        })
+        .collect();
+    let mut found = 0;
+    for (ray, hit) in rays.iter().zip(trace(&world, &rays).0) {
+        let (origin, direction) = (double(ray.origin), double(ray.direction));
+        let mut nearest = f64::INFINITY;
+        for triangle in &world.triangles {
+            let [v0, v1, v2] = [triangle.p0, triangle.p1, triangle.p2].map(|p| double(p) - origin);
+            let (a, b) = (v1 - v0, v2 - v0);
+            let determinant = direction.cross(b).dot(a);
+            let b1 = -direction.cross(b).dot(v0) / determinant;
+            let b2 = -v0.cross(a).dot(direction) / determinant;
+            let t = -v0.cross(a).dot(b) / determinant;
+            if b1 >= 0.0 && b2 >= 0.0 && b1 + b2 <= 1.0 && t > 0.0 {
+                nearest = nearest.min(t);
+            }
+        }
+        let missed = hit.primitive == NONE;
+        let same = if missed { nearest == f64::INFINITY } else { (f64::from(hit.t) - nearest).abs() < 1e-5 };
+        found += usize::from(!missed);
+        assert!(same, "{ray:?} meets {hit:?}, not t = {nearest}");
+    }
+    assert!(found > rays.len() / 4 && found < rays.len(), "{found}");
+}
+
+/// Straight rays in the planes of the boxes' faces, where a slab would be zero times
+/// infinity: none of the boxes that share a face may lose them.
+#[test]
+fn rays_in_the_faces_of_boxes_hit() {
+    const SIDE: usize = 8;
+    let at = |i: usize| i as f64 / SIDE as f64 - 0.5;
+    let points: Vec<_> = (0..(SIDE + 1).pow(2))
+        .map(|i| DVec3::new(at(i % (SIDE + 1)), at(i / (SIDE + 1)), if i % 3 == 0 { 0.25 } else { 0.0 }))
+        .collect();
+    let mut triangles = Vec::new();
+    for i in (0..SIDE * SIDE).map(|i| i / SIDE * (SIDE + 1) + i % SIDE) {
+        triangles.extend([[i, i + 1, i + SIDE + 1], [i + 1, i + SIDE + 2, i + SIDE + 1]]);
+    }
+    let (world, _) = World::parse(&format!("WorldBegin\n{LIGHT}{}", mesh_text(&points, &triangles)));
+    let mut rng = Rng(5);
+    let mut rays = Vec::new();
+    for triangle in &world.triangles {
+        for corner in [triangle.p0, triangle.p1, triangle.p2].map(double) {
+            // The rim belongs to the mesh too.
+            rays.push(ray(corner.with_z(2.0), DVec3::NEG_Z));
+            rays.push(ray(corner.with_z(-2.0), DVec3::new(0.0, -0.0, 1.0)));
+            let across = -0.25 * corner.y.signum() * rng.unit();
+            rays.push(ray(corner.with_z(1.0), DVec3::new(0.0, across, -1.0)));
+        }
+    }
+    assert_eq!(count_misses(&world, &rays), 0, "rays in the faces of boxes are lost");
 }

@@ -16,45 +16,52 @@ fn hit_triangles(triangles: &[Triangle], rays: &[TriangleRay]) -> Vec<TriangleHi
 
 /// What an exact intersection is, and how far fp32 may be from it.
 struct Exact {
-    /// Edge functions over their sum: the weights of p1, p2, p0.
+    /// Weights of p1, p2 and p0.
     weights: [f64; 3],
-    /// Bound of the errors of the weights.
     weight_error: f64,
     t: f64,
     t_error: f64,
 }
 
-/// Moeller and Trumbore 1997 in f64, and first-order error bounds of the Pluecker test.
+/// Moeller and Trumbore 1997 in f64, with first-order error bounds of Woop's test.
 ///
-/// With V the largest distance of a corner from the origin, a corner less the origin is
-/// off by EPS V on each axis (norm 1.8 EPS V), an edge by 2 * 1.8 EPS V + EPS of its own
-/// length, and so is the sum of two corners (length up to 2 V); an edge function
-/// e x s . d is then off by at most about (3.6 * 2 + 3.6 * 2 + 2 * 2 * 3) EPS V^2 |d|,
-/// with three rounding errors each for the cross and the dot product: 27 EPS V^2 |d|.
+/// With V the largest coordinate of a corner from the origin, a corner in the shear is off
+/// by 6 EPS V on each axis: 1 for the subtraction, 4 for the shear (a quotient of two
+/// roundings at most 1, a product, and the corner's z), 1 for the last subtraction. An edge
+/// function of corners at most R from the ray is then off by 2 R times sqrt(2) that, and 3
+/// EPS R^2. Each weight is an edge function over the sum of all.
+///
+/// t is a mean of the corners' own, so that an error of the weights can move it between the
+/// nearest and the farthest corner only. It has 10 roundings besides.
 fn intersect_exactly(corners: [DVec3; 3], ray: &TriangleRay) -> Exact {
     let (origin, d) = (double(ray.origin), double(ray.direction));
     let [v0, v1, v2] = corners.map(|corner| corner - origin);
-    let reach = v0.length().max(v1.length()).max(v2.length());
     let (a, b) = (v1 - v0, v2 - v0);
-    let normal = a.cross(b);
     let determinant = d.cross(b).dot(a);
     let b1 = d.cross(b).dot(-v0) / determinant;
     let b2 = (-v0).cross(a).dot(d) / determinant;
+    let weights = [b1, b2, 1.0 - b1 - b2];
+
+    let axis = (0..3).max_by(|i, j| d[*i].abs().total_cmp(&d[*j].abs())).expect("an axis");
+    let depths = [v0, v1, v2].map(|v| v[axis] / d[axis]);
+    let radius = [0, 1, 2].map(|i| ([v0, v1, v2][i] - depths[i] * d).length()).into_iter().fold(0.0, f64::max);
+    let reach = [v0, v1, v2].map(|v| v.abs().max_element()).into_iter().fold(0.0, f64::max);
+    let shear_error = 6.0 * std::f64::consts::SQRT_2 * EPS * reach;
+    let edge_error = 2.0 * radius * shear_error + shear_error * shear_error + 3.0 * EPS * radius * radius;
+    // Edge functions add up to the determinant over the longest component.
+    let largest = weights.map(f64::abs).into_iter().fold(1.0, f64::max);
+    let weight_error = (1.0 + 3.0 * largest) * edge_error * d[axis].abs() / determinant.abs() + 3.0 * EPS * largest;
+
+    let [near, far] = [f64::min, f64::max].map(|pick| depths.into_iter().reduce(pick).expect("a depth"));
+    let rounding = 10.0 * EPS * near.abs().max(far.abs());
     let t = (-v0).cross(a).dot(b) / determinant;
-    // The edge functions add up to twice the determinant.
-    let weight_error = 27.0 * EPS * reach * reach * d.length() / (2.0 * determinant.abs());
-    // t = v0 . n / d . n, the normal off by both edges' errors times both lengths.
-    let longest = a.length().max(b.length()).max((b - a).length());
-    let normal_error = EPS * (2.0 * 3.6 * reach * longest + 5.0 * longest * longest);
-    let below = normal_error * d.length() + 3.0 * EPS * normal.length() * d.length();
-    let above = normal_error * v0.length() + 5.0 * EPS * normal.length() * v0.length();
-    let denominator = normal.dot(d).abs();
-    let t_error = if below < 0.5 * denominator {
-        (above + t.abs() * below) / (denominator - below) + EPS * t.abs()
+    if weight_error < 0.25 {
+        Exact { weights, weight_error, t, t_error: 2.0 * weight_error * (far - near) + rounding }
     } else {
-        f64::INFINITY
-    };
-    Exact { weights: [b1, b2, 1.0 - b1 - b2], weight_error, t, t_error }
+        // No fp32 test can tell where the ray meets a triangle that it sees from its edge.
+        let t_error = if weights.iter().all(|w| (-1.0..2.0).contains(w)) { 2.0 * (far - near) } else { f64::INFINITY };
+        Exact { weights, weight_error: f64::INFINITY, t: 0.5 * (near + far), t_error: t_error + rounding }
+    }
 }
 
 struct Shape {
@@ -114,22 +121,20 @@ fn triangle_hits_agree_with_f64() {
         }
         if hit.found == 1 {
             let error = (f64::from(hit.t) - exact.t).abs();
-            let [p0, p1, p2] = shape.corners.map(double);
-            let size = p0.distance(p1).max(p1.distance(p2)).max(p2.distance(p0)); let o=double(ray.origin); let d=double(ray.direction); let tc=(p0-o).dot(d)/d.length_squared(); if (f64::from(hit.t)-tc).abs() > 2.0*size/d.length()+1e-5*tc { println!("BAD {size} {hit:?} {tc} {ray:?} {:?} {}", shape.corners, exact.t_error);}
-            assert!(exact.t_error == f64::INFINITY || error <= exact.t_error, "t {} is not {}: {ray:?} {:?}", hit.t, exact.t, shape.corners);
+            assert!(error <= exact.t_error, "t {} is not {}: {ray:?} {:?}", hit.t, exact.t, shape.corners);
             sharp += usize::from(exact.t_error < 1e-5 * exact.t);
             for (weight, exact_weight) in hit.barycentric.into_iter().zip(exact.weights) {
-                // Three errors of the sum over the sum besides the one of the edge.
-                let bound = (1.0 + 3.0 * exact_weight.abs()) * exact.weight_error + 2.0 * EPS;
                 let error = (f64::from(weight) - exact_weight).abs();
-                assert!(exact.weight_error > 0.1 || error <= 1.2 * bound, "{hit:?} {:?} {ray:?}", exact.weights);
+                assert!((0.0..=1.0).contains(&weight), "{hit:?} of {ray:?} {:?}", shape.corners);
+                let known = exact.weight_error.is_finite();
+                assert!(!known || error <= exact.weight_error, "{hit:?} is not {:?}: {ray:?}", exact.weights);
             }
         }
     }
     // The bounds leave few cases open, and most hits are known to 1e-5.
-    assert!(sure_hits > COUNT / 10 && sure_misses > COUNT / 2, "{sure_hits} {sure_misses}");
-    assert!(sure_hits + sure_misses > COUNT * 9 / 10, "{sure_hits} {sure_misses}");
-    assert!(sharp > COUNT / 20, "{sharp}");
+    assert!(sure_hits > COUNT / 20 && sure_misses > COUNT / 2, "{sure_hits} {sure_misses}");
+    assert!(sure_hits + sure_misses > COUNT * 7 / 10, "{sure_hits} {sure_misses}");
+    assert!(sharp > COUNT / 50, "{sharp}");
 }
 
 #[test]
@@ -145,7 +150,8 @@ fn the_first_barycentric_is_the_weight_of_p1() {
 #[test]
 fn both_sides_of_a_triangle_are_hit() {
     let corners = [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]];
-    let ray = |z: f32| TriangleRay { origin: [0.25, 0.25, z], triangle: 0, direction: [0.0, 0.0, -z], t_max: UNBOUNDED };
+    let ray =
+        |z: f32| TriangleRay { origin: [0.25, 0.25, z], triangle: 0, direction: [0.0, 0.0, -z], t_max: UNBOUNDED };
     let hits = hit_triangles(&[triangle(corners)], &[ray(1.0), ray(-1.0)]);
     assert!(hits.iter().all(|hit| hit.found == 1 && hit.t == 1.0), "{hits:?}");
 }
@@ -161,7 +167,12 @@ fn triangles_without_area_are_never_hit() {
         triangles.push(triangle([[a, a, b], [a, b, a], [b, a, a], [a, a, a]][rng.below(4)]));
         let target = double(a).lerp(double(b), rng.unit());
         let origin = single(rng.cube(1.0));
-        rays.push(TriangleRay { origin, triangle: index, direction: single(target - double(origin)), t_max: UNBOUNDED });
+        rays.push(TriangleRay {
+            origin,
+            triangle: index,
+            direction: single(target - double(origin)),
+            t_max: UNBOUNDED,
+        });
     }
     let hits = hit_triangles(&triangles, &rays);
     assert_eq!(hits.iter().filter(|hit| hit.found == 1).count(), 0);

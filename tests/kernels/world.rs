@@ -9,7 +9,8 @@ use goblet_host::Buffer;
 
 use crate::bench::Bench;
 use crate::generated::{
-    AliasEntry, BvhPair, COUNT_SHIFT, Light, MAX_LEAF_COUNT, Material, NONE, Quadric, SceneBindings, SceneInfo, Triangle, TriangleNormals,
+    AliasEntry, BvhPair, COUNT_SHIFT, Light, MAX_LEAF_COUNT, Material, NONE, Quadric, SceneBindings, SceneInfo,
+    Triangle, TriangleNormals,
 };
 use glam::DAffine3;
 
