@@ -25,19 +25,27 @@ float direction_density(Quadric quadric, vec3 w) {
     return 1.0 / (quadric.determinant * size * size * size);
 }
 
-// 1 - cos of the cone that a unit sphere fills from squared distance d2 > 1,
-// without cancellation.
+// Squared distances up to this are inside a unit sphere or on it: a sphere that lights its
+// own inside must look across, not at the point that it is seen from.
+const float ON_SPHERE = 1.0001;
+// What such a view skips, in radii.
+const float SKIPPED = 1.0e-3;
+
+// 1 - cos of the cone that a unit sphere fills from squared distance d2, without
+// cancellation; of all directions, from inside.
 float cone_of_sphere(float d2) {
+    if (d2 <= ON_SPHERE) {
+        return 2.0;
+    }
     float sin2 = 1.0 / d2;
-    return sin2 / (1.0 + sqrt(max(0.0, 1.0 - sin2)));
+    return sin2 / (1.0 + sqrt(1.0 - sin2));
 }
 
 // Pdf of sampling a sphere by the cone it fills (by all directions, from inside).
 float sphere_pdf(Quadric quadric, vec3 from, vec3 wi) {
     vec3 o = transform_point(quadric.object_from_render, from);
     float d2 = dot(o, o);
-    float solid_angle = 2.0 * PI * (d2 > 1.0 ? cone_of_sphere(d2) : 2.0);
-    return direction_density(quadric, wi) / solid_angle;
+    return direction_density(quadric, wi) / (2.0 * PI * cone_of_sphere(d2));
 }
 
 // Pdf, selection included, with which direct_sample finds a point on an area light.
@@ -55,8 +63,9 @@ bool sample_sphere(Light light, vec3 from, vec2 u, out Surface surface) {
     Quadric quadric = quadrics.data[light.primitive & INDEX_MASK];
     vec3 o = transform_point(quadric.object_from_render, from);
     float d2 = dot(o, o);
-    vec3 axis = d2 > 1.0 ? -o * inversesqrt(d2) : vec3(0.0, 0.0, 1.0);
-    vec3 d = to_world(sample_cap(u, d2 > 1.0 ? cone_of_sphere(d2) : 2.0), axis);
+    vec3 axis = d2 > ON_SPHERE ? -o * inversesqrt(d2) : vec3(0.0, 0.0, 1.0);
+    vec3 d = to_world(sample_cap(u, cone_of_sphere(d2)), axis);
+    o += d2 > ON_SPHERE ? vec3(0.0) : SKIPPED * d;
     float t = INFINITY_T;
     bool found = intersect_sphere(quadric, o, d, t);
     surface = quadric_surface(quadric, true, o + t * d);

@@ -200,15 +200,17 @@ fn triangles_emit_evenly_from_their_front() {
     let world = World { triangles: vec![shape], ..World::default() };
     let emitted = emit(&lone(area_light(TRIANGLE, 0.5 * normal.length()), world));
     assert_power(&emitted, PI * 0.5 * normal.length(), 1e-5, "triangle light");
-    let places = emitted.iter().map(|photon| {
+    let place = |photon: &Emitted| {
         let from = double(photon.origin) - p0;
         assert!(from.dot(normal.normalize()).abs() < 1e-5, "{photon:?} starts beside the triangle");
         let b1 = from.cross(p2 - p0).dot(normal) / normal.length_squared();
         let b2 = (p1 - p0).cross(from).dot(normal) / normal.length_squared();
         [(b1 + b2).clamp(0.0, 1.0).powi(2), (b1 / (b1 + b2).max(1e-9)).clamp(0.0, 1.0)]
-    });
-    assert_uniform(&cells(places, 32), "places on a triangle light");
+    };
+    assert_uniform(&cells(emitted.iter().map(place), 32), "places on a triangle light");
     let normal = normal.normalize();
+    let both = |photon: &Emitted| [place(photon)[0], double(photon.direction).dot(normal).powi(2)];
+    assert_uniform(&cells(emitted.iter().map(both), 32), "places and directions together");
     assert_cosine_lobe(emitted.iter().map(|photon| (double(photon.direction), normal)), "directions of a triangle");
 }
 

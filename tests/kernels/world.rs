@@ -52,7 +52,7 @@ fn twins<A: Pod, B: Pod>(data: &[A]) -> Vec<B> {
 }
 
 impl World {
-    /// Scene text, packed as for rendering. Also gives render units per scene unit.
+    /// Scene text, packed as for rendering; also what it was packed to.
     pub fn parse(text: &str) -> (Self, pack::PackedScene) {
         let scene = Scene::parse(text, "test.pbrt", Path::new(env!("CARGO_MANIFEST_DIR"))).expect("a scene");
         let packed = pack::pack(&scene).expect("a packed scene");

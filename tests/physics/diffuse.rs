@@ -9,7 +9,7 @@ use goblet::film::Image;
 use super::support::mean;
 use super::{EYE_ONLY, Shot, assert_closed, assert_near, assert_uniform, camera};
 
-const IN_A_SPHERE: Shot = Shot { pixels: 16, photons: 8192, iterations: 32, radius: 0.5, depth: 60 };
+const IN_A_SPHERE: Shot = Shot { pixels: 16, photons: 16_384, iterations: 32, radius: 0.5, alpha: 1.0, depth: 60 };
 
 #[test]
 fn a_glowing_diffuse_sphere_has_radiance_l_over_1_minus_albedo_inside() {
@@ -82,7 +82,7 @@ fn a_white_ball_vanishes_in_a_furnace() {
 fn a_white_ball_in_a_white_bowl_vanishes_in_a_furnace() {
     let world = "LightSource \"infinite\" \"rgb L\" [1 1 1]\nMaterial \"diffuse\" \"rgb reflectance\" [1 1 1]\n\
                  Shape \"sphere\" \"float zmax\" 0\nShape \"sphere\" \"float radius\" .6";
-    let shot = Shot { pixels: 32, photons: 32768, iterations: 48, radius: 0.1, depth: 200 };
+    let shot = Shot { pixels: 32, photons: 32768, iterations: 48, radius: 0.1, alpha: 0.667, depth: 200 };
     // The rim, where a disc reaches past the edge, is out of view.
     let rendered = shot.take(&camera("0 0 2.5  0 0 0  0 1 0", 24.0), world);
     assert_uniform("ball in a bowl", &rendered.image, [1.0; 3], 0.5);

@@ -16,7 +16,7 @@ fn no_light_leaks_through_thin_walls_or_to_a_lower_floor() {
             inner + &solid([-1.0 - wall, -1.0 - wall, z - 0.001], [1.0 + wall, 1.0 + wall, 2.0 + wall])
         }
     };
-    let shot = Shot { pixels: 32, photons: 4096, iterations: 8, radius: 0.2, depth: 8 };
+    let shot = Shot { pixels: 32, photons: 4096, iterations: 8, radius: 0.2, alpha: 1.0, depth: 8 };
     for wall in [0.0, 0.01] {
         let world = format!(
             "LightSource \"point\" \"point3 from\" [0 0 1] \"rgb I\" [10 10 10]\n\
@@ -44,8 +44,8 @@ fn light_passes_under_a_wall_no_further_than_the_radius() {
          Shape \"trianglemesh\" \"integer indices\" [0 1 2 0 2 3] \"point3 P\" [0 -2 0  0 2 0  0 2 2  0 -2 2]",
         solid([-2.0, -2.0, 0.0], [2.0, 2.0, 2.0])
     );
-    // One iteration: the radius is still what it was. Pixels are 1/16 wide on the floor.
-    let shot = Shot { pixels: 32, photons: 200_000, iterations: 1, radius: RADIUS, depth: 8 };
+    // Pixels are 1/16 wide on the floor.
+    let shot = Shot { pixels: 32, photons: 200_000, iterations: 1, radius: RADIUS, alpha: 1.0, depth: 8 };
     let image = shot.take(&camera("1 0 1  1 0 0  0 1 0", 90.0), &world).image;
     let mut near = 0.0;
     for (index, pixel) in image.pixels.iter().enumerate() {

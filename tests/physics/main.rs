@@ -18,11 +18,13 @@ struct Shot {
     photons: u64,
     iterations: u32,
     radius: f64,
+    /// 1 keeps the radius: less noise in a mean, where blur does no harm.
+    alpha: f64,
     depth: u32,
 }
 
 /// Light that reaches the eye without photons.
-const EYE_ONLY: Shot = Shot { pixels: 32, photons: 1, iterations: 64, radius: 0.1, depth: 200 };
+const EYE_ONLY: Shot = Shot { pixels: 32, photons: 1, iterations: 64, radius: 0.1, alpha: 1.0, depth: 200 };
 
 impl Shot {
     fn take(&self, camera: &str, world: &str) -> Rendered {
@@ -30,6 +32,7 @@ impl Shot {
             resolution: Some([self.pixels; 2]),
             photons: Some(self.photons),
             radius: Some(self.radius),
+            alpha: Some(self.alpha),
             max_depth: Some(self.depth),
             ..Options::default()
         };

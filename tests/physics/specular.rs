@@ -65,7 +65,7 @@ fn a_floor_lit_and_seen_through_a_tinted_pane_is_darkened_twice() {
         square(1.0, 0.0),
         solid([-1.1, -1.1, 0.02], [1.1, 1.1, 0.04])
     );
-    let shot = Shot { pixels: 24, photons: 32768, iterations: 32, radius: 0.15, depth: 3 };
+    let shot = Shot { pixels: 24, photons: 32768, iterations: 32, radius: 0.15, alpha: 0.667, depth: 3 };
     let rendered = shot.take(&camera("0 0 5  0 0 0  0 1 0", 12.0), &world);
     let crossing = 1.0 - glass_reflectance(1.0);
     let expected = TINT.map(|tint| 0.8 / PI * 3.0 * (tint * crossing).powi(4));
@@ -122,7 +122,7 @@ fn photons_carry_what_a_mirror_reflects() {
          Shape \"trianglemesh\" \"integer indices\" [0 1 2 0 2 3] \"point3 P\" [-1 -1 2.2  1 -1 .2  1 1 .2  -1 1 2.2]",
         square(1.0, 0.0)
     );
-    let shot = Shot { pixels: 24, photons: 32768, iterations: 32, radius: 0.15, depth: 2 };
+    let shot = Shot { pixels: 24, photons: 32768, iterations: 32, radius: 0.15, alpha: 0.667, depth: 2 };
     let rendered = shot.take(&camera("0 -1 .6  0 0 0  0 0 1", 20.0), &world);
     let expected = ETA_K.map(|[eta, k]| 0.8 / PI * 3.0 * metal_reflectance(0.5_f64.sqrt(), eta, k));
     assert_near("mirrored floor", mean(&rendered.image), expected, 0.01);
