@@ -84,9 +84,13 @@ uint advance(inout Path path) {
     if (path.depth >= scene_info.value.max_depth) {
         return TRUNCATED;
     }
+    // Where shading and geometric normal disagree about the photon's side, a diffuse
+    // surface must not let it through.
+    bool same_side = dot(wo, surface.shading_normal) * dot(wo, surface.normal) > 0.0;
+    vec3 n = specular || same_side ? surface.shading_normal : surface.normal;
     uint pair = PAIR_BOUNCE + 2u * (path.depth - 1u);
     vec2 u = random_pair(path.random, pair + 1u);
-    Scatter scattered = scatter(material, wo, surface.shading_normal, u.x,
+    Scatter scattered = scatter(material, wo, n, u.x,
                                 specular ? vec2(0.0) : random_pair(path.random, pair), FLUX);
     // Russian roulette keeps the largest channel of every photon's weight constant.
     vec3 weight = path.weight * scattered.weight;
