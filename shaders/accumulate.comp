@@ -63,24 +63,20 @@ void main() {
         uint entry = 0u;
         uint last = 0u;
         ivec3 cell = corner;
-        // One loop over the points of eight cells: lanes with short cells go on to the
-        // next cell while others are in long ones.
+        // Eight cells, one after the other. Lanes run ahead to their next point in reach before
+        // any adds to it, so that few of them are idle while one adds.
         while (true) {
-            if (entry == last) {
-                if (neighbour == 8u) {
+            vec4 point;
+            vec3 d;
+            while (entry < last) {
+                point = grid_positions.data[entry];
+                d = record.xyz - point.xyz;
+                if (dot(d, d) < point.w) {
                     break;
                 }
-                cell = corner + ivec3(neighbour & 1u, (neighbour >> 1u) & 1u, neighbour >> 2u);
-                neighbour++;
-                Cell range = cells.data[cell_hash(cell, cell_mask)];
-                entry = range.first;
-                last = range.first + range.count;
-                continue;
+                entry++;
             }
-            vec4 point = grid_positions.data[entry];
-            vec3 d = record.xyz - point.xyz;
-            float distance2 = dot(d, d);
-            if (distance2 < point.w) {
+            if (entry < last) {
                 uvec2 owner = grid_owners.data[entry];
                 vec3 n = unpack_normal(owner.x);
                 float height = dot(d, n);
@@ -92,8 +88,16 @@ void main() {
                     add_channel(4u * owner.y + 2u, blue);
                     atomicAdd(flux_low.data[4u * owner.y + 3u], 1u);
                 }
+                entry++;
+            } else if (neighbour < 8u) {
+                cell = corner + ivec3(neighbour & 1u, (neighbour >> 1u) & 1u, neighbour >> 2u);
+                neighbour++;
+                Cell range = cells.data[cell_hash(cell, cell_mask)];
+                entry = range.first;
+                last = range.first + range.count;
+            } else {
+                break;
             }
-            entry++;
         }
     }
 }
