@@ -22,8 +22,6 @@ layout(std430, set = 1, binding = 7) buffer FluxHighBlock { uint data[]; } flux_
 layout(std430, set = 1, binding = 8) buffer CounterBlock { Counters value; } counters;
 
 layout(push_constant) uniform Push {
-    uint first; // recorded photons first .. end, stride apart
-    uint end;
     uint stride;
     uint cell_mask;
 };
@@ -49,9 +47,9 @@ void main() {
     if (invocation >= stride) {
         return; // its photons are another invocation's
     }
-    uint stop = min(end, counters.value.recorded);
+    uint recorded = counters.value.recorded;
     float inverse_size = 1.0 / cell_size(grid_info.value.max_radius2);
-    for (uint photon = first + invocation; photon < stop; photon += stride) {
+    for (uint photon = invocation; photon < recorded; photon += stride) {
         vec4 record = photon_positions.data[photon];
         vec3 photon_normal = unpack_normal(floatBitsToUint(record.w));
         vec3 weight = photon_weights.data[photon].xyz;

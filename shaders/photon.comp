@@ -120,12 +120,14 @@ void main() {
     }
     uint photon = first + invocation;
     uint ends[ALIVE] = uint[ALIVE](0u, 0u, 0u, 0u, 0u, 0u);
+    uint emitted = 0u;
     bool alive = false;
     Path path;
     while (alive || photon < end) {
         if (!alive) {
             path = start_path(photon);
             photon += stride;
+            emitted++;
         }
         uint state = is_finite(path) ? advance(path) : NOT_FINITE;
         alive = state == ALIVE;
@@ -139,6 +141,5 @@ void main() {
     atomicAdd(counters.value.truncated, ends[TRUNCATED]);
     atomicAdd(counters.value.lost_in_glass, ends[LOST_IN_GLASS]);
     atomicAdd(counters.value.non_finite, ends[NOT_FINITE]);
-    atomicAdd(counters.value.emitted,
-              ends[DEPOSITED] + ends[ABSORBED] + ends[ESCAPED] + ends[TRUNCATED] + ends[LOST_IN_GLASS] + ends[NOT_FINITE]);
+    atomicAdd(counters.value.emitted, emitted);
 }

@@ -40,7 +40,7 @@ pub struct Settings {
 }
 
 impl Passes {
-    /// Runs iteration number `iteration`, from 0.
+    /// Runs iteration number `iteration`, from 0, and adds what happened to `tally`.
     ///
     /// # Errors
     /// The device fails.
@@ -51,11 +51,11 @@ impl Passes {
         settings: &Settings,
         batch_size: &mut BatchSize,
         iteration: u32,
-    ) -> goblet_host::Result<Tally> {
+        tally: &mut Tally,
+    ) -> goblet_host::Result<()> {
         let pixels = settings.sizes.pixels;
         let pixel_count = pixels as u32;
         let cell_mask = settings.sizes.cells as u32 - 1;
-        let mut tally = Tally::default();
         let mut frame = device.frame()?;
         frame.clear(&buffers.counters);
         frame.clear(&buffers.grid_info);
@@ -71,6 +71,9 @@ impl Passes {
             let end = batch_size.end(first, settings.photons);
             let start = Instant::now();
             let mut frame = device.frame()?;
+            if first > 0 {
+                frame.clear(&buffers.counters);
+            }
             self.photon_batch(&mut frame, device, settings, iteration, first..end);
             if end == settings.photons {
                 frame.dispatch(&self.update, UpdatePush { pixel_count, alpha: settings.alpha }, pixels);
@@ -78,12 +81,9 @@ impl Passes {
             frame.run()?;
             batch_size.observe(end - first, start.elapsed());
             tally.add(&device.read(&buffers.counters)?[0]);
-            let mut frame = device.frame()?;
-            frame.clear(&buffers.counters);
-            frame.run()?;
             first = end;
         }
-        Ok(tally)
+        Ok(())
     }
 
     /// Traces some of an iteration's photons and adds them up.
@@ -108,12 +108,7 @@ impl Passes {
             stride: stride as u32,
         };
         frame.dispatch(&self.photon, push, stride);
-        let push = AccumulatePush {
-            first: 0,
-            end: settings.sizes.recorded as u32,
-            stride: stride as u32,
-            cell_mask: settings.sizes.cells as u32 - 1,
-        };
+        let push = AccumulatePush { stride: stride as u32, cell_mask: settings.sizes.cells as u32 - 1 };
         frame.dispatch(&self.accumulate, push, stride);
     }
 

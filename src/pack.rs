@@ -347,7 +347,6 @@ impl Packer {
             has_conductors,
             has_dielectrics,
             has_specular: has_conductors || has_dielectrics,
-            has_point_lights: has_light(POINT),
             has_spot_lights: has_light(SPOT),
             has_distant_lights: has_light(DISTANT),
             has_infinite_lights: has_light(INFINITE),

@@ -8,7 +8,7 @@ use goblet_host::{Device, Instance};
 use crate::buffers::{Buffers, Sizes};
 use crate::film::Image;
 use crate::iteration::{Passes, Settings};
-use crate::kernels::{REQUIREMENTS, Specialization};
+use crate::kernels::REQUIREMENTS;
 use crate::pack::{PackError, pack};
 use crate::scene::Scene;
 use crate::schedule::BatchSize;
@@ -82,7 +82,6 @@ pub struct Renderer {
     tally: Tally,
     build_time: Duration,
     compile_time: Duration,
-    specialization: Specialization,
     /// Scene units per render unit.
     unit: f64,
 }
@@ -140,7 +139,6 @@ impl Renderer {
             tally: Tally::default(),
             build_time,
             compile_time: start.elapsed(),
-            specialization: packed.specialization,
             unit,
             device,
         })
@@ -151,9 +149,8 @@ impl Renderer {
     /// # Errors
     /// The device fails; earlier iterations are not lost while it still answers.
     pub fn step(&mut self) -> Result<(), RenderError> {
-        let tally =
-            self.passes.run(&self.device, &self.buffers, &self.settings, &mut self.batch_size, self.iterations)?;
-        self.tally.merge(&tally);
+        let Self { device, buffers, settings, batch_size, iterations, tally, .. } = self;
+        self.passes.run(device, buffers, settings, batch_size, *iterations, tally)?;
         self.iterations += 1;
         Ok(())
     }
@@ -213,11 +210,6 @@ impl Renderer {
     /// Time to compile the kernels.
     pub fn compile_time(&self) -> Duration {
         self.compile_time
-    }
-
-    /// What the kernels are specialised to.
-    pub fn specialization(&self) -> &Specialization {
-        &self.specialization
     }
 
     /// The device it runs on.

@@ -44,18 +44,4 @@ impl Tally {
         self.non_finite += u64::from(counters.non_finite);
         self.saturated += u64::from(counters.saturated);
     }
-
-    /// Adds another tally.
-    pub fn merge(&mut self, other: &Self) {
-        self.emitted += other.emitted;
-        self.recorded += other.recorded;
-        self.deposited += other.deposited;
-        self.absorbed += other.absorbed;
-        self.escaped += other.escaped;
-        self.truncated += other.truncated;
-        self.lost_in_glass += other.lost_in_glass;
-        self.eye_lost_in_glass += other.eye_lost_in_glass;
-        self.non_finite += other.non_finite;
-        self.saturated += other.saturated;
-    }
 }

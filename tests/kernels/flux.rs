@@ -99,7 +99,7 @@ fn accumulate(weights: &[[f32; 3]], low: [u32; 4], high: [u32; 4]) -> ([u32; 4],
     let pass = device.pass(&kernel, &Specialization::default(), 64).expect("a pass");
     let mut frame = device.frame().expect("a frame");
     let stride = 4096;
-    let push = goblet::kernels::AccumulatePush { first: 0, end: weights.len() as u32, stride, cell_mask: 0 };
+    let push = goblet::kernels::AccumulatePush { stride, cell_mask: 0 };
     frame.dispatch(&pass, push, stride.into());
     frame.run().expect("a run");
     let words = |buffer| <[u32; 4]>::try_from(bench.read(buffer)).expect("four words");
