@@ -22,6 +22,7 @@
 #![forbid(unsafe_code)]
 
 mod alias;
+pub mod bezier;
 mod buffers;
 mod bvh;
 pub mod cli;

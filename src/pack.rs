@@ -5,14 +5,20 @@
 //! millimetres or kilometres, or far from the origin, thus renders alike. Radiance does
 //! not change under scaling; intensities scale with the square of length.
 
-use glam::{DAffine3, DMat3, DVec2, DVec3, Vec3A};
+mod quadric;
+mod revolution;
+
+use glam::{DAffine3, DVec3, Vec3A};
 use obvhs::aabb::Aabb;
+
+use quadric::{quadric, quadric_area, quadric_bounds};
 
 use crate::alias;
 use crate::bvh;
 use crate::kernels::{
     self, AREA, AliasEntry, BvhPair, CONDUCTOR, DIELECTRIC, DIFFUSE, DISK, DISTANT, INFINITE, KIND_SHIFT, NONE, POINT,
-    Quadric, SPHERE, SPOT, Specialization, TRIANGLE, Triangle, TriangleNormals,
+    Quadric, REVOLUTION, Revolution, RevolutionPiece, SPHERE, SPOT, Specialization, TRIANGLE, Triangle,
+    TriangleNormals,
 };
 use crate::scene::{AreaLight, Geometry, Light, Material, Mesh, Rgb, Scene, Shape};
 
@@ -92,6 +98,10 @@ pub struct PackedScene {
     pub triangle_normals: Vec<TriangleNormals>,
     /// Spheres and disks.
     pub quadrics: Vec<Quadric>,
+    /// Bodies of revolution.
+    pub revolutions: Vec<Revolution>,
+    /// The stretches of their profiles.
+    pub revolution_pieces: Vec<RevolutionPiece>,
     /// Materials, indexed as the scene's.
     pub materials: Vec<kernels::Material>,
     /// Lights: those that are no surface first, then every emitting primitive.
@@ -148,6 +158,8 @@ pub fn pack(scene: &Scene) -> Result<PackedScene, PackError> {
         triangles: packer.triangles,
         triangle_normals: packer.triangle_normals,
         quadrics: packer.quadrics,
+        revolutions: packer.revolutions,
+        revolution_pieces: packer.revolution_pieces,
         lights: packer.lights,
     })
 }
@@ -161,6 +173,8 @@ struct Packer {
     triangles: Vec<Triangle>,
     triangle_normals: Vec<TriangleNormals>,
     quadrics: Vec<Quadric>,
+    revolutions: Vec<Revolution>,
+    revolution_pieces: Vec<RevolutionPiece>,
     lights: Vec<kernels::Light>,
     /// Mean of channels of each light's power.
     powers: Vec<f64>,
@@ -187,6 +201,7 @@ impl Packer {
                 quadric.phi_max = *phi_max as f32;
                 self.add_quadric(shape, quadric, DISK);
             }
+            Geometry::Revolution(profile) => self.add_revolution(shape, profile, &render_from_object),
         }
     }
 
@@ -252,12 +267,7 @@ impl Packer {
         }
         let sides = if emission.two_sided { 2.0 } else { 1.0 };
         let exitance = std::f64::consts::PI * sides;
-        let scale = self.render_from_world.matrix3.x_axis.x;
-        let world_area = area / (scale * scale);
-        let radiance = match emission.power {
-            Some(power) => emission.radiance * (power / (exitance * world_area)),
-            None => emission.radiance,
-        };
+        let radiance = self.radiance(emission, area);
         let light = kernels::Light {
             primitive,
             area: area as f32,
@@ -265,6 +275,16 @@ impl Packer {
             ..light_of(AREA, radiance)
         };
         self.push_light(light, mean(radiance) * exitance * area)
+    }
+
+    /// Radiance of an emitter whose whole area is given in render units.
+    fn radiance(&self, emission: &AreaLight, area: f64) -> Rgb {
+        let scale = self.render_from_world.matrix3.x_axis.x;
+        let sides = if emission.two_sided { 2.0 } else { 1.0 };
+        match emission.power {
+            Some(power) => emission.radiance * (power * scale * scale / (std::f64::consts::PI * sides * area)),
+            None => emission.radiance,
+        }
     }
 
     fn add_light(&mut self, light: &Light, space: &RenderSpace) {
@@ -342,6 +362,9 @@ impl Packer {
             has_spheres: has_kind(SPHERE),
             has_disks: has_kind(DISK),
             has_quadrics: !self.quadrics.is_empty(),
+            has_revolutions: has_kind(REVOLUTION),
+            has_curved: !self.quadrics.is_empty() || has_kind(REVOLUTION),
+            revolution_degree: revolution::degree(scene),
             has_cut_spheres: self.quadrics.iter().any(|quadric| !whole(quadric)),
             has_shading_normals: !self.triangle_normals.is_empty(),
             has_conductors,
@@ -377,6 +400,12 @@ fn for_each_bound(shape: &Shape, mut visit: impl FnMut(DVec3)) {
         Geometry::Disk { height, radius, .. } => {
             visit_box(DVec3::new(-radius, -radius, *height), DVec3::new(*radius, *radius, *height));
         }
+        Geometry::Revolution(profile) => {
+            // Control points bound the curve; the seam's is one corner, its half turn another.
+            for point in profile.segments.iter().flat_map(|segment| &segment.points) {
+                visit_box(DVec3::new(-point.x, -point.x, point.y), DVec3::new(point.x, point.x, point.y));
+            }
+        }
     }
 }
 
@@ -388,24 +417,6 @@ fn mesh_normals(shape: &Shape, mesh: &Mesh) -> Option<Vec<DVec3>> {
     (!mesh.normals.is_empty()).then(|| mesh.normals.iter().map(transform).collect())
 }
 
-/// A quadric with this transform from its unit object space.
-fn quadric(shape: &Shape, render_from_object: DAffine3) -> Quadric {
-    let determinant = render_from_object.matrix3.determinant();
-    Quadric {
-        object_from_render: rows(&render_from_object.inverse()),
-        render_from_object: rows(&render_from_object),
-        material: shape.material as u32,
-        light: NONE,
-        // pbrt reverses the normal of a mirrored quadric, and so do we.
-        flipped: u32::from(shape.reverse_orientation ^ (determinant < 0.0)),
-        z_min: -1.0,
-        z_max: 1.0,
-        phi_max: std::f32::consts::TAU,
-        inner_radius: 0.0,
-        determinant: determinant.abs() as f32,
-    }
-}
-
 /// The rows of an affine transform, as f32.
 pub fn rows(transform: &DAffine3) -> [[f32; 4]; 3] {
     let linear = transform.matrix3.transpose();
@@ -415,50 +426,6 @@ pub fn rows(transform: &DAffine3) -> [[f32; 4]; 3] {
         row(linear.y_axis, transform.translation.y),
         row(linear.z_axis, transform.translation.z),
     ]
-}
-
-fn linear_part(quadric: &Quadric) -> DMat3 {
-    let row = |i: usize| {
-        let [x, y, z, _] = quadric.render_from_object[i];
-        DVec3::new(f64::from(x), f64::from(y), f64::from(z))
-    };
-    DMat3::from_cols(row(0), row(1), row(2)).transpose()
-}
-
-/// Area of a quadric in render units. An affine sphere has no closed form: the growth of
-/// area is averaged over directions, exactly for similarities.
-fn quadric_area(quadric: &Quadric, kind: u32) -> f64 {
-    let linear = linear_part(quadric);
-    let (phi, z_min, z_max) = (f64::from(quadric.phi_max), f64::from(quadric.z_min), f64::from(quadric.z_max));
-    if kind == DISK {
-        let inner = f64::from(quadric.inner_radius);
-        return linear.x_axis.cross(linear.y_axis).length() * 0.5 * phi * (1.0 - inner * inner);
-    }
-    let cofactors = linear.inverse().transpose() * linear.determinant().abs();
-    let steps = 64;
-    let mut sum = 0.0;
-    for i in 0..steps {
-        let z = z_min + (z_max - z_min) * (f64::from(i) + 0.5) / f64::from(steps);
-        for j in 0..steps {
-            let angle = phi * (f64::from(j) + 0.5) / f64::from(steps);
-            let point = DVec2::from_angle(angle) * (1.0 - z * z).max(0.0).sqrt();
-            sum += (cofactors * point.extend(z)).length();
-        }
-    }
-    sum / f64::from(steps * steps) * phi * (z_max - z_min)
-}
-
-/// The box around a transformed unit sphere or disk, widened by rounding.
-fn quadric_bounds(quadric: &Quadric, kind: u32) -> Aabb {
-    let extent = |row: [f32; 4]| {
-        let z = if kind == DISK { 0.0 } else { row[2] };
-        DVec3::new(row[0].into(), row[1].into(), z.into()).length() as f32
-    };
-    let [x, y, z] = quadric.render_from_object;
-    let center = Vec3A::new(x[3], y[3], z[3]);
-    let half = Vec3A::new(extent(x), extent(y), extent(z));
-    let rounding = 4.0 * f32::EPSILON * (center.abs() + half);
-    Aabb::new(center - half - rounding, center + half + rounding)
 }
 
 fn light_of(kind: u32, emission: Rgb) -> kernels::Light {

@@ -3,7 +3,8 @@
 use goblet_host::{Buffer, Device};
 
 use crate::kernels::{
-    AliasEntry, BvhPair, Light, Material, Quadric, SceneBindings, SceneInfo, Triangle, TriangleNormals,
+    AliasEntry, BvhPair, Light, Material, Quadric, Revolution, RevolutionPiece, SceneBindings, SceneInfo, Triangle,
+    TriangleNormals,
 };
 use crate::pack::PackedScene;
 
@@ -15,6 +16,8 @@ pub struct GpuScene {
     triangles: Buffer<Triangle>,
     triangle_normals: Buffer<TriangleNormals>,
     quadrics: Buffer<Quadric>,
+    revolutions: Buffer<Revolution>,
+    revolution_pieces: Buffer<RevolutionPiece>,
     materials: Buffer<Material>,
     lights: Buffer<Light>,
     emission_table: Buffer<AliasEntry>,
@@ -45,6 +48,8 @@ impl GpuScene {
             triangles: device.upload("triangles", &scene.triangles)?,
             triangle_normals: device.upload("triangle_normals", &scene.triangle_normals)?,
             quadrics: device.upload("quadrics", &scene.quadrics)?,
+            revolutions: device.upload("revolutions", &scene.revolutions)?,
+            revolution_pieces: device.upload("revolution_pieces", &scene.revolution_pieces)?,
             materials: device.upload("materials", &scene.materials)?,
             lights: device.upload("lights", &scene.lights)?,
             emission_table: device.upload("emission_table", &scene.emission_table)?,
@@ -61,6 +66,8 @@ impl GpuScene {
             triangles: &self.triangles,
             triangle_normals: &self.triangle_normals,
             quadrics: &self.quadrics,
+            revolutions: &self.revolutions,
+            revolution_pieces: &self.revolution_pieces,
             materials: &self.materials,
             lights: &self.lights,
             emission_table: &self.emission_table,

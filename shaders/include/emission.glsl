@@ -46,6 +46,9 @@ Emission emit_area(Light light, vec2 u_position, vec2 u_direction, float u_side)
     Surface surface;
     if (HAS_SPHERES && light.primitive >> KIND_SHIFT == SPHERE) {
         surface = sample_sphere_area(quadrics.data[light.primitive & INDEX_MASK], u_position, area);
+    } else if (HAS_REVOLUTIONS && light.primitive >> KIND_SHIFT == REVOLUTION) {
+        surface = sample_revolution(light, u_position);
+        area = 1.0 / surface.area_pdf;
     } else {
         surface = sample_flat(light, u_position);
     }

@@ -1,9 +1,6 @@
 // Rays against the scene: one hierarchy over every kind of primitive.
 #include "quadric.glsl"
-
-const float INFINITY_T = 3.0e38;
-// Half a unit in the last place of 1: the largest relative rounding error.
-const float ROUNDING = 5.9604644775390625e-8; // 2^-24
+#include "revolution.glsl"
 
 struct Ray {
     vec3 origin;
@@ -13,7 +10,7 @@ struct Ray {
 struct Hit {
     float t;          // in lengths of the ray's direction
     uint primitive;   // reference, or NONE
-    vec2 barycentric; // weights of p1 and p2 of a triangle
+    vec2 barycentric; // weights of p1 and p2 of a triangle; in x: where on a profile's piece
 };
 
 // A triangle is tested where the ray is the z axis: in a shear along the longest axis of
@@ -65,6 +62,11 @@ bool intersect_primitive(uint primitive, Ray ray, inout Hit hit) {
     bool found = false;
     if (is_triangle(kind)) {
         found = intersect_triangle(triangles.data[index], ray, hit);
+    } else if (is_revolution(kind)) {
+        uint body = revolution_pieces.data[index].body;
+        vec3 o = transform_point(revolutions.data[body].unit_from_render, ray.origin);
+        vec3 d = transform_vector(revolutions.data[body].unit_from_render, ray.direction);
+        found = intersect_revolution(index, o, d, 0.0, hit.t, hit.barycentric.x);
     } else if (HAS_QUADRICS) {
         Quadric quadric = quadrics.data[index];
         vec3 o = transform_point(quadric.object_from_render, ray.origin);

@@ -55,7 +55,11 @@ float direct_pdf(Light light, vec3 from, Surface surface, vec3 wi) {
     }
     vec3 to_light = surface.position - from;
     float cos_light = abs(dot(surface.normal, wi));
-    return light.direct_pmf * dot(to_light, to_light) / (light.area * max(cos_light, 1.0e-20));
+    float area_pdf = 1.0 / light.area;
+    if (HAS_REVOLUTIONS && light.primitive >> KIND_SHIFT == REVOLUTION) {
+        area_pdf = surface.area_pdf;
+    }
+    return light.direct_pmf * area_pdf * dot(to_light, to_light) / max(cos_light, 1.0e-20);
 }
 
 // A point on a sphere in the cone it fills as seen from a point.
@@ -86,6 +90,16 @@ Surface sample_flat(Light light, vec2 u) {
     return quadric_surface(disk, false, vec3(radius * cos(phi), radius * sin(phi), 0.0));
 }
 
+// A point on a piece of a body of revolution, with surface.area_pdf.
+Surface sample_revolution(Light light, vec2 u) {
+    uint piece = light.primitive & INDEX_MASK;
+    vec4 ends = revolution_pieces.data[piece].ends;
+    // Inverts the distribution of piece_pdf.
+    float x = 2.0 * u.x * (ends.x + ends.z) / (ends.x + sqrt(mix(ends.x * ends.x, ends.z * ends.z, u.x))) - 1.0;
+    float phi = 2.0 * PI * u.y;
+    return revolution_surface(piece, clamp(x, -1.0, 1.0), vec2(cos(phi), sin(phi)));
+}
+
 // An emitter seen from a point by next-event estimation.
 LightSample sample_area(Light light, vec3 from, vec2 u) {
     LightSample direct = LightSample(from, vec3(0.0), vec3(0.0), 0.0, false);
@@ -94,6 +108,8 @@ LightSample sample_area(Light light, vec3 from, vec2 u) {
         if (!sample_sphere(light, from, u, surface)) {
             return direct;
         }
+    } else if (HAS_REVOLUTIONS && light.primitive >> KIND_SHIFT == REVOLUTION) {
+        surface = sample_revolution(light, u);
     } else {
         surface = sample_flat(light, u);
     }

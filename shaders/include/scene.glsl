@@ -12,3 +12,5 @@ layout(std430, set = 0, binding = 6) readonly buffer MaterialBlock { Material da
 layout(std430, set = 0, binding = 7) readonly buffer LightBlock { Light data[]; } lights;
 layout(std430, set = 0, binding = 8) readonly buffer EmissionBlock { AliasEntry data[]; } emission_table;
 layout(std430, set = 0, binding = 9) readonly buffer DirectBlock { AliasEntry data[]; } direct_table;
+layout(std430, set = 0, binding = 10) readonly buffer RevolutionBlock { Revolution data[]; } revolutions;
+layout(std430, set = 0, binding = 11) readonly buffer PieceBlock { RevolutionPiece data[]; } revolution_pieces;

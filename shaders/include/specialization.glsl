@@ -1,5 +1,5 @@
 // What the scene requires. Kernels are compiled for the scene at hand: what it has
-// not, costs nothing. Set in src/upload.rs. naga reads no operation on specialization
+// not, costs nothing. Set in src/pack.rs. naga reads no operation on specialization
 // constants alone, so their combinations are constants too, and `!X` is an else.
 layout(constant_id = 0) const bool HAS_TRIANGLES = true;
 layout(constant_id = 1) const bool HAS_SPHERES = true;
@@ -8,6 +8,7 @@ layout(constant_id = 3) const bool HAS_CUT_SPHERES = true;
 layout(constant_id = 4) const bool HAS_SHADING_NORMALS = true;
 layout(constant_id = 5) const bool HAS_CONDUCTORS = true;
 layout(constant_id = 6) const bool HAS_DIELECTRICS = true;
+layout(constant_id = 7) const bool HAS_REVOLUTIONS = true;
 layout(constant_id = 8) const bool HAS_SPOT_LIGHTS = true;
 layout(constant_id = 9) const bool HAS_DISTANT_LIGHTS = true;
 layout(constant_id = 10) const bool HAS_INFINITE_LIGHTS = true;
@@ -16,13 +17,23 @@ layout(constant_id = 12) const bool HAS_QUADRICS = true;        // spheres or di
 layout(constant_id = 13) const bool HAS_SPECULAR = true;        // conductors or dielectrics
 layout(constant_id = 14) const bool HAS_LOCATABLE_LIGHTS = true; // any but infinite ones
 layout(constant_id = 15) const bool HAS_HITTABLE_LIGHTS = true; // area or infinite ones
+layout(constant_id = 16) const bool HAS_CURVED = true;          // any but triangles
+layout(constant_id = 17) const uint REVOLUTION_DEGREE = 8u;     // the highest of any profile
 
-// Which kind of primitive a reference names; decided at compile time where it can be.
+// Which kind of primitive a reference names; decided at compile time where it can be. Ask
+// in this order.
 bool is_triangle(uint kind) {
-    if (HAS_QUADRICS) {
+    if (HAS_CURVED) {
         return HAS_TRIANGLES && kind == TRIANGLE;
     }
     return true;
+}
+
+bool is_revolution(uint kind) {
+    if (HAS_QUADRICS) {
+        return HAS_REVOLUTIONS && kind == REVOLUTION;
+    }
+    return HAS_REVOLUTIONS;
 }
 
 bool is_sphere(uint kind) {

@@ -7,6 +7,7 @@ struct Surface {
     vec3 shading_normal; // on the same side as the geometric one
     uint material;
     uint light;          // index into lights, or NONE
+    float area_pdf;      // of light from a body of revolution: with which this point is sampled
 };
 
 // Rounding of a point with coordinates up to `size`: interpolating it (7 roundings) and
@@ -54,11 +55,59 @@ Surface quadric_surface(Quadric quadric, bool sphere, vec3 p) {
     return surface;
 }
 
+// Pdf by x in [-1, 1] of sampling a piece: linear from one end's radius to the other's, so
+// that points by the axis, where rings are small, are as rare as they should be.
+float piece_pdf(vec2 radii, float x) {
+    return mix(radii.x, radii.y, 0.5 + 0.5 * x) / (radii.x + radii.y);
+}
+
+// A point of a body of revolution: where on a piece of its profile, and the direction from
+// the axis, of unit length.
+Surface revolution_surface(uint piece, float x, vec2 azimuth) {
+    Profile profile = load_profile(piece);
+    Revolution body = revolutions.data[revolution_pieces.data[piece].body];
+    ProfilePoint point = evaluate(profile, x);
+    Surface surface;
+    surface.position = transform_point(body.render_from_unit, vec3(point.p.x * azimuth, point.p.y));
+    vec3 size = vec3(length(body.render_from_unit[0].xyz), length(body.render_from_unit[1].xyz),
+                     length(body.render_from_unit[2].xyz));
+    surface.error = position_error(surface.position, max(max(size.x, size.y), size.z));
+    vec2 slope = profile_direction(profile, point);
+    vec3 n = transform_normal(body.unit_from_render, vec3(slope.y * azimuth, -slope.x));
+    float growth = length(n);
+    surface.normal = n * ((body.flipped != 0u ? -1.0 : 1.0) / growth);
+    surface.shading_normal = surface.normal;
+    surface.material = body.material;
+    surface.light = revolution_pieces.data[piece].light;
+    surface.area_pdf = 0.0;
+    if (HAS_AREA_LIGHTS && surface.light != NONE) {
+        // A ring of x and x + dx has the area 2 pi u |(u', v')| dx in unit space.
+        float ring = 2.0 * PI * point.p.x * body.determinant * growth * length(point.d) / length(slope);
+        surface.area_pdf = piece_pdf(profile.ends.xz, x) / max(ring, 1.0e-30);
+    }
+    return surface;
+}
+
+// Texture coordinates of a point of a body of revolution: around from the x axis, and along
+// the profile; both in [0, 1].
+vec2 revolution_uv(uint piece, float x, vec2 around) {
+    vec2 along = revolution_pieces.data[piece].along;
+    return vec2(azimuth(around) / (2.0 * PI), mix(along.x, along.y, 0.5 + 0.5 * x));
+}
+
 Surface surface_at(Ray ray, Hit hit) {
     uint kind = hit.primitive >> KIND_SHIFT;
     uint index = hit.primitive & INDEX_MASK;
     if (is_triangle(kind)) {
         return triangle_surface(triangles.data[index], hit.barycentric);
+    }
+    if (is_revolution(kind)) {
+        uint body = revolution_pieces.data[index].body;
+        vec3 o = transform_point(revolutions.data[body].unit_from_render, ray.origin);
+        vec3 d = transform_vector(revolutions.data[body].unit_from_render, ray.direction);
+        vec2 q = o.xy + hit.t * d.xy;
+        float rho = length(q);
+        return revolution_surface(index, hit.barycentric.x, rho > 0.0 ? q / rho : vec2(1.0, 0.0));
     }
     Quadric quadric = quadrics.data[index];
     vec3 o = transform_point(quadric.object_from_render, ray.origin);

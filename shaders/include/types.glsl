@@ -3,6 +3,9 @@
 // unit size (src/upload.rs), so that fp32 serves every scene alike.
 
 const uint NONE = 0xffffffffu;
+const float INFINITY_T = 3.0e38; // t of a ray that nothing bounds
+// Half a unit in the last place of 1: the largest relative rounding error.
+const float ROUNDING = 5.9604644775390625e-8; // 2^-24
 
 // Kinds of primitive: the top two bits of a primitive reference, the rest is an index.
 const uint KIND_SHIFT = 30u;
@@ -10,6 +13,7 @@ const uint INDEX_MASK = 0x3fffffffu;
 const uint TRIANGLE = 0u;
 const uint SPHERE = 1u;
 const uint DISK = 2u;
+const uint REVOLUTION = 3u; // a piece of its profile
 
 // The deepest hierarchy that a ray can walk; the host builds no deeper one.
 const uint MAX_BVH_DEPTH = 64u;
@@ -58,6 +62,29 @@ struct Quadric {
     float phi_max;      // radians
     float inner_radius; // of a disk
     float determinant;  // of render_from_object, positive
+};
+
+// A body of revolution about z, in unit space: radii up to 1, heights in [-1, 1].
+struct Revolution {
+    vec4 unit_from_render[3]; // rows
+    vec4 render_from_unit[3]; // rows
+    uint material;
+    uint flipped;      // 1 where the normal is reversed
+    float determinant; // of render_from_unit, positive
+    uint pad;
+};
+
+// A stretch of a profile (u, v) = (radius, height) on which both are monotone, as
+// polynomials in x in [-1, 1].
+struct RevolutionPiece {
+    vec4 ends;       // u, v at x = -1 and at x = 1; neighbours share them to the bit
+    vec4 slopes;     // least and most of u', least and most of v'
+    vec2 curvature;  // bounds of |u''| and |v''|
+    vec2 along;      // parameter of the whole profile at x = -1 and at x = 1, in [0, 1]
+    uint body;       // index into revolutions
+    uint light;      // index into lights, or NONE
+    vec2 pad;
+    vec4 coefficients[5]; // of u, v by powers of x: 0 and 1, 2 and 3, .., 8
 };
 
 const uint DIFFUSE = 0u;

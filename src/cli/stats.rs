@@ -139,6 +139,7 @@ fn count(scene: &Scene) -> BTreeMap<&'static str, u64> {
             }
             Geometry::Sphere { .. } => add("spheres", 1),
             Geometry::Disk { .. } => add("disks", 1),
+            Geometry::Revolution(_) => add("revolutions", 1),
         }
         if shape.emission.is_some() {
             add("area_lights", 1);

@@ -1,4 +1,4 @@
-//! What a scene file says, fully resolved: the input of [`crate::upload`].
+//! What a scene file says, fully resolved: the input of [`crate::pack`].
 //!
 //! Nothing here refers to the text any more: includes are read, transforms are
 //! composed (in f64), named materials are looked up, spectra are linear RGB in
@@ -8,6 +8,8 @@ use std::path::PathBuf;
 use std::sync::Arc;
 
 use glam::{DAffine3, DVec2, DVec3};
+
+use crate::bezier::Curve;
 
 /// Linear RGB, sRGB primaries.
 pub type Rgb = DVec3;
@@ -164,6 +166,17 @@ pub enum Geometry {
         /// Sweep about z from the x axis, radians, in (0, 2π].
         phi_max: f64,
     },
+    /// A body of revolution about z: goblet's own.
+    Revolution(Arc<Profile>),
+}
+
+/// The profile of a body of revolution, in the half plane of radius and height. Its outside
+/// is to the right of travel: one that runs upward faces away from the axis.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Profile {
+    /// Bezier curves of degree 1 to 8, all of one degree; each begins where the last one
+    /// ends. Radii are 0 or more, and at least one is not.
+    pub segments: Vec<Curve>,
 }
 
 /// Triangles with shared vertices. All numbers are finite, all indices in range.

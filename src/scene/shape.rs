@@ -6,8 +6,10 @@ use std::sync::Arc;
 
 use glam::{DVec2, DVec3};
 
+use crate::bezier::{Curve, MAX_DEGREE};
+
 use super::error::{Location, SceneError};
-use super::model::{Geometry, Mesh};
+use super::model::{Geometry, Mesh, Profile};
 use super::params::{Param, ParamList};
 use super::ply::{self, PlyError};
 use super::registry::{Family, Kind, ParamSpec, full, ignored, later, not_yet, supported};
@@ -32,6 +34,7 @@ pub(super) const FAMILY: Family = Family {
                 ALPHA,
             ],
         ),
+        supported("revolution", &[full("P", &[Kind::Point2]), full("degree", &[Kind::Integer]), ALPHA]),
         supported(
             "sphere",
             &[full("radius", FLOAT), full("zmin", FLOAT), full("zmax", FLOAT), full("phimax", FLOAT), ALPHA],
@@ -53,7 +56,6 @@ pub(super) const FAMILY: Family = Family {
         not_yet("curve"),
         not_yet("cylinder"),
         not_yet("loopsubdiv"),
-        not_yet("revolution"),
     ],
 };
 
@@ -101,6 +103,7 @@ pub(super) fn geometry(
     }
     match name {
         "disk" => disk(params),
+        "revolution" => Ok(Geometry::Revolution(Arc::new(profile(params, location)?))),
         "sphere" => sphere(params),
         "trianglemesh" => Ok(Geometry::Mesh(Arc::new(triangle_mesh(params, location)?))),
         _ => {
@@ -139,6 +142,38 @@ fn disk(params: &ParamList) -> Result<Geometry, SceneError> {
         )?,
         phi_max: phi_max(params)?,
     })
+}
+
+/// Radii and heights of a profile, at most and at least: squares of them must be numbers.
+const PROFILE_SIZES: [f64; 2] = [1e-30, 1e30];
+
+fn profile(params: &ParamList, location: &Location) -> Result<Profile, SceneError> {
+    let degree = params.integer("degree", 1, MAX_DEGREE as u32)?.unwrap_or(3) as usize;
+    let param = params.get("P").ok_or_else(|| {
+        location.invalid("Shape \"revolution\" has no \"point2 P\"; expected the radius and height of each point")
+    })?;
+    let points = params.pairs("P");
+    if points.len() <= degree || (points.len() - 1) % degree != 0 {
+        return Err(param.location.invalid(format!(
+            "{param} has {} points; expected {degree} for each segment and one more, for degree {degree}",
+            points.len()
+        )));
+    }
+    let [least, most] = PROFILE_SIZES;
+    if let Some(at) = points.iter().position(|point| point.x < 0.0 || point.abs().max_element() > most) {
+        return Err(param.location.invalid(format!(
+            "{param} has ({}, {}) at position {at}; expected a radius from 0 and a height, up to {most:e}",
+            points[at].x, points[at].y
+        )));
+    }
+    let widest = points.iter().map(|point| point.x).fold(0.0, f64::max);
+    let extent = points.iter().map(|point| (*point - points[0]).abs().max_element()).fold(0.0, f64::max);
+    if widest < least || extent < least {
+        let what = if widest < least { "stays on the axis" } else { "is a single point" };
+        return Err(param.location.invalid(format!("{param} {what}; expected a profile that makes a surface")));
+    }
+    let segment = |first: usize| Curve { points: points[first..=first + degree].to_vec() };
+    Ok(Profile { segments: (0..points.len() - 1).step_by(degree).map(segment).collect() })
 }
 
 /// Radians; more than a full turn is a full turn, as in pbrt.

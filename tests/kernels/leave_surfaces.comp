@@ -4,6 +4,7 @@
 #extension GL_GOOGLE_include_directive : require
 #include "invocation.glsl"
 #include "scene.glsl"
+#include "sampling.glsl"
 #include "intersect.glsl"
 #include "surface.glsl"
 

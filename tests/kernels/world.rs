@@ -9,8 +9,8 @@ use goblet_host::Buffer;
 
 use crate::bench::Bench;
 use crate::generated::{
-    AliasEntry, BvhPair, COUNT_SHIFT, Light, MAX_LEAF_COUNT, Material, NONE, Quadric, SceneBindings, SceneInfo,
-    Triangle, TriangleNormals,
+    AliasEntry, BvhPair, COUNT_SHIFT, Light, MAX_LEAF_COUNT, Material, NONE, Quadric, Revolution, RevolutionPiece,
+    SceneBindings, SceneInfo, Triangle, TriangleNormals,
 };
 use glam::DAffine3;
 
@@ -23,6 +23,8 @@ pub struct World {
     pub triangles: Vec<Triangle>,
     pub triangle_normals: Vec<TriangleNormals>,
     pub quadrics: Vec<Quadric>,
+    pub revolutions: Vec<Revolution>,
+    pub revolution_pieces: Vec<RevolutionPiece>,
     pub materials: Vec<Material>,
     pub lights: Vec<Light>,
     pub emission_table: Vec<AliasEntry>,
@@ -38,6 +40,8 @@ impl Default for World {
             triangles: Vec::new(),
             triangle_normals: Vec::new(),
             quadrics: Vec::new(),
+            revolutions: Vec::new(),
+            revolution_pieces: Vec::new(),
             materials: Vec::new(),
             lights: Vec::new(),
             emission_table: Vec::new(),
@@ -72,6 +76,8 @@ impl World {
             triangles: twins(&packed.triangles),
             triangle_normals: twins(&packed.triangle_normals),
             quadrics: twins(&packed.quadrics),
+            revolutions: twins(&packed.revolutions),
+            revolution_pieces: twins(&packed.revolution_pieces),
             materials: twins(&packed.materials),
             lights: twins(&packed.lights),
             emission_table: twins(&packed.emission_table),
@@ -108,6 +114,8 @@ impl World {
             triangles: bench.upload(&self.triangles),
             triangle_normals: bench.upload(&self.triangle_normals),
             quadrics: bench.upload(&self.quadrics),
+            revolutions: bench.upload(&self.revolutions),
+            revolution_pieces: bench.upload(&self.revolution_pieces),
             materials: bench.upload(&self.materials),
             lights: bench.upload(&self.lights),
             emission_table: bench.upload(&self.emission_table),
@@ -124,6 +132,8 @@ pub struct GpuWorld {
     triangles: Buffer<Triangle>,
     triangle_normals: Buffer<TriangleNormals>,
     quadrics: Buffer<Quadric>,
+    revolutions: Buffer<Revolution>,
+    revolution_pieces: Buffer<RevolutionPiece>,
     materials: Buffer<Material>,
     lights: Buffer<Light>,
     emission_table: Buffer<AliasEntry>,
@@ -139,6 +149,8 @@ impl GpuWorld {
             triangles: &self.triangles,
             triangle_normals: &self.triangle_normals,
             quadrics: &self.quadrics,
+            revolutions: &self.revolutions,
+            revolution_pieces: &self.revolution_pieces,
             materials: &self.materials,
             lights: &self.lights,
             emission_table: &self.emission_table,

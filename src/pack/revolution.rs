@@ -1,0 +1,172 @@
+//! Bodies of revolution: profiles in unit space, cut into the pieces that are intersected.
+//! `shaders/include/revolution.glsl` says what each number is for.
+
+use glam::{DAffine3, DVec2, DVec3, Vec3A};
+use obvhs::aabb::Aabb;
+
+use super::{Packer, rows};
+use crate::bezier::{Curve, Stretch};
+use crate::kernels::{KIND_SHIFT, NONE, REVOLUTION, Revolution, RevolutionPiece};
+use crate::scene::{AreaLight, Geometry, Profile, Scene, Shape};
+
+/// Pieces per unit of a segment's parameter; 4 to 16 cost about the same.
+const PIECES_PER_UNIT: f64 = 8.0;
+/// Bounds are widened by this part of themselves, for their rounding to f32.
+const WIDENING: f64 = 1e-6;
+
+/// The highest degree of a scene's profiles; at least 1.
+pub(super) fn degree(scene: &Scene) -> u32 {
+    let degree = |shape: &Shape| match &shape.geometry {
+        Geometry::Revolution(profile) => profile.segments.iter().map(Curve::degree).max().unwrap_or(1),
+        _ => 1,
+    };
+    scene.shapes.iter().map(degree).max().unwrap_or(1) as u32
+}
+
+impl Packer {
+    pub(super) fn add_revolution(&mut self, shape: &Shape, profile: &Profile, render_from_object: &DAffine3) {
+        let unit = UnitSpace::of(profile);
+        let render_from_unit = *render_from_object * unit.to_object();
+        let determinant = render_from_unit.matrix3.determinant();
+        let body = self.revolutions.len() as u32;
+        self.revolutions.push(Revolution {
+            unit_from_render: rows(&render_from_unit.inverse()),
+            render_from_unit: rows(&render_from_unit),
+            material: shape.material as u32,
+            // As quadrics do: a mirrored body turns its normal.
+            flipped: u32::from(shape.reverse_orientation ^ (determinant < 0.0)),
+            determinant: determinant.abs() as f32,
+            pad: 0,
+        });
+        let (first, pieces) = (self.revolution_pieces.len(), unit.pieces(profile, body));
+        let areas: Vec<f64> = pieces.iter().map(|piece| area(piece, &render_from_unit)).collect();
+        let whole = areas.iter().sum();
+        let emission = shape.emission.filter(|_| whole > 0.0).map(|emission| AreaLight {
+            radiance: self.radiance(&emission, whole),
+            power: None,
+            ..emission
+        });
+        for (i, (mut piece, area)) in pieces.into_iter().zip(areas).enumerate() {
+            let reference = REVOLUTION << KIND_SHIFT | (first + i) as u32;
+            if let Some(emission) = &emission {
+                piece.light = self.add_emitter(emission, reference, area);
+            }
+            self.add_primitive(reference, bounds(&piece, &render_from_unit));
+            self.revolution_pieces.push(piece);
+        }
+    }
+}
+
+/// Where a body has radii in (1/2, 1] at most, and heights in [-1, 1] with an extreme
+/// outside [-1/2, 1/2]. Both factors are powers of two, so that profiles stay as they are.
+struct UnitSpace {
+    middle: f64,
+    radius: f64,
+    height: f64,
+}
+
+impl UnitSpace {
+    fn of(profile: &Profile) -> Self {
+        let points = || profile.segments.iter().flat_map(|segment| &segment.points);
+        let lower = points().fold(f64::INFINITY, |least, point| least.min(point.y));
+        let upper = points().fold(f64::NEG_INFINITY, |most, point| most.max(point.y));
+        let widest = points().fold(0.0_f64, |most, point| most.max(point.x));
+        let power_of_two = |size: f64| size.log2().ceil().exp2();
+        let radius = power_of_two(widest);
+        let half = 0.5 * (upper - lower);
+        // A flat body has no height to go by, nor has one that is only rounding.
+        let height = if half > 1e-12 * widest { power_of_two(half) } else { radius };
+        Self { middle: lower + half, radius, height }
+    }
+
+    fn to_object(&self) -> DAffine3 {
+        DAffine3::from_translation(DVec3::new(0.0, 0.0, self.middle))
+            * DAffine3::from_scale(DVec3::new(self.radius, self.radius, self.height))
+    }
+
+    fn pieces(&self, profile: &Profile, body: u32) -> Vec<RevolutionPiece> {
+        let into = |point: &DVec2| DVec2::new(point.x / self.radius, (point.y - self.middle) / self.height);
+        let mut pieces: Vec<RevolutionPiece> = Vec::new();
+        for (i, segment) in profile.segments.iter().enumerate() {
+            let curve = Curve { points: segment.points.iter().map(into).collect() };
+            for stretch in curve.monotone_stretches(PIECES_PER_UNIT) {
+                let begin = pieces.last().map(|piece| [piece.ends[2], piece.ends[3]]);
+                let along = stretch.range.map(|t| ((i as f64 + t) / profile.segments.len() as f64) as f32);
+                pieces.push(piece(&stretch, begin, along, body));
+            }
+        }
+        pieces
+    }
+}
+
+/// A piece that begins where the last one ended, to the bit.
+fn piece(stretch: &Stretch, begin: Option<[f32; 2]>, along: [f32; 2], body: u32) -> RevolutionPiece {
+    let points = &stretch.curve.points;
+    let single = |point: DVec2| point.as_vec2().to_array();
+    let [u0, v0] = begin.unwrap_or(single(points[0]));
+    let [u1, v1] = single(points[points.len() - 1]);
+    // By x = 2 t - 1, derivatives are half as large, second ones a quarter.
+    let hodograph = stretch.curve.hodograph();
+    let slopes = hodograph.iter().map(|slope| *slope * 0.5);
+    let least = slopes.clone().fold(DVec2::INFINITY, DVec2::min);
+    let most = slopes.fold(DVec2::NEG_INFINITY, DVec2::max);
+    let bend = stretch.curve.degree() as f64 - 1.0;
+    let curvature =
+        hodograph.windows(2).map(|pair| (pair[1] - pair[0]).abs() * (0.25 * bend)).fold(DVec2::ZERO, DVec2::max);
+    let widening = DVec2::splat(WIDENING) * least.abs().max(most.abs());
+    let [least, most] = [least - widening, most + widening];
+    let mut coefficients = [[0.0; 4]; 5];
+    for (i, c) in stretch.curve.coefficients().into_iter().enumerate() {
+        coefficients[i / 2][2 * (i % 2)..][..2].copy_from_slice(&single(c));
+    }
+    RevolutionPiece {
+        ends: [u0, v0, u1, v1],
+        slopes: [least.x, most.x, least.y, most.y].map(|slope| slope as f32),
+        curvature: single(curvature * (1.0 + WIDENING)),
+        along,
+        body,
+        light: NONE,
+        pad: [0.0; 2],
+        coefficients,
+    }
+}
+
+/// Area of a piece, by the midpoint rule in both parameters.
+fn area(piece: &RevolutionPiece, render_from_unit: &DAffine3) -> f64 {
+    let linear = render_from_unit.matrix3;
+    let cofactors = linear.inverse().transpose() * linear.determinant().abs();
+    let coefficients: Vec<DVec2> = piece
+        .coefficients
+        .iter()
+        .flat_map(|pair| [DVec2::new(pair[0].into(), pair[1].into()), DVec2::new(pair[2].into(), pair[3].into())])
+        .collect();
+    let (along, around) = (16, 32);
+    let mut sum = 0.0;
+    for i in 0..along {
+        let x = (f64::from(i) + 0.5) * 2.0 / f64::from(along) - 1.0;
+        let (mut point, mut slope) = (DVec2::ZERO, DVec2::ZERO);
+        for c in coefficients.iter().rev() {
+            slope = slope * x + point;
+            point = point * x + *c;
+        }
+        for j in 0..around {
+            let azimuth = DVec2::from_angle(std::f64::consts::TAU * (f64::from(j) + 0.5) / f64::from(around));
+            let normal = (azimuth * slope.y).extend(-slope.x);
+            sum += (cofactors * normal).length() * point.x.max(0.0);
+        }
+    }
+    sum * 2.0 * std::f64::consts::TAU / f64::from(along * around)
+}
+
+/// The box around a piece, widened by the rounding of its evaluation.
+fn bounds(piece: &RevolutionPiece, render_from_unit: &DAffine3) -> Aabb {
+    let [u0, v0, u1, v1] = piece.ends.map(f64::from);
+    let (widest, middle, half) = (u0.max(u1), 0.5 * (v0 + v1), 0.5 * (v1 - v0).abs());
+    let linear = render_from_unit.matrix3.transpose();
+    let center = render_from_unit.transform_point3(DVec3::new(0.0, 0.0, middle));
+    let extent = |row: DVec3| row.truncate().length() * widest + row.z.abs() * half;
+    let rounding = |row: DVec3| 4.0 * f64::from(f32::EPSILON) * (row.truncate().length() + row.z.abs());
+    let rows = [linear.x_axis, linear.y_axis, linear.z_axis];
+    let reach = DVec3::from(rows.map(|row| extent(row) + rounding(row))) + center.abs() * f64::from(f32::EPSILON);
+    Aabb::new(Vec3A::from((center - reach).as_vec3()), Vec3A::from((center + reach).as_vec3()))
+}
