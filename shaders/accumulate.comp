@@ -10,6 +10,7 @@
 #include "grid.glsl"
 #include "flux.glsl"
 #include "normal.glsl"
+#include "interruption.glsl"
 
 layout(std430, set = 1, binding = 0) readonly buffer PhotonPositionBlock { vec4 data[]; } photon_positions;
 layout(std430, set = 1, binding = 1) readonly buffer PhotonWeightBlock { vec4 data[]; } photon_weights;
@@ -22,8 +23,10 @@ layout(std430, set = 1, binding = 7) buffer FluxHighBlock { uint data[]; } flux_
 layout(std430, set = 1, binding = 8) buffer CounterBlock { Counters value; } counters;
 
 layout(push_constant) uniform Push {
+    uint recorded;
     uint stride;
     uint cell_mask;
+    uint two; // 2, see interruption.glsl
 };
 
 // A photon belongs to the visible point's own surface when their normals agree to within
@@ -47,7 +50,6 @@ void main() {
     if (invocation >= stride) {
         return; // its photons are another invocation's
     }
-    uint recorded = counters.value.recorded;
     float inverse_size = 1.0 / cell_size(grid_info.value.max_radius2);
     for (uint photon = invocation; photon < recorded; photon += stride) {
         vec4 record = photon_positions.data[photon];
@@ -97,5 +99,8 @@ void main() {
                 break;
             }
         }
+    }
+    if (interrupted(two)) {
+        atomicAdd(counters.value.interrupted, 1u);
     }
 }

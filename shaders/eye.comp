@@ -12,6 +12,7 @@
 #include "bsdf.glsl"
 #include "light.glsl"
 #include "normal.glsl"
+#include "interruption.glsl"
 
 layout(std430, set = 1, binding = 0) readonly buffer CameraBlock { Camera value; } camera;
 layout(std430, set = 1, binding = 1) buffer PositionBlock { vec4 data[]; } visible_positions; // w: squared radius
@@ -25,6 +26,7 @@ layout(std430, set = 1, binding = 7) buffer CounterBlock { Counters value; } cou
 layout(push_constant) uniform Push {
     uint iteration;
     uint pixel_count;
+    uint two; // 2, see interruption.glsl
 };
 
 // Pairs of random numbers of an eye path. Scattering takes one per bounce from PAIR_LOBE.
@@ -162,5 +164,8 @@ void main() {
         pixel_direct.data[pixel].rgb += radiance;
     } else {
         atomicAdd(counters.value.non_finite, 1u);
+    }
+    if (interrupted(two)) {
+        atomicAdd(counters.value.interrupted, 1u);
     }
 }

@@ -14,6 +14,7 @@
 #include "light.glsl"
 #include "emission.glsl"
 #include "normal.glsl"
+#include "interruption.glsl"
 
 layout(std430, set = 1, binding = 0) buffer PhotonPositionBlock { vec4 data[]; } photon_positions; // w: packed normal
 layout(std430, set = 1, binding = 1) buffer PhotonWeightBlock { vec4 data[]; } photon_weights;
@@ -25,6 +26,7 @@ layout(push_constant) uniform Push {
     uint first;       // photons first .. end of the iteration, stride apart
     uint end;
     uint stride;
+    uint two;         // 2, see interruption.glsl
 };
 
 // Pairs of random numbers of a photon path: emission takes the first three, each bounce
@@ -142,4 +144,7 @@ void main() {
     atomicAdd(counters.value.lost_in_glass, ends[LOST_IN_GLASS]);
     atomicAdd(counters.value.non_finite, ends[NOT_FINITE]);
     atomicAdd(counters.value.emitted, emitted);
+    if (interrupted(two)) {
+        atomicAdd(counters.value.interrupted, 1u);
+    }
 }

@@ -5,14 +5,15 @@ use std::ops::Range;
 use std::time::Instant;
 
 use bytemuck::Zeroable;
-use goblet_host::{Device, DeviceKind, Frame, Pass};
+use goblet_host::{Device, Pass};
 
 use crate::buffers::{Buffers, Sizes};
 use crate::kernels::{
-    Accumulate, AccumulatePush, Eye, EyePush, GridCount, GridCountPush, GridFill, GridFillPush, GridReserve,
+    Accumulate, AccumulatePush, Counters, Eye, EyePush, GridCount, GridCountPush, GridFill, GridFillPush, GridReserve,
     GridReservePush, Photon, PhotonPush, Resolve, ResolvePush, Specialization, Update, UpdatePush,
 };
-use crate::schedule::BatchSize;
+use crate::renderer::RenderError;
+use crate::schedule::Schedule;
 use crate::tally::Tally;
 use crate::upload::GpuScene;
 
@@ -39,20 +40,37 @@ pub struct Settings {
     pub sizes: Sizes,
 }
 
+/// How far a render is.
+#[derive(Clone, Debug)]
+pub struct Progress {
+    /// Iterations finished.
+    pub iteration: u32,
+    /// How the next one's photons are cut into batches.
+    pub schedule: Schedule,
+    /// What happened so far.
+    pub tally: Tally,
+}
+
+/// Visible points of the fullest cell times photons of an invocation, at most.
+const MAX_CANDIDATES: u32 = 1 << 13;
+
+/// Whether no invocation was ended early.
+fn finished(counters: &Counters, pass: &'static str, remedy: &'static str) -> Result<(), RenderError> {
+    if counters.interrupted == 0 { Ok(()) } else { Err(RenderError::Interrupted { pass, remedy }) }
+}
+
 impl Passes {
-    /// Runs iteration number `iteration`, from 0, and adds what happened to `tally`.
+    /// Runs the next iteration.
     ///
     /// # Errors
-    /// The device fails.
+    /// The device fails, or the driver cannot finish a pass.
     pub fn run(
         &self,
         device: &Device,
         buffers: &Buffers,
         settings: &Settings,
-        batch_size: &mut BatchSize,
-        iteration: u32,
-        tally: &mut Tally,
-    ) -> goblet_host::Result<()> {
+        progress: &mut Progress,
+    ) -> Result<(), RenderError> {
         let pixels = settings.sizes.pixels;
         let pixel_count = pixels as u32;
         let cell_mask = settings.sizes.cells as u32 - 1;
@@ -60,56 +78,75 @@ impl Passes {
         frame.clear(&buffers.counters);
         frame.clear(&buffers.grid_info);
         frame.clear(&buffers.cells);
-        frame.dispatch(&self.eye, EyePush { iteration, pixel_count }, pixels);
+        frame.dispatch(&self.eye, EyePush { iteration: progress.iteration, pixel_count, two: 2 }, pixels);
         frame.dispatch(&self.grid_count, GridCountPush { pixel_count, cell_mask }, pixels);
         frame.dispatch(&self.grid_reserve, GridReservePush { cell_count: cell_mask + 1 }, settings.sizes.cells);
         frame.dispatch(&self.grid_fill, GridFillPush { pixel_count, cell_mask }, pixels);
         frame.run()?;
+        let counters = device.read(&buffers.counters)?[0];
+        finished(&counters, "eye", "a smaller maximum depth")?;
+        progress.tally.add(&counters);
+        let fullest_cell = device.read(&buffers.grid_info)?[0].most;
 
         let mut first = 0;
         while first < settings.photons {
-            let end = batch_size.end(first, settings.photons);
+            let end = progress.schedule.end(first, settings.photons);
             let start = Instant::now();
+            let recorded = self.trace(device, buffers, settings, progress, first..end)?;
             let mut frame = device.frame()?;
-            if first > 0 {
-                frame.clear(&buffers.counters);
-            }
-            self.photon_batch(&mut frame, device, settings, iteration, first..end);
+            frame.clear(&buffers.counters);
+            // Loops are counted, as in `trace`; a photon may meet all points of eight cells.
+            let per_invocation =
+                (MAX_CANDIDATES / fullest_cell.max(1)).clamp(1, progress.schedule.per_invocation() as u32);
+            let stride = recorded.div_ceil(per_invocation);
+            let push = AccumulatePush { recorded, stride, cell_mask, two: 2 };
+            frame.dispatch(&self.accumulate, push, stride.into());
             if end == settings.photons {
                 frame.dispatch(&self.update, UpdatePush { pixel_count, alpha: settings.alpha }, pixels);
             }
             frame.run()?;
-            batch_size.observe(end - first, start.elapsed());
-            tally.add(&device.read(&buffers.counters)?[0]);
+            let counters = device.read(&buffers.counters)?[0];
+            finished(&counters, "accumulate", "a smaller radius")?;
+            progress.tally.add(&counters);
+            progress.schedule.observe(end - first, start.elapsed());
             first = end;
         }
+        progress.iteration += 1;
         Ok(())
     }
 
-    /// Traces some of an iteration's photons and adds them up.
-    fn photon_batch(
+    /// Traces some of an iteration's photons; how many records they left. Where the driver
+    /// ends invocations early, their photons are traced again, fewer by each.
+    fn trace(
         &self,
-        frame: &mut Frame<'_>,
         device: &Device,
+        buffers: &Buffers,
         settings: &Settings,
-        iteration: u32,
+        progress: &mut Progress,
         batch: Range<u64>,
-    ) {
-        // SIMD lanes of a CPU want many photons each, to start the next where a path ends;
-        // a GPU wants many invocations.
-        let per_invocation = if device.info().kind == DeviceKind::Cpu { 32 } else { 2 };
-        let stride = (batch.end - batch.start).div_ceil(per_invocation);
-        let before = u64::from(iteration) * settings.photons;
-        let push = PhotonPush {
-            before_low: before as u32,
-            before_high: (before >> 32) as u32,
-            first: batch.start as u32,
-            end: batch.end as u32,
-            stride: stride as u32,
-        };
-        frame.dispatch(&self.photon, push, stride);
-        let push = AccumulatePush { stride: stride as u32, cell_mask: settings.sizes.cells as u32 - 1 };
-        frame.dispatch(&self.accumulate, push, stride);
+    ) -> Result<u32, RenderError> {
+        let before = u64::from(progress.iteration) * settings.photons;
+        loop {
+            let stride = (batch.end - batch.start).div_ceil(progress.schedule.per_invocation());
+            let push = PhotonPush {
+                before_low: before as u32,
+                before_high: (before >> 32) as u32,
+                first: batch.start as u32,
+                end: batch.end as u32,
+                stride: stride as u32,
+                two: 2,
+            };
+            let mut frame = device.frame()?;
+            frame.clear(&buffers.counters);
+            frame.dispatch(&self.photon, push, stride);
+            frame.run()?;
+            let counters = device.read(&buffers.counters)?[0];
+            let all = finished(&counters, "photon", "a smaller maximum depth");
+            if all.is_ok() || !progress.schedule.interrupted() {
+                progress.tally.add(&counters);
+                return all.map(|()| counters.recorded);
+            }
+        }
     }
 
     /// Writes the current estimate to `buffers.image`. `emitted` is the number of

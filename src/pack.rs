@@ -364,7 +364,7 @@ impl Packer {
             has_quadrics: !self.quadrics.is_empty(),
             has_revolutions: has_kind(REVOLUTION),
             has_curved: !self.quadrics.is_empty() || has_kind(REVOLUTION),
-            revolution_degree: revolution::degree(scene),
+            revolution_pairs: revolution::degree(scene) / 2 + 1,
             has_cut_spheres: self.quadrics.iter().any(|quadric| !whole(quadric)),
             has_shading_normals: !self.triangle_normals.is_empty(),
             has_conductors,

@@ -7,11 +7,11 @@ use goblet_host::{Device, Instance};
 
 use crate::buffers::{Buffers, Sizes};
 use crate::film::Image;
-use crate::iteration::{Passes, Settings};
+use crate::iteration::{Passes, Progress, Settings};
 use crate::kernels::REQUIREMENTS;
 use crate::pack::{PackError, pack};
 use crate::scene::Scene;
-use crate::schedule::BatchSize;
+use crate::schedule::Schedule;
 use crate::tally::Tally;
 use crate::upload::GpuScene;
 use crate::view::pack_camera;
@@ -55,6 +55,14 @@ pub enum RenderError {
     /// An option is out of range for this scene.
     #[error("{0}")]
     Option(String),
+    /// The driver ended a kernel before it was done.
+    #[error("the driver limits the loops of a kernel, and the {pass} pass of this scene needs more: expected {remedy}")]
+    Interrupted {
+        /// The pass.
+        pass: &'static str,
+        /// What would help.
+        remedy: &'static str,
+    },
     /// The device failed or is not enough.
     #[error(transparent)]
     Device(#[from] goblet_host::Error),
@@ -77,9 +85,7 @@ pub struct Renderer {
     mean_power: f64,
     buffers: Buffers,
     passes: Passes,
-    batch_size: BatchSize,
-    iterations: u32,
-    tally: Tally,
+    progress: Progress,
     build_time: Duration,
     compile_time: Duration,
     /// Scene units per render unit.
@@ -134,9 +140,11 @@ impl Renderer {
             mean_power: packed.mean_power,
             buffers,
             passes,
-            batch_size: BatchSize::new(options.batch_size, sizes.max_batch(max_depth)),
-            iterations: 0,
-            tally: Tally::default(),
+            progress: Progress {
+                iteration: 0,
+                schedule: Schedule::new(options.batch_size, sizes.max_batch(max_depth), device.info().kind),
+                tally: Tally::default(),
+            },
             build_time,
             compile_time: start.elapsed(),
             unit,
@@ -149,9 +157,7 @@ impl Renderer {
     /// # Errors
     /// The device fails; earlier iterations are not lost while it still answers.
     pub fn step(&mut self) -> Result<(), RenderError> {
-        let Self { device, buffers, settings, batch_size, iterations, tally, .. } = self;
-        self.passes.run(device, buffers, settings, batch_size, *iterations, tally)?;
-        self.iterations += 1;
+        self.passes.run(&self.device, &self.buffers, &self.settings, &mut self.progress)?;
         Ok(())
     }
 
@@ -161,13 +167,13 @@ impl Renderer {
     /// The device fails.
     pub fn resolve(&self) -> Result<Image, RenderError> {
         let [width, height] = self.resolution;
-        if self.iterations == 0 {
+        if self.progress.iteration == 0 {
             return Ok(Image::new(width, height));
         }
         self.passes.resolve(
             &self.device,
             self.settings.sizes.pixels,
-            self.iterations,
+            self.progress.iteration,
             self.photons(),
             self.mean_power,
         )?;
@@ -178,17 +184,17 @@ impl Renderer {
 
     /// Iterations finished.
     pub fn iterations(&self) -> u32 {
-        self.iterations
+        self.progress.iteration
     }
 
     /// Photons emitted by the iterations so far.
     pub fn photons(&self) -> u64 {
-        self.settings.photons * u64::from(self.iterations)
+        self.settings.photons * u64::from(self.progress.iteration)
     }
 
     /// What happened to them.
     pub fn tally(&self) -> &Tally {
-        &self.tally
+        &self.progress.tally
     }
 
     /// The smallest and largest radius of a pixel now, scene units.

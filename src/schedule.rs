@@ -1,6 +1,8 @@
-//! How many photons a dispatch traces.
+//! How many photons a dispatch traces, and an invocation.
 
 use std::time::Duration;
+
+use goblet_host::DeviceKind;
 
 /// A batch should keep the device this long: short of any watchdog, long enough that
 /// submitting costs nothing.
@@ -9,19 +11,39 @@ const TARGET: Duration = Duration::from_millis(300);
 /// focus, each photon costs as much as the image has pixels.
 const FIRST: u64 = 1 << 12;
 
+/// SIMD lanes of a CPU want many photons each, to start the next where a path ends; a GPU
+/// wants many invocations.
+const PER_INVOCATION: u64 = 2;
+const PER_INVOCATION_OF_CPU: u64 = 32;
+
 /// The size of photon batches. It does not change an image, so it may follow the clock.
 #[derive(Clone, Debug)]
-pub struct BatchSize {
+pub struct Schedule {
     photons: u64,
     max: u64,
     fixed: bool,
+    per_invocation: u64,
 }
 
-impl BatchSize {
+impl Schedule {
     /// Batches of at most `max` photons; of `asked` photons, where that is less.
-    pub fn new(asked: Option<u64>, max: u64) -> Self {
+    pub fn new(asked: Option<u64>, max: u64, kind: DeviceKind) -> Self {
         let photons = asked.unwrap_or(FIRST).clamp(1, max);
-        Self { photons, max, fixed: asked.is_some() }
+        let per_invocation = if kind == DeviceKind::Cpu { PER_INVOCATION_OF_CPU } else { PER_INVOCATION };
+        Self { photons, max, fixed: asked.is_some(), per_invocation }
+    }
+
+    /// Photons that an invocation traces, one after the other.
+    pub fn per_invocation(&self) -> u64 {
+        self.per_invocation
+    }
+
+    /// Learns that invocations were cut short: see `shaders/include/interruption.glsl`.
+    /// False if they have just one photon each already.
+    pub fn interrupted(&mut self) -> bool {
+        let divisible = self.per_invocation > 1;
+        self.per_invocation = (self.per_invocation / 2).max(1);
+        divisible
     }
 
     /// Where the batch that starts at `first` of `total` photons ends. What is left is
@@ -51,7 +73,7 @@ mod tests {
     #[test]
     fn batches_cover_every_photon_once() {
         for asked in [1, 7, 100, 1000] {
-            let size = BatchSize::new(Some(asked), 500);
+            let size = Schedule::new(Some(asked), 500, DeviceKind::Cpu);
             let mut first = 0;
             while first < 777 {
                 let end = size.end(first, 777);
@@ -64,7 +86,7 @@ mod tests {
 
     #[test]
     fn slow_batches_shrink_and_fast_ones_grow_within_bounds() {
-        let mut size = BatchSize::new(None, 1 << 20);
+        let mut size = Schedule::new(None, 1 << 20, DeviceKind::Cpu);
         size.observe(FIRST, Duration::from_secs(100));
         assert_eq!(size.photons, FIRST / 4);
         for _ in 0..10 {

@@ -12,6 +12,8 @@ mod bsdf;
 mod emission;
 #[path = "kernels/flux.rs"]
 mod flux;
+#[path = "kernels/interruption.rs"]
+mod interruption;
 #[path = "kernels/light.rs"]
 mod light;
 #[path = "kernels/normal.rs"]

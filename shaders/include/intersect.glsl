@@ -1,6 +1,4 @@
 // Rays against the scene: one hierarchy over every kind of primitive.
-#include "quadric.glsl"
-#include "revolution.glsl"
 
 struct Ray {
     vec3 origin;
@@ -12,6 +10,9 @@ struct Hit {
     uint primitive;   // reference, or NONE
     vec2 barycentric; // weights of p1 and p2 of a triangle; in x: where on a profile's piece
 };
+
+#include "quadric.glsl"
+#include "revolution.glsl"
 
 // A triangle is tested where the ray is the z axis: in a shear along the longest axis of
 // the ray's direction. A corner goes to the same point in all of its triangles, and the
@@ -56,7 +57,8 @@ bool intersect_triangle(Triangle triangle, Ray ray, inout Hit hit) {
     return true;
 }
 
-bool intersect_primitive(uint primitive, Ray ray, inout Hit hit) {
+// `turned` keeps the ray as the last body of revolution saw it: that one's pieces come together.
+bool intersect_primitive(uint primitive, Ray ray, inout RevolutionRay turned, inout Hit hit) {
     uint kind = primitive >> KIND_SHIFT;
     uint index = primitive & INDEX_MASK;
     bool found = false;
@@ -64,9 +66,10 @@ bool intersect_primitive(uint primitive, Ray ray, inout Hit hit) {
         found = intersect_triangle(triangles.data[index], ray, hit);
     } else if (is_revolution(kind)) {
         uint body = revolution_pieces.data[index].body;
-        vec3 o = transform_point(revolutions.data[body].unit_from_render, ray.origin);
-        vec3 d = transform_vector(revolutions.data[body].unit_from_render, ray.direction);
-        found = intersect_revolution(index, o, d, 0.0, hit.t, hit.barycentric.x);
+        if (body != turned.body) {
+            turned = revolution_ray(body, ray);
+        }
+        found = intersect_revolution(index, turned, 0.0, hit.t, hit.barycentric.x);
     } else if (HAS_QUADRICS) {
         Quadric quadric = quadrics.data[index];
         vec3 o = transform_point(quadric.object_from_render, ray.origin);
@@ -102,6 +105,8 @@ Hit traverse(Ray ray, float t_max, bool any_hit) {
     // No component is zero, so that no slab computes zero times infinity.
     vec3 direction = mix(ray.direction, vec3(1.0e-20), equal(ray.direction, vec3(0.0)));
     vec3 inverse = 1.0 / direction;
+    RevolutionRay turned;
+    turned.body = NONE;
     uint stack[MAX_BVH_DEPTH];
     uint height = 0u;
     uint node = 0u;
@@ -126,7 +131,7 @@ Hit traverse(Ray ray, float t_max, bool any_hit) {
         uint first = node & FIRST_MASK;
         uint end = first + (node >> COUNT_SHIFT);
         for (uint i = first; i < end; i++) {
-            if (intersect_primitive(primitives.data[i], ray, hit) && any_hit) {
+            if (intersect_primitive(primitives.data[i], ray, turned, hit) && any_hit) {
                 return hit;
             }
         }

@@ -9,32 +9,45 @@
 // where
 //     B:  v(x) = z(u(x)),             z(r) the ray's height at that distance.
 // Written so, no difference of large squares is ever formed, and in either case the
-// hyperbola's slope is bounded by 2 and monotone, so that the derivative of either
-// equation over an interval has a simple bound. An interval is then halved until it is
-// certain to hold no root or just one, which a bracketed Newton finds. The two domains
-// overlap (slope 1/2 to 2): a root at their border is found twice rather than missed.
+// hyperbola's slope is at most about 1 and monotone, so that the derivative of either
+// equation over an interval has a simple bound. An interval is halved until it is certain
+// to hold no root or just one, which a bracketed Newton then finds. The two domains overlap
+// a little: a root at their border is found twice rather than missed.
 
 // |equation| up to this is a root where an interval ends, so that none slips between two
 // pieces; a few roundings of coordinates up to 1.
 const float REVOLUTION_TOLERANCE = 3.0e-7;
-// How far the domains of the two equations reach over their border, in x.
+// How far the domains of the two equations reach over their border: in slope, and in x.
+const float OVERLAP = 1.0e-3;
 const float BORDER = 1.0e-5;
 // An interval this short that may still hold roots holds two that touch, or none.
 const float SMALLEST_INTERVAL = 1.0 / 4096.0;
 // More are never needed; no ray must hang the device.
-const uint MAX_INTERVALS = 128u;
+const uint MAX_STEPS = 256u;
+const uint MAX_ROUNDS = 24u;
+// Newton's method is done when it moves less than this in x: polish() squares the error.
+const float CONVERGED = 3.0e-5;
 
 struct Profile {
-    vec4 ends;      // u, v at x = -1 and at x = 1
-    vec4 slopes;    // least and most of u', least and most of v'
-    vec2 curvature; // bounds of |u''| and |v''|
-    vec4 c[5];      // coefficients of u and v, two powers of x in each
+    vec4 ends;       // u, v at x = -1 and at x = 1
+    vec4 end_slopes; // u', v' there
+    vec4 slopes;     // least and most of u', least and most of v'
+    vec2 curvature;  // bounds of |u''| and |v''|
+    vec4 c[5];       // coefficients of u and v, two powers of x in each
 };
 
-// The ray about its closest approach to the body's centre, in the body's unit space.
+// A point of the profile and its derivative by x.
+struct ProfilePoint {
+    vec2 p;
+    vec2 d;
+};
+
+// A ray about its closest approach to a body's centre, in the body's unit space.
 struct RevolutionRay {
+    uint body;      // index into revolutions
+    float size;     // length of the ray's direction before it was made a unit vector
     vec3 p;
-    vec3 d;
+    vec3 d;         // of unit length
     float k_offset; // ray parameter of p
     float a;        // |d.xy|^2
     float b;        // p.xy . d.xy
@@ -44,31 +57,36 @@ struct RevolutionRay {
 Profile load_profile(uint piece) {
     Profile profile;
     profile.ends = revolution_pieces.data[piece].ends;
+    profile.end_slopes = revolution_pieces.data[piece].end_slopes;
     profile.slopes = revolution_pieces.data[piece].slopes;
     profile.curvature = revolution_pieces.data[piece].curvature;
-    for (uint i = 0u; 2u * i <= REVOLUTION_DEGREE; i++) {
+    [[unroll]] for (uint i = 0u; i < REVOLUTION_PAIRS; i++) {
         profile.c[i] = revolution_pieces.data[piece].coefficients[i];
     }
     return profile;
 }
 
-// A point of the profile and its derivative by x.
-struct ProfilePoint {
-    vec2 p;
-    vec2 d;
-};
-
 ProfilePoint evaluate(Profile profile, float x) {
     vec2 p = vec2(0.0);
     vec2 d = vec2(0.0);
-    for (uint i = REVOLUTION_DEGREE; i < 9u; i--) {
-        vec4 pair = profile.c[i >> 1u];
+    [[unroll]] for (uint i = 0u; i < REVOLUTION_PAIRS; i++) {
+        vec4 pair = profile.c[REVOLUTION_PAIRS - (i + 1u)];
         d = fma(d, vec2(x), p);
-        p = fma(p, vec2(x), (i & 1u) == 0u ? pair.xy : pair.zw);
+        p = fma(p, vec2(x), pair.zw);
+        d = fma(d, vec2(x), p);
+        p = fma(p, vec2(x), pair.xy);
     }
     // Neighbours share their end points to the bit.
-    p = x <= -1.0 ? profile.ends.xy : x >= 1.0 ? profile.ends.zw : p;
+    p = x == -1.0 ? profile.ends.xy : x == 1.0 ? profile.ends.zw : p;
     return ProfilePoint(p, d);
+}
+
+ProfilePoint first_point(Profile profile) {
+    return ProfilePoint(profile.ends.xy, profile.end_slopes.xy);
+}
+
+ProfilePoint last_point(Profile profile) {
+    return ProfilePoint(profile.ends.zw, profile.end_slopes.zw);
 }
 
 // The way the profile runs at a point: by its derivative, or where that vanishes (a cusp, a
@@ -85,38 +103,42 @@ struct Equation {
     float k;     // ray parameter
 };
 
-// side: 0 for A, -1 and +1 for the near and far branch of B.
-Equation equation(RevolutionRay ray, float side, vec2 profile) {
+// Which equation: A, or one of the branches of B, in order of k.
+const int SIDE_A = 0;
+const int SIDE_B_NEAR = -1;
+const int SIDE_B_FAR = 1;
+
+Equation equation(RevolutionRay ray, int side, vec2 profile) {
     Equation e;
     float h = profile.y - ray.p.z;
-    if (side == 0.0) {
+    if (side == SIDE_A) {
         e.k = h / ray.d.z;
         vec2 q = fma(vec2(e.k), ray.d.xy, ray.p.xy);
         float rho = length(q);
         e.value = profile.x - rho;
         e.slope = rho > 0.0 ? dot(q, ray.d.xy) / (rho * ray.d.z) : 0.0;
-        return e;
+    } else {
+        float reach = sqrt(ray.a) * profile.x;
+        float along = float(side) * sqrt(max(0.0, (reach - ray.moment) * (reach + ray.moment)));
+        e.k = (along - ray.b) / ray.a;
+        e.value = h - ray.d.z * e.k;
+        e.slope = along != 0.0 ? ray.d.z * profile.x / along : float(side) * sign(ray.d.z) * 1.0e20;
     }
-    float root_a = sqrt(ray.a);
-    float along = sqrt(max(0.0, (root_a * profile.x - ray.moment) * (root_a * profile.x + ray.moment)));
-    e.k = (side * along - ray.b) / ray.a;
-    e.value = h - ray.d.z * e.k;
-    e.slope = along > 0.0 ? side * ray.d.z * profile.x / along : side * sign(ray.d.z) * 1.0e20;
     return e;
 }
 
 // d value / dx: A is u - rho(v), B is v - z(u).
-float equation_derivative(float side, vec2 d, float slope) {
-    return side == 0.0 ? d.x - slope * d.y : d.y - slope * d.x;
+float equation_derivative(int side, vec2 d, float slope) {
+    return side == SIDE_A ? d.x - slope * d.y : d.y - slope * d.x;
 }
 
 // Bounds of the derivative between two points, from their own derivatives, the bound of
 // the curvature and the monotone slope.
-vec2 derivative_bounds(Profile profile, float side, vec2 d0, vec2 d1, float slope0, float slope1, float width) {
+vec2 derivative_bounds(Profile profile, int side, vec2 d0, vec2 d1, float slope0, float slope1, float width) {
     vec2 bend = 0.5 * width * profile.curvature;
     vec2 lower = max(profile.slopes.xz, min(d0, d1) - bend);
     vec2 upper = min(profile.slopes.yw, max(d0, d1) + bend);
-    if (side != 0.0) {
+    if (side != SIDE_A) {
         lower = lower.yx;
         upper = upper.yx;
     }
@@ -124,28 +146,6 @@ vec2 derivative_bounds(Profile profile, float side, vec2 d0, vec2 d1, float slop
     float least = min(min(products.x, products.y), min(products.z, products.w));
     float most = max(max(products.x, products.y), max(products.z, products.w));
     return vec2(lower.x - most, upper.x - least);
-}
-
-// The root in [x0, x1], whose ends have values of opposite sign.
-float bracketed_newton(Profile profile, RevolutionRay ray, float side, float x0, float x1, float f0, float f1) {
-    float x = x0 - f0 * ((x1 - x0) / (f1 - f0));
-    bool rising = f1 > f0;
-    for (int i = 0; i < 20; i++) {
-        x = x > x0 && x < x1 ? x : 0.5 * (x0 + x1);
-        ProfilePoint point = evaluate(profile, x);
-        Equation e = equation(ray, side, point.p);
-        if ((e.value > 0.0) == rising) {
-            x1 = x;
-        } else {
-            x0 = x;
-        }
-        float next = x - e.value / equation_derivative(side, point.d, e.slope);
-        if (abs(next - x) < 1.0e-7) {
-            break;
-        }
-        x = next;
-    }
-    return clamp(x, x0, x1);
 }
 
 // One step of Newton's method in (x, k) on both equations of the surface at once: the
@@ -159,75 +159,21 @@ float polish(RevolutionRay ray, ProfilePoint point, float k) {
     vec2 by_x = vec2(-2.0 * point.p.x * point.d.x, -point.d.y);
     float determinant = by_k.x * by_x.y - by_x.x * by_k.y;
     float step = (by_x.x * axial - radial * by_x.y) / determinant;
-    return abs(step) < 1.0e-5 ? k + step : k;
+    return abs(step) < 1.0e-4 ? k + step : k;
 }
 
-// Marches over [x, end], halving what is not certain, and keeps the nearest root.
-bool solve_side(Profile profile, RevolutionRay ray, float side, float x, float end, float t_min, inout float t_max,
-                inout float hit_x) {
-    bool found = false;
-    ProfilePoint point0 = evaluate(profile, x);
-    Equation e0 = equation(ray, side, point0.p);
-    float width = end - x;
-    for (uint i = 0u; i < MAX_INTERVALS && x < end; i++) {
-        float x1 = end - x - width < 1.0e-6 ? end : x + width;
-        ProfilePoint point1 = evaluate(profile, x1);
-        Equation e1 = equation(ray, side, point1.p);
-        vec2 bounds = derivative_bounds(profile, side, point0.d, point1.d, e0.slope, e1.slope, x1 - x);
-        bool crosses = (e0.value > 0.0) != (e1.value > 0.0);
-        bool monotone = bounds.x > 0.0 || bounds.y < 0.0;
-        float reach = max(abs(bounds.x), abs(bounds.y)) * (x1 - x) + REVOLUTION_TOLERANCE;
-        bool touches = min(abs(e0.value), abs(e1.value)) <= REVOLUTION_TOLERANCE;
-        bool empty = !crosses && (abs(e0.value) + abs(e1.value) > reach || (monotone && !touches));
-        if (!empty && !monotone && x1 - x > SMALLEST_INTERVAL) {
-            width *= 0.5;
-            continue;
-        }
-        if (crosses || (touches && !empty)) {
-            float root = abs(e0.value) < abs(e1.value) ? x : x1;
-            if (crosses) {
-                root = bracketed_newton(profile, ray, side, x, x1, e0.value, e1.value);
-            }
-            ProfilePoint point = evaluate(profile, root);
-            float t = polish(ray, point, equation(ray, side, point.p).k) + ray.k_offset;
-            if (t > t_min && t < t_max) {
-                t_max = t;
-                hit_x = root;
-                found = true;
-            }
-        }
-        x = x1;
-        point0 = point1;
-        e0 = e1;
-        width = min(2.0 * width, end - x);
-    }
-    return found;
-}
-
-// Where the piece's monotone radius passes a value.
-float radius_at(Profile profile, float radius) {
-    bool rising = profile.ends.z > profile.ends.x;
-    float x0 = -1.0;
-    float x1 = 1.0;
-    for (int i = 0; i < 20; i++) {
-        float x = 0.5 * (x0 + x1);
-        if ((evaluate(profile, x).p.x < radius) == rising) {
-            x0 = x;
-        } else {
-            x1 = x;
-        }
-    }
-    return 0.5 * (x0 + x1);
-}
-
-RevolutionRay revolution_ray(vec3 o, vec3 d) {
+RevolutionRay revolution_ray(uint body, Ray world) {
+    vec3 o = transform_point(revolutions.data[body].unit_from_render, world.origin);
+    vec3 d = transform_vector(revolutions.data[body].unit_from_render, world.direction);
     RevolutionRay ray;
-    ray.k_offset = -dot(o, d);
-    ray.p = fma(vec3(ray.k_offset), d, o);
-    ray.d = d;
-    ray.a = dot(d.xy, d.xy);
-    ray.b = dot(ray.p.xy, d.xy);
-    ray.moment = abs(ray.p.x * d.y - ray.p.y * d.x);
+    ray.body = body;
+    ray.size = length(d);
+    ray.d = d / ray.size;
+    ray.k_offset = -dot(o, ray.d);
+    ray.p = fma(vec3(ray.k_offset), ray.d, o);
+    ray.a = dot(ray.d.xy, ray.d.xy);
+    ray.b = dot(ray.p.xy, ray.d.xy);
+    ray.moment = abs(ray.p.x * ray.d.y - ray.p.y * ray.d.x);
     return ray;
 }
 
@@ -264,41 +210,216 @@ bool misses_ring(RevolutionRay ray, vec4 ends, float t_min, float t_max) {
         || rho2.z > (1.0 + 1.0e-5) * most * most + 1.0e-6;
 }
 
-// The nearest hit with t_min < t < t_max on a piece; x is where on its profile.
-bool intersect_revolution(uint piece, vec3 o, vec3 d, float t_min, inout float t_max, inout float x) {
-    float size = length(d);
-    RevolutionRay ray = revolution_ray(o, d / size);
-    if (misses_ring(ray, revolution_pieces.data[piece].ends, t_min * size, t_max * size)) {
+// What a ray does on a piece. Lanes of a processor go through it in lockstep: each step is
+// one evaluation of the profile, whatever for, so that none waits for another's.
+const uint NEXT_SIDE = 0u; // take up the next equation, if the piece is in its domain
+const uint CUT = 1u;       // look for the border of its domain
+const uint STRETCH = 2u;   // take up what is inside
+const uint INTERVAL = 3u;  // judge an interval
+const uint ROOT = 4u;      // look for its root
+const uint DONE = 5u;
+
+struct Search {
+    uint phase;
+    int side;
+    float limit;           // the radius where the equation's domain ends
+    float x;               // where to evaluate next
+    float x0;              // the interval
+    float x1;
+    ProfilePoint point0;
+    ProfilePoint point1;
+    Equation e0;
+    Equation e1;
+    float end;             // of the stretch that it is part of
+    vec2 bracket;          // of the border or root
+    bool rising;           // the value is negative at bracket.x
+    uint rounds;           // of Newton's method
+};
+
+bool inside(vec2 range, float x) {
+    return (x - range.x) * (x - range.y) <= 0.0; // false for no number
+}
+
+// A step of Newton's method that stays between points whose values have opposite signs.
+float newton(inout Search search, float value, float derivative) {
+    if ((value > 0.0) == search.rising) {
+        search.bracket.y = search.x;
+    } else {
+        search.bracket.x = search.x;
+    }
+    float next = search.x - value / derivative;
+    return inside(search.bracket, next) ? next : 0.5 * (search.bracket.x + search.bracket.y);
+}
+
+// Takes up the next equation in whose domain some of the piece is. Along a ray the near
+// branch of B comes before A, and A before the far one.
+void next_side(Profile profile, RevolutionRay ray, inout Search search) {
+    float least = min(profile.ends.x, profile.ends.z);
+    float most = max(profile.ends.x, profile.ends.z);
+    float flattest = radius_of_slope(ray, 1.0 + OVERLAP);
+    float steepest = radius_of_slope(ray, 1.0 - OVERLAP);
+    // A ray that keeps its height has no A.
+    bool has_a = ray.d.z != 0.0 && least <= flattest;
+    bool has_b = most >= steepest;
+    search.side++;
+    search.side += search.side == SIDE_B_NEAR && !has_b ? 1 : 0;
+    search.side += search.side == SIDE_A && !has_a ? 1 : 0;
+    search.side += search.side == SIDE_B_FAR && !has_b ? 1 : 0;
+    bool is_a = search.side == SIDE_A;
+    search.limit = is_a ? flattest : steepest;
+    search.x0 = -1.0;
+    search.x1 = 1.0;
+    search.point0 = first_point(profile);
+    search.point1 = last_point(profile);
+    search.rounds = 0u;
+    if (search.side > SIDE_B_FAR) {
+        search.phase = DONE;
+    } else if (is_a ? most > search.limit : least < search.limit) {
+        search.phase = CUT;
+        search.bracket = vec2(-1.0, 1.0);
+        search.rising = profile.ends.z > profile.ends.x;
+        search.x = 2.0 * (search.limit - profile.ends.x) / (profile.ends.z - profile.ends.x) - 1.0;
+    } else {
+        search.phase = STRETCH;
+    }
+}
+
+// Leaves the part of the piece with radii up to the limit for A, from it on for B, and a
+// little more.
+void cut(ProfilePoint point, inout Search search) {
+    bool upper_end = (search.side == SIDE_A) == search.rising;
+    float border = clamp(search.x + (upper_end ? BORDER : -BORDER), -1.0, 1.0);
+    // So near, a tangent is the curve.
+    point.p += (border - search.x) * point.d;
+    if (upper_end) {
+        search.x1 = border;
+        search.point1 = point;
+    } else {
+        search.x0 = border;
+        search.point0 = point;
+    }
+    search.phase = STRETCH;
+}
+
+// Starts to march over a stretch, the way that k grows: the first root is the nearest.
+void begin_stretch(RevolutionRay ray, inout Search search) {
+    search.e0 = equation(ray, search.side, search.point0.p);
+    search.e1 = equation(ray, search.side, search.point1.p);
+    if (search.e0.k > search.e1.k) {
+        Equation e = search.e0;
+        search.e0 = search.e1;
+        search.e1 = e;
+        ProfilePoint point = search.point0;
+        search.point0 = search.point1;
+        search.point1 = point;
+        float x = search.x0;
+        search.x0 = search.x1;
+        search.x1 = x;
+    }
+    search.end = search.x1;
+    search.phase = INTERVAL;
+}
+
+// Goes on behind an interval that is done with.
+void advance(inout Search search) {
+    if (search.x1 == search.end) {
+        search.phase = NEXT_SIDE;
+        return;
+    }
+    float width = 2.0 * (search.x1 - search.x0);
+    search.x0 = search.x1;
+    search.point0 = search.point1;
+    search.e0 = search.e1;
+    search.x = abs(search.end - search.x0) < abs(width) + 1.0e-6 ? search.end : search.x0 + width;
+    search.phase = INTERVAL;
+}
+
+// Decides whether an interval is empty, has one root, or is to be halved.
+void judge(Profile profile, RevolutionRay ray, float k_min, float k_max, inout Search search) {
+    float f0 = search.e0.value;
+    float f1 = search.e1.value;
+    float width = abs(search.x1 - search.x0);
+    vec2 bounds = derivative_bounds(profile, search.side, search.point0.d, search.point1.d, search.e0.slope,
+                                    search.e1.slope, width);
+    bool crosses = (f0 > 0.0) != (f1 > 0.0);
+    bool monotone = bounds.x > 0.0 || bounds.y < 0.0;
+    float reach = max(abs(bounds.x), abs(bounds.y)) * width + REVOLUTION_TOLERANCE;
+    bool touches = min(abs(f0), abs(f1)) <= REVOLUTION_TOLERANCE;
+    bool empty = !crosses && (abs(f0) + abs(f1) > reach || (monotone && !touches));
+    // k is this uncertain where A is flat and where B begins.
+    float slack = search.side == SIDE_A ? 1.0e-6 / abs(ray.d.z) : 1.0e-3;
+    bool elsewhere = search.e1.k < k_min - slack || search.e0.k > k_max + slack;
+    if (empty || elsewhere) {
+        advance(search);
+    } else if (!monotone && width > SMALLEST_INTERVAL) {
+        search.x = 0.5 * (search.x0 + search.x1);
+    } else if (crosses || touches) {
+        search.phase = ROOT;
+        search.rounds = 0u;
+        search.rising = f1 > f0;
+        search.bracket = vec2(search.x0, search.x1);
+        search.x = search.x0 - f0 * ((search.x1 - search.x0) / (f1 - f0));
+        if (!crosses) {
+            search.x = abs(f0) < abs(f1) ? search.x0 : search.x1;
+            search.bracket = vec2(search.x);
+        }
+    } else {
+        advance(search);
+    }
+}
+
+// The nearest hit with t_min < t < t_max on a piece; hit_x is where on its profile.
+bool intersect_revolution(uint piece, RevolutionRay ray, float t_min, inout float t_max, inout float hit_x) {
+    float from = t_min * ray.size;
+    float to = t_max * ray.size;
+    if (misses_ring(ray, revolution_pieces.data[piece].ends, from, to)) {
         return false;
     }
     Profile profile = load_profile(piece);
-    float least = min(profile.ends.x, profile.ends.z);
-    float most = max(profile.ends.x, profile.ends.z);
-    bool rising = profile.ends.z > profile.ends.x;
-    float steep = radius_of_slope(ray, 0.5);
-    float flattest = ray.d.z == 0.0 ? -1.0 : radius_of_slope(ray, 2.0);
-    bool found = false;
-    float t = t_max * size;
-    for (int i = 0; i < 3; i++) {
-        // A up to one radius; the near and the far branch of B from another one on.
-        bool flat_part = i == 1;
-        float limit = flat_part ? flattest : steep;
-        bool some = flat_part ? least <= limit : most >= limit;
-        bool whole = flat_part ? most <= limit : least >= limit;
-        if (some) {
-            float begin = -1.0;
-            float end = 1.0;
-            if (!whole) {
-                float border = radius_at(profile, limit);
-                if (flat_part == rising) {
-                    end = min(1.0, border + BORDER);
-                } else {
-                    begin = max(-1.0, border - BORDER);
-                }
+    Search search;
+    search.phase = NEXT_SIDE;
+    search.side = SIDE_B_NEAR - 1;
+    for (uint i = 0u; i < MAX_STEPS; i++) {
+        if (search.phase == NEXT_SIDE) {
+            next_side(profile, ray, search);
+        }
+        if (search.phase == STRETCH) {
+            begin_stretch(ray, search);
+            judge(profile, ray, from - ray.k_offset, to - ray.k_offset, search);
+        }
+        if (search.phase == DONE) {
+            break;
+        }
+        if (search.phase == NEXT_SIDE) {
+            continue;
+        }
+        ProfilePoint point = evaluate(profile, search.x);
+        Equation e = equation(ray, search.side, point.p);
+        if (search.phase == INTERVAL) {
+            search.x1 = search.x;
+            search.point1 = point;
+            search.e1 = e;
+            judge(profile, ray, from - ray.k_offset, to - ray.k_offset, search);
+            continue;
+        }
+        bool is_cut = search.phase == CUT;
+        float value = is_cut ? point.p.x - search.limit : e.value;
+        float next = newton(search, value, is_cut ? point.d.x : equation_derivative(search.side, point.d, e.slope));
+        search.rounds++;
+        bool converged = abs(next - search.x) < (is_cut ? 0.1 * BORDER : CONVERGED) || search.rounds >= MAX_ROUNDS;
+        if (!converged) {
+            search.x = next;
+        } else if (is_cut) {
+            cut(point, search);
+        } else {
+            float t = polish(ray, point, e.k) + ray.k_offset;
+            if (t > from && t < to) {
+                t_max = t / ray.size;
+                hit_x = next;
+                return true;
             }
-            found = solve_side(profile, ray, float(i - 1), begin, end, t_min * size, t, x) || found;
+            advance(search);
         }
     }
-    t_max = found ? t / size : t_max;
-    return found;
+    return false;
 }

@@ -78,6 +78,7 @@ struct Revolution {
 // polynomials in x in [-1, 1].
 struct RevolutionPiece {
     vec4 ends;       // u, v at x = -1 and at x = 1; neighbours share them to the bit
+    vec4 end_slopes; // u', v' there
     vec4 slopes;     // least and most of u', least and most of v'
     vec2 curvature;  // bounds of |u''| and |v''|
     vec2 along;      // parameter of the whole profile at x = -1 and at x = 1, in [0, 1]
@@ -163,12 +164,14 @@ struct Counters {
     uint eye_lost_in_glass;
     uint non_finite;    // paths dropped for a value that is not finite
     uint saturated;     // deposits that would not fit the fixed-point sum
+    uint interrupted;   // invocations that the driver ended before they were done
 };
 
 // The hash grid over visible points.
 struct GridInfo {
     uint max_radius2; // bits of the largest squared radius
     uint filled;      // entries handed out to cells
+    uint most;        // entries of the fullest cell
 };
 
 struct Cell {

@@ -44,7 +44,7 @@ impl Failure {
             | Self::Compare(_)
             | Self::Render(RenderError::Scene(_) | RenderError::Option(_))
             | Self::Device(goblet_host::Error::NoSuchDevice { .. }) => 2,
-            Self::Render(RenderError::Device(_))
+            Self::Render(RenderError::Device(_) | RenderError::Interrupted { .. })
             | Self::Device(_)
             | Self::Output(_)
             | Self::Stats { .. }

@@ -108,6 +108,8 @@ fn piece(stretch: &Stretch, begin: Option<[f32; 2]>, along: [f32; 2], body: u32)
     // By x = 2 t - 1, derivatives are half as large, second ones a quarter.
     let hodograph = stretch.curve.hodograph();
     let slopes = hodograph.iter().map(|slope| *slope * 0.5);
+    let [du0, dv0] = single(0.5 * hodograph[0]);
+    let [du1, dv1] = single(0.5 * hodograph[hodograph.len() - 1]);
     let least = slopes.clone().fold(DVec2::INFINITY, DVec2::min);
     let most = slopes.fold(DVec2::NEG_INFINITY, DVec2::max);
     let bend = stretch.curve.degree() as f64 - 1.0;
@@ -121,6 +123,7 @@ fn piece(stretch: &Stretch, begin: Option<[f32; 2]>, along: [f32; 2], body: u32)
     }
     RevolutionPiece {
         ends: [u0, v0, u1, v1],
+        end_slopes: [du0, dv0, du1, dv1],
         slopes: [least.x, most.x, least.y, most.y].map(|slope| slope as f32),
         curvature: single(curvature * (1.0 + WIDENING)),
         along,

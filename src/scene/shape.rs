@@ -153,7 +153,7 @@ fn profile(params: &ParamList, location: &Location) -> Result<Profile, SceneErro
         location.invalid("Shape \"revolution\" has no \"point2 P\"; expected the radius and height of each point")
     })?;
     let points = params.pairs("P");
-    if points.len() <= degree || (points.len() - 1) % degree != 0 {
+    if points.len() <= degree || !(points.len() - 1).is_multiple_of(degree) {
         return Err(param.location.invalid(format!(
             "{param} has {} points; expected {degree} for each segment and one more, for degree {degree}",
             points.len()

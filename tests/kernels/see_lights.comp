@@ -45,7 +45,9 @@ void main() {
     if (view.light != NONE && direct.pdf > 0.0) {
         Ray ray = Ray(view.from, direct.wi);
         Hit hit = Hit(INFINITY_T, NONE, vec2(0.0));
-        if (intersect_primitive(lights.data[view.light].primitive, ray, hit)) {
+        RevolutionRay turned;
+        turned.body = NONE;
+        if (intersect_primitive(lights.data[view.light].primitive, ray, turned, hit)) {
             pdf_of_hit = direct_pdf(lights.data[view.light], view.from, surface_at(ray, hit), direct.wi);
         }
     }

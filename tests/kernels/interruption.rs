@@ -1,0 +1,23 @@
+//! Loops that a driver ends early are told from those that end by themselves.
+
+use crate::bench::Bench;
+use crate::generated::{Spin, SpinState};
+
+/// Rounds that an invocation was let go of those asked for, and whether it noticed.
+fn spin(asked: u32) -> Vec<SpinState> {
+    let bench = Bench::new();
+    let spins = bench.upload(&[SpinState { rounds: asked, interrupted: 0 }; 64]);
+    bench.run(&Spin { spins: &spins, two: &bench.upload(&[2]) }, 64);
+    bench.read(&spins)
+}
+
+#[test]
+fn an_invocation_knows_that_its_loops_were_ended() {
+    for asked in [0, 1, 60_000, 65_535, 65_536, 70_000, 1_000_000] {
+        for state in spin(asked) {
+            assert!(state.rounds == asked || state.interrupted == 1, "{} of {asked} rounds", state.rounds);
+            // Half of what Mesa allows, whatever the device.
+            assert!(asked > 32_768 || state.interrupted == 0, "{asked} rounds are too many");
+        }
+    }
+}
