@@ -120,14 +120,14 @@ void main() {
     Ray ray = camera_ray(pixel, random);
     vec3 throughput = vec3(1.0);
     vec3 radiance = vec3(0.0);
-    bool in_glass = false;
+    float index = 1.0; // of the medium the path is in, over the camera's
     float radius2 = pixel_flux.data[pixel].w;
     visible_throughputs.data[pixel] = vec4(0.0);
     for (uint depth = 0u; depth < scene_info.value.max_depth; depth++) {
         Hit hit = intersect(ray);
         if (hit.primitive == NONE) {
             radiance += throughput * scene_info.value.infinite;
-            if (in_glass) {
+            if (is_in_glass(index)) {
                 atomicAdd(counters.value.eye_lost_in_glass, 1u);
             }
             break;
@@ -155,9 +155,7 @@ void main() {
         Scatter scattered = scatter(material, wo, surface.shading_normal, random_pair(random, PAIR_LOBE + depth).x,
                                     vec2(0.0), RADIANCE);
         throughput *= scattered.weight;
-        if (scattered.transmitted) {
-            in_glass = dot(scattered.wi, surface.normal) < 0.0;
-        }
+        index *= scattered.eta;
         ray = Ray(offset_origin(surface, scattered.wi), scattered.wi);
     }
     if (is_finite(radiance)) {

@@ -37,7 +37,7 @@ struct Path {
     Ray ray;
     vec3 weight;
     uint depth;
-    bool in_glass;
+    float index; // of the medium it is in, over the one where it began
     Random random;
 };
 
@@ -48,7 +48,7 @@ Path start_path(uint photon) {
     // Eye paths hash the seed itself: its complement keeps the two apart.
     Random random = Random(hash(~scene_info.value.seed, high), index);
     Emission emission = emit(random);
-    return Path(emission.ray, emission.weight, 0u, false, random);
+    return Path(emission.ray, emission.weight, 0u, 1.0, random);
 }
 
 // The normal is kept on the side that the photon came from.
@@ -73,7 +73,7 @@ const uint ALIVE = 6u;
 uint advance(inout Path path) {
     Hit hit = intersect(path.ray);
     if (hit.primitive == NONE) {
-        return path.in_glass ? LOST_IN_GLASS : ESCAPED;
+        return is_in_glass(path.index) ? LOST_IN_GLASS : ESCAPED;
     }
     Surface surface = surface_at(path.ray, hit);
     Material material = materials.data[surface.material];
@@ -102,9 +102,7 @@ uint advance(inout Path path) {
         return specular ? ABSORBED : DEPOSITED;
     }
     path.weight = after < before ? weight * (before / after) : weight;
-    if (scattered.transmitted) {
-        path.in_glass = dot(scattered.wi, surface.normal) < 0.0;
-    }
+    path.index *= scattered.eta;
     path.ray = Ray(offset_origin(surface, scattered.wi), scattered.wi);
     return ALIVE;
 }

@@ -26,6 +26,11 @@ fn lights_match_the_reference() {
     assert_matches("lights", 0.00875);
 }
 
+#[test]
+fn revolution_matches_the_reference() {
+    assert_matches("revolution", 0.01333);
+}
+
 /// Renders a scene as it asks to be rendered, and compares.
 fn assert_matches(name: &str, max_relmse: f64) {
     let folder = support::root().join("tests/reference");

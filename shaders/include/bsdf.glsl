@@ -8,8 +8,15 @@ const bool FLUX = false;
 struct Scatter {
     vec3 wi;
     vec3 weight;      // bsdf * |cos| / pdf
-    bool transmitted; // crossed the surface
+    float eta;        // refractive index of the medium ahead over that behind; 1 if not crossed
 };
+
+// Whether a path is in glass, by the product of the indices it has passed. Bodies share
+// surfaces (wine in a glass): sides of surfaces alone could not tell. Less than 1 is the way
+// out of where the path began.
+bool is_in_glass(float index) {
+    return index > 1.001;
+}
 
 // Reflectance of a dielectric boundary for unpolarised light. eta: the far side over
 // the near side; cos_i >= 0. Also gives the cosine of the refracted ray.
@@ -54,11 +61,11 @@ Scatter scatter_dielectric(Material material, vec3 wo, vec3 n, float u, bool car
     float cos_t;
     float reflectance = fresnel_dielectric(abs(cos_o), eta, cos_t);
     if (u < reflectance) {
-        return Scatter(2.0 * abs(cos_o) * facing - wo, vec3(1.0), false);
+        return Scatter(2.0 * abs(cos_o) * facing - wo, vec3(1.0), 1.0);
     }
     vec3 wi = normalize((abs(cos_o) * facing - wo) / eta - cos_t * facing);
     float compression = carries == RADIANCE ? 1.0 / (eta * eta) : 1.0;
-    return Scatter(wi, material.color * compression, true);
+    return Scatter(wi, material.color * compression, eta);
 }
 
 // A direction from the surface's bsdf; the lobe is chosen by u_lobe.
@@ -69,7 +76,7 @@ Scatter scatter(Material material, vec3 wo, vec3 n, float u_lobe, vec2 u, bool c
     vec3 facing = dot(wo, n) < 0.0 ? -n : n;
     if (HAS_CONDUCTORS && material.kind == CONDUCTOR) {
         float cos_o = dot(wo, facing);
-        return Scatter(2.0 * cos_o * facing - wo, fresnel_conductor(cos_o, material.eta, material.k), false);
+        return Scatter(2.0 * cos_o * facing - wo, fresnel_conductor(cos_o, material.eta, material.k), 1.0);
     }
-    return Scatter(sample_cosine(u, facing), material.color, false);
+    return Scatter(sample_cosine(u, facing), material.color, 1.0);
 }

@@ -46,6 +46,6 @@ void main() {
     bool carries = incidence.carries_radiance != 0u ? RADIANCE : FLUX;
     Scatter there = scatter(material, incidence.wo, incidence.normal, incidence.u, incidence.u_direction, carries);
     Scatter back = scatter(material, there.wi, incidence.normal, incidence.u, incidence.u_direction, carries);
-    outcomes.data[i] = Outcome(there.wi, there.transmitted ? 1u : 0u, there.weight, 0.0,
-                               back.wi, back.transmitted ? 1u : 0u, back.weight, 0.0);
+    outcomes.data[i] = Outcome(there.wi, there.eta != 1.0 ? 1u : 0u, there.weight, 0.0,
+                               back.wi, back.eta != 1.0 ? 1u : 0u, back.weight, 0.0);
 }
