@@ -8,6 +8,7 @@ pub mod devices;
 mod failure;
 pub mod render;
 mod stats;
+pub mod tessellate;
 
 pub use failure::Failure;
 
@@ -20,7 +21,7 @@ use std::time::Duration;
 use clap::builder::{PossibleValuesParser, TypedValueParser};
 use clap::{Args, Parser, Subcommand};
 
-use crate::output;
+use crate::{output, tessellate as mesh};
 
 /// A progressive photon mapper that runs as Vulkan compute.
 #[derive(Debug, Parser)]
@@ -44,6 +45,13 @@ pub enum Command {
     /// Reads EXR, PNG, PFM and HDR. Exit codes: 0 done and every limit kept,
     /// 1 a limit exceeded, 2 wrong usage or an image that cannot be compared.
     Compare(CompareArgs),
+    /// Write a scene with triangle meshes in place of its bodies of revolution
+    ///
+    /// Other renderers read the result: included files are put in their place, the
+    /// rest of the text is kept, and the meshes are written beside it as OUT-1.ply,
+    /// OUT-2.ply and so on. Exit codes: 0 done, 1 a file cannot be written, 2 wrong
+    /// usage or scene.
+    Tessellate(TessellateArgs),
     /// List the Vulkan devices and whether they can render
     Devices(DevicesArgs),
 }
@@ -164,6 +172,26 @@ pub struct CompareArgs {
     pub max_energy: Option<f64>,
 }
 
+/// Arguments of `goblet tessellate`.
+#[derive(Args, Clone, Debug)]
+pub struct TessellateArgs {
+    /// The scene, in pbrt-v4's text format
+    #[arg(value_name = "IN")]
+    pub scene: PathBuf,
+
+    /// Scene to write, ending in .pbrt; none of the files that IN reads
+    #[arg(short, long, value_name = "OUT", value_parser = scene_path)]
+    pub output: PathBuf,
+
+    /// How far a mesh may be from the true surface, from 1e-7 to 0.1
+    ///
+    /// In units of the body's size, which is the larger of its diameter and its height
+    /// in object space.
+    #[arg(long, value_name = "T", value_parser = tolerance, default_value = "1e-4")]
+    #[arg(allow_negative_numbers = true)]
+    pub tolerance: f64,
+}
+
 /// Arguments of `goblet devices`.
 #[derive(Args, Clone, Copy, Debug)]
 pub struct DevicesArgs {}
@@ -177,6 +205,14 @@ fn output_path(text: &str) -> Result<PathBuf, String> {
     match output::check_extension(&path) {
         Ok(()) => Ok(path),
         Err(_) => Err(format!("expected a file name ending in {}", output::WRITABLE_EXTENSIONS.replace("and", "or"))),
+    }
+}
+
+fn scene_path(text: &str) -> Result<PathBuf, String> {
+    let path = PathBuf::from(text);
+    match (path.file_stem(), path.extension()) {
+        (Some(_), Some(extension)) if extension == "pbrt" => Ok(path),
+        _ => Err("expected a file name ending in .pbrt".to_owned()),
     }
 }
 
@@ -216,6 +252,11 @@ fn alpha(text: &str) -> Result<f64, String> {
     // As it is on the device: not rounded to zero.
     let accepted = |alpha| (f64::from(f32::MIN_POSITIVE)..=1.0).contains(&alpha);
     number(text, accepted, "a number above 0 and at most 1")
+}
+
+fn tolerance(text: &str) -> Result<f64, String> {
+    let [least, most] = mesh::TOLERANCES;
+    number(text, |tolerance| (least..=most).contains(&tolerance), &format!("a number from {least:e} to {most}"))
 }
 
 fn limit(text: &str) -> Result<f64, String> {

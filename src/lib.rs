@@ -37,6 +37,7 @@ mod renderer;
 pub mod scene;
 mod schedule;
 mod tally;
+pub mod tessellate;
 mod upload;
 mod view;
 

@@ -10,6 +10,7 @@ fn main() -> ExitCode {
     let outcome = match Cli::parse().command {
         Command::Render(args) => cli::render::run(&args).map(|()| true),
         Command::Compare(args) => cli::compare::run(&args).map_err(cli::Failure::from),
+        Command::Tessellate(args) => cli::tessellate::run(&args).map(|()| true),
         Command::Devices(_) => cli::devices::run().map(|()| true),
     };
     match outcome {

@@ -131,7 +131,7 @@ pub fn write(path: &Path, image: &Image, metadata: &[(String, String)]) -> Resul
     });
     let bytes = encoded.map_err(|reason| ImageError::Encode { path: path.to_owned(), reason })?;
     Replacement::create(path)
-        .and_then(|replacement| replacement.commit(&bytes))
+        .and_then(|mut replacement| replacement.file.write_all(&bytes).and_then(|()| replacement.commit()))
         .map_err(|reason| write_error(path, reason))
 }
 
@@ -220,14 +220,16 @@ fn encode_png(image: &Image) -> Result<Vec<u8>, String> {
 }
 
 /// A new file beside its final place; removed again unless it is committed.
-struct Replacement {
-    file: File,
+pub(crate) struct Replacement {
+    /// What is to take the place, still empty.
+    pub file: File,
     temporary: PathBuf,
     target: PathBuf,
 }
 
 impl Replacement {
-    fn create(path: &Path) -> io::Result<Self> {
+    /// The directory of `path` must exist, and `path` not be a folder or read-only.
+    pub fn create(path: &Path) -> io::Result<Self> {
         // Through a link, so that the file behind it is replaced and not the link.
         let target = fs::canonicalize(path).unwrap_or_else(|_| path.to_owned());
         if let Ok(existing) = fs::metadata(&target) {
@@ -250,8 +252,8 @@ impl Replacement {
         Ok(Self { file, temporary, target })
     }
 
-    fn commit(mut self, bytes: &[u8]) -> io::Result<()> {
-        self.file.write_all(bytes)?;
+    /// Puts the file, once written, in its place.
+    pub fn commit(self) -> io::Result<()> {
         // Without this, a power cut after the rename could leave an empty file.
         self.file.sync_all()?;
         fs::rename(&self.temporary, &self.target)

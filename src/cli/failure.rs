@@ -1,6 +1,7 @@
 //! What a command can fail with, and the exit code of each.
 
 use super::compare::CompareError;
+use super::tessellate::TessellateError;
 use crate::output::ImageError;
 use crate::renderer::RenderError;
 use crate::scene::SceneError;
@@ -23,6 +24,9 @@ pub enum Failure {
     /// Images could not be compared.
     #[error(transparent)]
     Compare(#[from] CompareError),
+    /// Bodies could not be replaced by meshes.
+    #[error(transparent)]
+    Tessellate(#[from] TessellateError),
     /// The statistics could not be written.
     #[error("{path}: cannot write the statistics: {reason}")]
     Stats {
@@ -40,8 +44,10 @@ impl Failure {
     /// 2 for what the user can mend in the command or the scene, else 1.
     pub fn exit_code(&self) -> u8 {
         match self {
+            Self::Tessellate(TessellateError::Write { .. }) => 1,
             Self::Scene(_)
             | Self::Compare(_)
+            | Self::Tessellate(_)
             | Self::Render(RenderError::Scene(_) | RenderError::Option(_))
             | Self::Device(goblet_host::Error::NoSuchDevice { .. }) => 2,
             Self::Render(RenderError::Device(_) | RenderError::Interrupted { .. })

@@ -1,6 +1,7 @@
 //! Text to tokens, across included files.
 
 use std::fmt;
+use std::ops::Range;
 use std::path::PathBuf;
 use std::sync::Arc;
 
@@ -11,6 +12,8 @@ use super::error::{Location, SceneError};
 pub(super) struct Token {
     pub kind: TokenKind,
     pub location: Location,
+    /// Its bytes in the text of its file.
+    pub span: Range<usize>,
 }
 
 #[derive(Clone, Debug, PartialEq)]
@@ -58,6 +61,8 @@ struct Lexer {
     text: String,
     /// Byte offset of the next character.
     at: usize,
+    /// Byte offset of what [`FlatText`] does not have yet.
+    kept: usize,
     location: Location,
     /// The file on disk, if there is one: how a cycle of includes is found.
     path: Option<PathBuf>,
@@ -66,7 +71,8 @@ struct Lexer {
 impl Lexer {
     fn new(text: String, file: &str, path: Option<PathBuf>) -> Self {
         let byte_order_mark = if text.starts_with('\u{feff}') { 3 } else { 0 };
-        Self { text, at: byte_order_mark, location: Location { file: Arc::from(file), line: 1, column: 1 }, path }
+        let location = Location { file: Arc::from(file), line: 1, column: 1 };
+        Self { text, at: byte_order_mark, kept: byte_order_mark, location, path }
     }
 
     fn peek(&self) -> Option<char> {
@@ -101,7 +107,7 @@ impl Lexer {
 
     fn next(&mut self) -> Result<Option<Token>, SceneError> {
         self.skip_blank();
-        let location = self.location.clone();
+        let (location, start) = (self.location.clone(), self.at);
         let kind = match self.peek() {
             None => return Ok(None),
             Some('[') => {
@@ -115,7 +121,7 @@ impl Lexer {
             Some('"') => TokenKind::Text(self.text(&location)?),
             Some(_) => self.word(&location)?,
         };
-        Ok(Some(Token { kind, location }))
+        Ok(Some(Token { kind, location, span: start..self.at }))
     }
 
     fn word(&mut self, location: &Location) -> Result<TokenKind, SceneError> {
@@ -185,6 +191,26 @@ pub(super) struct TokenStream {
     ahead: Option<Token>,
     /// Where the scene ends, once it has.
     end: Location,
+    /// Set where the text is kept.
+    flat: Option<FlatText>,
+}
+
+/// The text of a scene with every included file where it is included.
+#[derive(Debug, Default)]
+pub(crate) struct FlatText {
+    pub text: String,
+    /// The files that the text is from; the same for every way to name a file.
+    pub files: Vec<PathBuf>,
+    /// How long the text was before its last bare word.
+    before_word: usize,
+}
+
+impl FlatText {
+    /// Adds what a file has up to a byte offset.
+    fn keep(&mut self, file: &mut Lexer, end: usize) {
+        self.text.push_str(&file.text[file.kept..end]);
+        file.kept = end;
+    }
 }
 
 /// How deep `Include` may nest; deeper is certainly a mistake.
@@ -193,7 +219,19 @@ const MAX_INCLUDE_DEPTH: usize = 64;
 impl TokenStream {
     pub fn new(text: String, file: &str, path: Option<PathBuf>) -> Self {
         let lexer = Lexer::new(text, file, path);
-        Self { end: lexer.location.clone(), files: vec![lexer], ahead: None }
+        Self { end: lexer.location.clone(), files: vec![lexer], ahead: None, flat: None }
+    }
+
+    /// The same tokens, but their text is kept for [`flat_text`](Self::flat_text).
+    pub fn keeping_text(mut self) -> Self {
+        let files = self.files.iter().filter_map(|file| file.path.clone()).collect();
+        self.flat = Some(FlatText { files, ..FlatText::default() });
+        self
+    }
+
+    /// The text, if it was kept and `next` has returned `None`.
+    pub fn flat_text(&mut self) -> FlatText {
+        self.flat.take().unwrap_or_default()
     }
 
     /// Fails where including `path` from `location` would never end.
@@ -214,9 +252,15 @@ impl TokenStream {
         Ok(())
     }
 
-    /// Continues with an included file; its end returns to the present one.
+    /// Continues with an included file; its end returns to the present one. The last
+    /// tokens were the directive and the file's name.
     pub fn include(&mut self, text: String, file: &str, path: PathBuf) {
         debug_assert!(self.ahead.is_none(), "a token would be taken out of order");
+        if let (Some(flat), Some(outer)) = (&mut self.flat, self.files.last_mut()) {
+            flat.text.truncate(flat.before_word);
+            flat.files.push(path.clone());
+            outer.kept = outer.at;
+        }
         self.files.push(Lexer::new(text, file, Some(path)));
     }
 
@@ -227,9 +271,20 @@ impl TokenStream {
         }
         while let Some(file) = self.files.last_mut() {
             if let Some(token) = file.next()? {
+                if let (Some(flat), TokenKind::Word(_)) = (&mut self.flat, &token.kind) {
+                    flat.keep(file, token.span.start);
+                    flat.before_word = flat.text.len();
+                }
                 return Ok(Some(token));
             }
             self.end = file.location.clone();
+            if let Some(flat) = &mut self.flat {
+                flat.keep(file, file.text.len());
+                // What follows an included file must not join its last word or comment.
+                if self.files.len() > 1 && !flat.text.ends_with('\n') {
+                    flat.text.push('\n');
+                }
+            }
             self.files.pop();
         }
         Ok(None)
@@ -287,6 +342,12 @@ impl TokenStream {
             return Ok(());
         }
         Err(token.location.invalid(format!("found {token} in {of}; expected {expected}")))
+    }
+
+    /// Byte offset of the end of the last token, in its file; meaningful unless one was
+    /// peeked at.
+    pub fn at(&self) -> usize {
+        self.files.last().map_or(0, |file| file.at)
     }
 
     /// Where the scene ended; meaningful after `next` has returned `None`.

@@ -22,6 +22,7 @@ mod params;
 mod parser;
 mod ply;
 mod registry;
+mod rewrite;
 mod shape;
 mod spectrum;
 mod spectrum_data;
@@ -32,7 +33,9 @@ mod transform;
 
 pub use error::{Location, SceneError};
 pub use model::*;
+pub(crate) use parser::{directory, identity, load_with_text};
 pub use registry::{Family, Kind, ParamSpec, Support, TypeSpec};
+pub(crate) use rewrite::Rewrite;
 
 /// What goblet knows of the pbrt-v4 format: directives that have types, their
 /// types, and the parameters of each.

@@ -1,5 +1,7 @@
 //! Typed parameter lists.
 
+use std::ops::Range;
+
 use glam::{DVec2, DVec3};
 
 use super::error::{Location, SceneError};
@@ -12,6 +14,8 @@ pub(super) struct Param {
     pub kind: Kind,
     pub name: String,
     pub location: Location,
+    /// Its bytes in the text, values included, where all are in one file.
+    pub span: Range<usize>,
     pub values: Values,
 }
 
@@ -48,7 +52,8 @@ impl Param {
                 all.join(", ")
             )));
         };
-        let mut param = Param { kind, name: name.to_string(), location, values: Values::Numbers(Vec::new()) };
+        let values = Values::Numbers(Vec::new());
+        let mut param = Param { kind, name: name.to_string(), location, span: 0..0, values };
         param.read_values(stream)?;
         param.check_group()?;
         Ok(param)
@@ -184,9 +189,11 @@ impl ParamList {
     /// Reads parameters for as long as quoted strings follow.
     pub fn read(stream: &mut TokenStream) -> Result<Self, SceneError> {
         let mut list = ParamList::default();
-        while matches!(stream.peek()?, Some(Token { kind: TokenKind::Text(_), .. })) {
+        while let Some(Token { kind: TokenKind::Text(_), span, .. }) = stream.peek()? {
+            let start = span.start;
             let (declaration, location) = stream.string("a parameter")?;
-            let param = Param::read(stream, &declaration, location)?;
+            let mut param = Param::read(stream, &declaration, location)?;
+            param.span = start..stream.at();
             if list.get(&param.name).is_some() {
                 return Err(param.location.invalid(format!("{param} is given twice; expected it once")));
             }

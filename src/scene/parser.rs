@@ -8,7 +8,7 @@ use flate2::read::MultiGzDecoder;
 use glam::{DAffine3, DVec3};
 
 use super::error::{Location, SceneError};
-use super::lexer::{TokenKind, TokenStream, shorten};
+use super::lexer::{FlatText, TokenKind, TokenStream, shorten};
 use super::model::Scene;
 use super::params::ParamList;
 use super::registry::Kind;
@@ -61,10 +61,24 @@ const DIRECTIVES: &[&str] = &[
 
 /// Reads the scene file at `path`.
 pub(super) fn load(path: &Path) -> Result<Scene, SceneError> {
-    let text = read_text(path, None)?;
-    let directory = path.parent().unwrap_or(Path::new("")).to_path_buf();
-    let stream = TokenStream::new(text, &path.to_string_lossy(), Some(identity(path)));
-    Parser::new(stream, &directory).parse()
+    Parser::new(open(path)?, directory(path)).parse()
+}
+
+/// Reads the scene file at `path`, and keeps its text.
+pub(crate) fn load_with_text(path: &Path) -> Result<(Scene, FlatText), SceneError> {
+    let mut parser = Parser::new(open(path)?.keeping_text(), directory(path));
+    parser.directives()?;
+    let text = parser.stream.flat_text();
+    Ok((parser.scene.finish(parser.stream.end())?, text))
+}
+
+/// The folder that a scene's file names are relative to.
+pub(crate) fn directory(path: &Path) -> &Path {
+    path.parent().unwrap_or(Path::new(""))
+}
+
+fn open(path: &Path) -> Result<TokenStream, SceneError> {
+    Ok(TokenStream::new(read_text(path, None)?, &path.to_string_lossy(), Some(identity(path))))
 }
 
 /// Reads a scene from text.
@@ -74,7 +88,7 @@ pub(super) fn parse(text: &str, file: &str, directory: &Path) -> Result<Scene, S
 }
 
 /// The same for every way to name a file.
-fn identity(path: &Path) -> PathBuf {
+pub(crate) fn identity(path: &Path) -> PathBuf {
     fs::canonicalize(path).unwrap_or_else(|_| path.to_path_buf())
 }
 
@@ -115,6 +129,11 @@ impl Parser {
     }
 
     fn parse(mut self) -> Result<Scene, SceneError> {
+        self.directives()?;
+        self.scene.finish(self.stream.end())
+    }
+
+    fn directives(&mut self) -> Result<(), SceneError> {
         while let Some(token) = self.stream.next()? {
             match &token.kind {
                 TokenKind::Word(word) => self.directive(word, &token.location)?,
@@ -123,7 +142,7 @@ impl Parser {
                 }
             }
         }
-        self.scene.finish(self.stream.end())
+        Ok(())
     }
 
     fn directive(&mut self, word: &str, at: &Location) -> Result<(), SceneError> {

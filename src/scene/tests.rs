@@ -166,13 +166,36 @@ fn what_cannot_change_the_image_is_passed_over() {
 }
 
 #[test]
+fn profiles_that_make_no_surface_are_refused() {
+    for (parameters, expected) in [
+        ("", "2:7: Shape \"revolution\" has no \"point2 P\"; expected the radius and height"),
+        ("\"point2 P\" [1 0 1 1 0 1]", "2:20: \"point2 P\" has 3 points; expected 3 for each segment and one more"),
+        ("\"integer degree\" 2 \"point2 P\" [1 0]", "has 1 points; expected 2 for each segment"),
+        ("\"integer degree\" 0 \"point2 P\" [1 0 1 1]", "\"integer degree\" is 0; expected a whole number from 1 to 8"),
+        ("\"integer degree\" 9 \"point2 P\" [1 0 1 1]", "\"integer degree\" is 9; expected a whole number from 1 to 8"),
+        ("\"integer degree\" 1 \"point2 P\" [1 0 -.5 1]", "has (-0.5, 1) at position 1; expected a radius from 0"),
+        (
+            "\"integer degree\" 1 \"point2 P\" [1 0 1 1e31]",
+            "at position 1; expected a radius from 0 and a height, up to",
+        ),
+        ("\"integer degree\" 1 \"point2 P\" [1 nan 1 1]", "found `nan` as a value of \"point2 P\""),
+        ("\"integer degree\" 1 \"point2 P\" [0 0 0 1]", "stays on the axis; expected a profile that makes a surface"),
+        ("\"integer degree\" 1 \"point2 P\" [1 2 1 2]", "is a single point; expected a profile"),
+        ("\"integer degree\" 1 \"point2 P\" [1 2 1]", "has 3 values; expected a multiple of 2"),
+        ("\"point3 P\" [1 2 1]", "\"point3 P\" has the wrong type; Shape \"revolution\" accepts"),
+    ] {
+        let error = message(in_world(&format!("Shape \"revolution\" {parameters}")));
+        assert!(error.contains(expected), "{parameters}: {error}");
+    }
+}
+
+#[test]
 fn what_is_not_supported_yet_is_named_with_its_place() {
     for (world, expected) in [
         (
             "Material \"coateddiffuse\" Shape \"sphere\"",
             "2:10: Material \"coateddiffuse\" is not supported yet; supported here: \"diffuse\", \"conductor\", \"dielectric\"",
         ),
-        ("Shape \"revolution\" \"integer degree\" 3", "2:7: Shape \"revolution\" is not supported yet"),
         ("Shape \"sphere\" \"float alpha\" .5", "2:16: \"float alpha\" 0.5 is not supported yet"),
         (
             "Material \"conductor\" \"float roughness\" .1 Shape \"sphere\"",

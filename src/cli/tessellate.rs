@@ -1,0 +1,191 @@
+//! `goblet tessellate`: a scene with meshes in place of its bodies of revolution.
+
+use std::collections::{HashMap, HashSet};
+use std::fs;
+use std::io::{self, BufWriter, Write};
+use std::path::{Component, Path, PathBuf};
+
+use super::{Failure, TessellateArgs};
+use crate::output::Replacement;
+use crate::scene::{self, Geometry, Profile, Rewrite, Scene};
+use crate::tessellate::{Tessellation, TooFine};
+
+/// Why the bodies of a scene could not be replaced.
+#[derive(Debug, thiserror::Error)]
+pub enum TessellateError {
+    /// Writing a file would destroy what the scene is made of.
+    #[error("{}: the scene reads this file; expected another name for the output", .0.display())]
+    Input(PathBuf),
+    /// A path that the new scene must name is not Unicode.
+    #[error("{}: expected a path in Unicode, which a scene can name", .0.display())]
+    Name(PathBuf),
+    /// A mesh would be too large.
+    #[error("{location}: {reason}")]
+    TooFine {
+        /// `file:line:column` of the shape.
+        location: String,
+        /// How large, and what would fit.
+        reason: TooFine,
+    },
+    /// A body emits a given power.
+    #[error(
+        "{location}: this body's light has a \"float power\", which every triangle of a mesh would emit; \
+         expected its radiance by \"L\" and \"scale\""
+    )]
+    Power {
+        /// `file:line:column` of the shape.
+        location: String,
+    },
+    /// A file could not be created or written.
+    #[error("{}: cannot write: {reason}", .path.display())]
+    Write {
+        /// The file.
+        path: PathBuf,
+        /// What the operating system says.
+        reason: io::Error,
+    },
+}
+
+/// Writes the meshes, then the scene, each whole or not at all.
+///
+/// # Errors
+/// The scene, an option or an output is at fault. Before the first mesh is written, all
+/// that can be known is checked.
+pub fn run(args: &TessellateArgs) -> Result<(), Failure> {
+    let (scene, source) = scene::load_with_text(&args.scene)?;
+    let bodies = Bodies::of(&scene)?;
+    let meshes = bodies.meshes(args.tolerance)?;
+    let files = mesh_files(&args.output, meshes.len())?;
+    let folder = way_back(args)?;
+    let names: Vec<&str> = files.iter().filter_map(|file| file.file_name()?.to_str()).collect();
+    let rewrite = Rewrite { meshes: bodies.mesh_of.iter().map(|mesh| names[*mesh]).collect(), folder: &folder };
+    let rewritten = rewrite.apply(&source.text)?;
+
+    let named = rewritten.files.iter().map(|file| scene::identity(&scene::directory(&args.scene).join(file)));
+    let inputs: HashSet<PathBuf> = source.files.into_iter().chain(named).collect();
+    if let Some(output) = files.iter().chain([&args.output]).find(|file| inputs.contains(&scene::identity(file))) {
+        return Err(TessellateError::Input(output.clone()).into());
+    }
+    write(&args.output, &rewritten.text, &files, &meshes)?;
+    Ok(())
+}
+
+/// Writes everything; the scene last, so that no scene names a mesh that is not there.
+fn write(output: &Path, text: &str, files: &[PathBuf], meshes: &[Tessellation]) -> Result<(), TessellateError> {
+    let mut scene = Replacement::create(output).map_err(|reason| cannot_write(output, reason))?;
+    for (path, mesh) in files.iter().zip(meshes) {
+        write_mesh(path, mesh).map_err(|reason| cannot_write(path, reason))?;
+        eprintln!("wrote {}: {} triangles", path.display(), mesh.triangle_count());
+    }
+    let written = scene.file.write_all(text.as_bytes()).and_then(|()| scene.commit());
+    written.map_err(|reason| cannot_write(output, reason))?;
+    let copy = if meshes.is_empty() { ", a copy: the scene has no Shape \"revolution\"" } else { "" };
+    eprintln!("wrote {}{copy}", output.display());
+    Ok(())
+}
+
+/// The bodies of revolution of a scene.
+struct Bodies<'a> {
+    /// What is to become a mesh, with where it is first asked for. Equal ones are here once.
+    distinct: Vec<(&'a Profile, bool, &'a str)>,
+    /// The place among these of each body, in the order of the scene's shapes.
+    mesh_of: Vec<usize>,
+}
+
+impl<'a> Bodies<'a> {
+    fn of(scene: &'a Scene) -> Result<Self, TessellateError> {
+        let mut bodies = Self { distinct: Vec::new(), mesh_of: Vec::new() };
+        let mut places = HashMap::new();
+        for shape in &scene.shapes {
+            let Geometry::Revolution(profile) = &shape.geometry else { continue };
+            let location = shape.location.as_str();
+            if shape.emission.is_some_and(|emission| emission.power.is_some()) {
+                return Err(TessellateError::Power { location: location.to_owned() });
+            }
+            // A mirror turns the normal of a body over, but not that of a mesh; with
+            // ReverseOrientation both turn.
+            let mirrored = shape.world_from_object.matrix3.determinant() < 0.0;
+            let place = *places.entry((bits(profile), mirrored)).or_insert(bodies.distinct.len());
+            if place == bodies.distinct.len() {
+                bodies.distinct.push((&**profile, mirrored, location));
+            }
+            bodies.mesh_of.push(place);
+        }
+        Ok(bodies)
+    }
+
+    fn meshes(&self, tolerance: f64) -> Result<Vec<Tessellation>, TessellateError> {
+        let mesh = |(profile, mirrored, location): &(&Profile, bool, &str)| {
+            let too_fine = |reason| TessellateError::TooFine { location: (*location).to_owned(), reason };
+            Tessellation::new(profile, tolerance, *mirrored).map_err(too_fine)
+        };
+        self.distinct.iter().map(mesh).collect()
+    }
+}
+
+/// What makes a profile equal to another.
+fn bits(profile: &Profile) -> Vec<Vec<[u64; 2]>> {
+    let bits = |segment: &crate::bezier::Curve| {
+        segment.points.iter().map(|point| point.to_array().map(f64::to_bits)).collect()
+    };
+    profile.segments.iter().map(bits).collect()
+}
+
+/// `OUT-1.ply` and so on, beside `OUT.pbrt`.
+fn mesh_files(output: &Path, count: usize) -> Result<Vec<PathBuf>, TessellateError> {
+    let stem = output.file_stem().and_then(|stem| stem.to_str());
+    let stem = stem.ok_or_else(|| TessellateError::Name(output.to_owned()))?;
+    Ok((1..=count).map(|i| output.with_file_name(format!("{stem}-{i}.ply"))).collect())
+}
+
+/// How the old scene's folder is reached from the new one's; empty if they are the same.
+fn way_back(args: &TessellateArgs) -> Result<String, TessellateError> {
+    let canonical = |file: &Path| {
+        let folder = scene::directory(file);
+        let folder = if folder.as_os_str().is_empty() { Path::new(".") } else { folder };
+        fs::canonicalize(folder).map_err(|reason| cannot_write(&args.output, reason))
+    };
+    let way = way(&canonical(&args.output)?, &canonical(&args.scene)?);
+    way.into_os_string().into_string().map_err(|way| TessellateError::Name(way.into()))
+}
+
+/// How one folder is reached from another; empty if they are the same.
+fn way(from: &Path, to: &Path) -> PathBuf {
+    let common = from.components().zip(to.components()).take_while(|(a, b)| a == b).count();
+    if common == 0 {
+        return to.to_owned();
+    }
+    let up = from.components().skip(common).map(|_| Component::ParentDir);
+    up.chain(to.components().skip(common)).collect()
+}
+
+fn write_mesh(path: &Path, mesh: &Tessellation) -> io::Result<()> {
+    let replacement = Replacement::create(path)?;
+    let mut out = BufWriter::new(&replacement.file);
+    mesh.write_ply(&mut out)?;
+    out.flush()?;
+    drop(out);
+    replacement.commit()
+}
+
+fn cannot_write(path: &Path, reason: io::Error) -> TessellateError {
+    TessellateError::Write { path: path.to_owned(), reason }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn ways_between_folders() {
+        for (from, to, expected) in [
+            ("/a/b", "/a/b", ""),
+            ("/a", "/a/b/c", "b/c"),
+            ("/a/b/c", "/a", "../.."),
+            ("/a/b", "/a/c/d", "../c/d"),
+            ("/a", "/b", "../b"),
+        ] {
+            assert_eq!(way(Path::new(from), Path::new(to)), Path::new(expected), "{from} to {to}");
+        }
+    }
+}

@@ -1,0 +1,237 @@
+//! Scene text with meshes in place of bodies of revolution. All else stays as it is,
+//! comments and blanks included, but for the names of files that are then elsewhere.
+
+use std::ops::Range;
+use std::path::Path;
+
+use super::error::SceneError;
+use super::lexer::{Token, TokenKind, TokenStream};
+use super::params::{Param, ParamList};
+use super::registry::Kind;
+
+/// What to write for a scene that was read without an error.
+pub(crate) struct Rewrite<'a> {
+    /// The meshes' file names, as the text is to have them: one for each body of
+    /// revolution, in the order of the scene's shapes.
+    pub meshes: Vec<&'a str>,
+    /// The folder of the scene, as seen from that of the new text; empty where it is the
+    /// same.
+    pub folder: &'a str,
+}
+
+/// The new text.
+#[derive(Debug, Default, PartialEq)]
+pub(crate) struct Rewritten {
+    pub text: String,
+    /// The files that the text names, as the old text has them.
+    pub files: Vec<String>,
+}
+
+impl Rewrite<'_> {
+    /// Rewrites a scene's text, which includes no file any more.
+    ///
+    /// # Errors
+    /// The text is no scene.
+    pub fn apply(&self, text: &str) -> Result<Rewritten, SceneError> {
+        let mut stream = TokenStream::new(text.to_owned(), "", None);
+        let mut edits = Edits { text, kept: 0, result: Rewritten::default() };
+        let mut meshes = self.meshes.iter();
+        while let Some(token) = stream.next()? {
+            let TokenKind::Word(directive) = &token.kind else { continue };
+            let mut names = Vec::new();
+            for _ in 0..name_count(directive) {
+                names.push(stream.required("a name")?);
+            }
+            let [first, ..] = &names[..] else { continue };
+            let params = ParamList::read(&mut stream)?;
+            match directive.as_str() {
+                "Shape" if is(first, "revolution") => {
+                    if let Some(mesh) = meshes.next() {
+                        let file = format!("\"plymesh\" \"string filename\" {}", quoted(mesh));
+                        edits.replace(&first.span, &file);
+                        self.edit(&params, &mut edits, &["P", "degree"]);
+                    }
+                }
+                // Bodies have no use for them, but meshes would; no other shape has.
+                "Attribute" if is(first, "shape") && !self.meshes.is_empty() => {
+                    self.edit(&params, &mut edits, &["displacement", "displacement.edgelength"]);
+                }
+                _ => self.edit(&params, &mut edits, &[]),
+            }
+        }
+        Ok(edits.finish())
+    }
+
+    /// Renames files, and takes unwanted parameters out.
+    fn edit(&self, params: &ParamList, edits: &mut Edits, unwanted: &[&str]) {
+        for param in &params.items {
+            if unwanted.contains(&&*param.name) {
+                edits.delete(&param.span);
+                continue;
+            }
+            let Some(file) = file_name(param) else { continue };
+            edits.result.files.push(file.to_owned());
+            if !self.folder.is_empty() && Path::new(file).is_relative() {
+                let moved = Path::new(self.folder).join(file);
+                let (kind, name) = (param.kind.word(), &param.name);
+                let text = format!("\"{kind} {name}\" {}", quoted(&moved.to_string_lossy()));
+                edits.replace(&param.span, &text);
+            }
+        }
+    }
+}
+
+/// The new text as it grows.
+struct Edits<'a> {
+    text: &'a str,
+    /// How many bytes of the old text have been dealt with.
+    kept: usize,
+    result: Rewritten,
+}
+
+impl Edits<'_> {
+    fn replace(&mut self, span: &Range<usize>, text: &str) {
+        self.result.text.push_str(&self.text[self.kept..span.start]);
+        self.result.text.push_str(text);
+        self.kept = span.end;
+    }
+
+    /// Takes text out, with the blanks before it; what was apart stays so.
+    fn delete(&mut self, span: &Range<usize>) {
+        let before = self.text[self.kept..span.start].trim_end_matches([' ', '\t']).len();
+        let apart = self.text[span.end..].starts_with([' ', '\t', '\n', '\r']);
+        self.replace(&(self.kept + before..span.end), if apart { "" } else { " " });
+    }
+
+    fn finish(mut self) -> Rewritten {
+        self.result.text.push_str(&self.text[self.kept..]);
+        self.result
+    }
+}
+
+/// How many strings stand before the parameters of a directive that may name files; 0 for
+/// others. A film's file is an output, in the working directory.
+fn name_count(directive: &str) -> usize {
+    match directive {
+        "AreaLightSource" | "Attribute" | "LightSource" | "MakeNamedMaterial" | "MakeNamedMedium" | "Material"
+        | "Shape" => 1,
+        "Texture" => 3,
+        _ => 0,
+    }
+}
+
+/// The file that a parameter names, if it names one.
+fn file_name(param: &Param) -> Option<&str> {
+    let names_file = |value: &&str| match param.kind {
+        Kind::String => matches!(param.name.as_str(), "filename" | "normalmap"),
+        // No spectrum that pbrt knows has a dot in its name.
+        Kind::Spectrum => value.contains('.'),
+        _ => false,
+    };
+    param.text().filter(|value| !value.is_empty()).filter(names_file)
+}
+
+fn is(token: &Token, name: &str) -> bool {
+    matches!(&token.kind, TokenKind::Text(text) if text == name)
+}
+
+/// A string as scene text has it.
+fn quoted(text: &str) -> String {
+    let mut quoted = String::from("\"");
+    for c in text.chars() {
+        match c {
+            '"' | '\\' => quoted.extend(['\\', c]),
+            '\n' => quoted.push_str("\\n"),
+            '\r' => quoted.push_str("\\r"),
+            '\t' => quoted.push_str("\\t"),
+            _ => quoted.push(c),
+        }
+    }
+    quoted.push('"');
+    quoted
+}
+
+#[cfg(test)]
+mod tests {
+    use std::fs;
+
+    use super::super::load_with_text;
+    use super::*;
+
+    fn rewritten(text: &str, folder: &str) -> String {
+        let rewrite = Rewrite { meshes: vec!["x-1.ply", "\\\"x\".ply"], folder };
+        rewrite.apply(text).unwrap().text
+    }
+
+    #[test]
+    fn bodies_become_meshes_and_all_else_stays() {
+        for (text, expected) in [
+            (
+                "Shape \"revolution\" \"point2 P\" [ 0 0 1 1 ] \"integer degree\" 1\n# end",
+                "Shape \"plymesh\" \"string filename\" \"x-1.ply\"\n# end",
+            ),
+            (
+                "\tShape # a body\n\"revolution\"#!\n  \"integer degree\" [1] # of lines\n  \"float alpha\" 1\n \"point2 P\" [ 0 0\n1 1 # top\n]",
+                "\tShape # a body\n\"plymesh\" \"string filename\" \"x-1.ply\"#!\n # of lines\n  \"float alpha\" 1\n ",
+            ),
+            (
+                "Shape\"revolution\"\"float alpha\"1\"point2 P\"[0 0 1 1]Shape\"revolution\"\"integer degree\"[3]Shape\"sphere\"",
+                "Shape\"plymesh\" \"string filename\" \"x-1.ply\"\"float alpha\"1 Shape\"plymesh\" \"string filename\" \"\\\\\\\"x\\\".ply\" Shape\"sphere\"",
+            ),
+            (
+                "Attribute \"shape\" \"integer degree\" 2 \"texture displacement\" \"t\" \"float alpha\" 1",
+                "Attribute \"shape\" \"integer degree\" 2 \"float alpha\" 1",
+            ),
+            ("NamedMaterial \"Shape\" # Shape \"revolution\"", "NamedMaterial \"Shape\" # Shape \"revolution\""),
+        ] {
+            assert_eq!(rewritten(text, ""), expected);
+        }
+    }
+
+    #[test]
+    fn files_are_found_from_another_folder() {
+        for (text, expected) in [
+            (
+                "Shape \"plymesh\" \"string filename\" [ \"a.ply\" ]",
+                "Shape \"plymesh\" \"string filename\" \"../b/a.ply\"",
+            ),
+            (
+                "Texture \"t\" \"float\" \"imagemap\" \"string filename\" \"../a\\\"\"",
+                "Texture \"t\" \"float\" \"imagemap\" \"string filename\" \"../b/../a\\\"\"",
+            ),
+            (
+                "Attribute \"shape\" \"string filename\" \"/a.ply\"",
+                "Attribute \"shape\" \"string filename\" \"/a.ply\"",
+            ),
+            ("Film \"rgb\" \"string filename\" \"a.exr\"", "Film \"rgb\" \"string filename\" \"a.exr\""),
+            (
+                "Material \"hair\" \"spectrum s\" \"a.spd\" \"spectrum t\" \"glass-BK7\"",
+                "Material \"hair\" \"spectrum s\" \"../b/a.spd\" \"spectrum t\" \"glass-BK7\"",
+            ),
+        ] {
+            assert_eq!(rewritten(text, "../b"), expected);
+            assert_eq!(rewritten(text, ""), text);
+        }
+    }
+
+    #[test]
+    fn included_files_are_put_in_their_place() {
+        let folder = tempfile::tempdir().unwrap();
+        let scene =
+            "WorldBegin Include \"a\" \"c\"# after c\nTranslate 1 2 3\n  Include \"b\" # after b\nShape \"sphere\"";
+        for (name, text) in [
+            ("scene", scene),
+            ("a", "\u{feff}# a\nInclude \"b\"\nInclude # c"),
+            ("b", "Scale 1 1 1 # b"),
+            ("c", "LightSource \"point\"\n"),
+        ] {
+            fs::write(folder.path().join(name), text).unwrap();
+        }
+        let (scene, source) = load_with_text(&folder.path().join("scene")).unwrap();
+        assert_eq!((scene.shapes.len(), scene.lights.len()), (1, 1));
+        let expected = "WorldBegin # a\nScale 1 1 1 # b\n\nLightSource \"point\"\n# after c\nTranslate 1 2 3\n  \
+                        Scale 1 1 1 # b\n # after b\nShape \"sphere\"";
+        assert_eq!(source.text, expected);
+        assert_eq!(source.files.len(), 5);
+    }
+}
