@@ -86,6 +86,29 @@ bool intersect_primitive(uint primitive, Ray ray, inout RevolutionRay turned, in
     return found;
 }
 
+// Whether a node is a leaf whose primitives are all missed, as far as that is cheap to say.
+bool is_missed(uint node, Ray ray, inout RevolutionRay turned, float t_max) {
+    if (node == NONE) {
+        return false;
+    }
+    uint first = node & FIRST_MASK;
+    uint count = node >> COUNT_SHIFT;
+    bool missed = count > 0u;
+    for (uint i = first; i < first + count && missed; i++) {
+        uint primitive = primitives.data[i];
+        missed = !is_triangle(primitive >> KIND_SHIFT) && is_revolution(primitive >> KIND_SHIFT);
+        if (missed) {
+            uint index = primitive & INDEX_MASK;
+            uint body = revolution_pieces.data[index].body;
+            if (body != turned.body) {
+                turned = revolution_ray(body, ray);
+            }
+            missed = misses_ring(turned, revolution_pieces.data[index].ends, 0.0, t_max * turned.size);
+        }
+    }
+    return missed;
+}
+
 // Entry of a ray into a box, or INFINITY_T. The far side is widened by the rounding
 // error of three operations (Ize, "Robust BVH Ray Traversal", 2013).
 float enter_box(vec3 lower, vec3 upper, Ray ray, vec3 inverse, float t_max) {
@@ -111,7 +134,12 @@ Hit traverse(Ray ray, float t_max, bool any_hit) {
     uint height = 0u;
     uint node = 0u;
     while (node != NONE) {
-        while (node >> COUNT_SHIFT == 0u) {
+        // A lane looks on until it has a leaf that is worth a test, for all will wait for it.
+        while (node >> COUNT_SHIFT == 0u || (HAS_REVOLUTIONS && is_missed(node, ray, turned, hit.t))) {
+            if (HAS_REVOLUTIONS && node >> COUNT_SHIFT != 0u) {
+                node = height > 0u ? stack[--height] : NONE;
+                continue;
+            }
             BvhPair pair = bvh_pairs.data[node];
             float t_left = enter_box(pair.left_lower.xyz, pair.left_upper.xyz, ray, inverse, hit.t);
             float t_right = enter_box(pair.right_lower.xyz, pair.right_upper.xyz, ray, inverse, hit.t);
