@@ -22,6 +22,8 @@ mod normal;
 mod quadric;
 #[path = "kernels/random.rs"]
 mod random;
+#[path = "kernels/revolution/mod.rs"]
+mod revolution;
 #[path = "kernels/sampling.rs"]
 mod sampling;
 #[path = "kernels/statistics.rs"]

@@ -103,7 +103,7 @@ bool is_missed(uint node, Ray ray, inout RevolutionRay turned, float t_max) {
             if (body != turned.body) {
                 turned = revolution_ray(body, ray);
             }
-            missed = misses_ring(turned, revolution_pieces.data[index].ends, 0.0, t_max * turned.size);
+            missed = misses_ring(turned, revolution_pieces.data[index].ends, k_of(turned, 0.0), k_of(turned, t_max));
         }
     }
     return missed;

@@ -25,8 +25,10 @@ const float SMALLEST_INTERVAL = 1.0 / 4096.0;
 // More are never needed; no ray must hang the device.
 const uint MAX_STEPS = 256u;
 const uint MAX_ROUNDS = 24u;
-// Newton's method is done when it moves less than this in x: polish() squares the error.
-const float CONVERGED = 3.0e-5;
+// Newton's method is done when it moves less than this in x: polish() squares the error,
+// and is let go no farther than that.
+const float CONVERGED = 3.0e-6;
+const float MAX_POLISH = 1.0e-3;
 
 struct Profile {
     vec4 ends;       // u, v at x = -1 and at x = 1
@@ -48,7 +50,7 @@ struct RevolutionRay {
     float size;     // length of the ray's direction before it was made a unit vector
     vec3 p;
     vec3 d;         // of unit length
-    float k_offset; // ray parameter of p
+    float t_offset; // ray parameter of p; another point's is t_offset + k / size
     float a;        // |d.xy|^2
     float b;        // p.xy . d.xy
     float moment;   // |p.xy x d.xy|
@@ -148,9 +150,10 @@ vec2 derivative_bounds(Profile profile, int side, vec2 d0, vec2 d1, float slope0
     return vec2(lower.x - most, upper.x - least);
 }
 
-// One step of Newton's method in (x, k) on both equations of the surface at once: the
-// parameter k then has the error of the better conditioned one.
-float polish(RevolutionRay ray, ProfilePoint point, float k) {
+// One step of Newton's method in (x, k) on both equations of the surface at once: each then
+// has the error of the better conditioned one. Where the ray is all but tangent, a step
+// would lead away.
+vec2 polish(RevolutionRay ray, ProfilePoint point, float x, float k) {
     vec2 q = fma(vec2(k), ray.d.xy, ray.p.xy);
     float rho = length(q);
     float radial = (rho - point.p.x) * (rho + point.p.x);
@@ -158,8 +161,21 @@ float polish(RevolutionRay ray, ProfilePoint point, float k) {
     vec2 by_k = vec2(2.0 * dot(q, ray.d.xy), ray.d.z);
     vec2 by_x = vec2(-2.0 * point.p.x * point.d.x, -point.d.y);
     float determinant = by_k.x * by_x.y - by_x.x * by_k.y;
-    float step = (by_x.x * axial - radial * by_x.y) / determinant;
-    return abs(step) < 1.0e-4 ? k + step : k;
+    vec2 step = vec2(radial * by_k.y - by_k.x * axial, by_x.x * axial - radial * by_x.y) / determinant;
+    return all(lessThan(abs(step), vec2(MAX_POLISH))) ? vec2(x, k) + step : vec2(x, k);
+}
+
+// What rounding takes from products a * b, exactly (Dekker 1971), with or without fused
+// multiplication and addition.
+vec3 product_error(vec3 a, float b, vec3 product) {
+    precise vec3 a_big = 4097.0 * a;
+    precise vec3 a_high = a_big - (a_big - a);
+    precise vec3 a_low = a - a_high;
+    precise float b_big = 4097.0 * b;
+    precise float b_high = b_big - (b_big - b);
+    precise float b_low = b - b_high;
+    precise vec3 error = ((a_high * b_high - product) + a_high * b_low + a_low * b_high) + a_low * b_low;
+    return error;
 }
 
 RevolutionRay revolution_ray(uint body, Ray world) {
@@ -168,13 +184,24 @@ RevolutionRay revolution_ray(uint body, Ray world) {
     RevolutionRay ray;
     ray.body = body;
     ray.size = length(d);
+    ray.t_offset = -dot(o, d) / dot(d, d);
+    // A far origin must not cost digits: neither the product nor a unit vector's rounding may
+    // be multiplied by its distance.
+    precise vec3 way = ray.t_offset * d;
+    precise vec3 p = (o + way) + product_error(d, ray.t_offset, way);
+    ray.p = p;
     ray.d = d / ray.size;
-    ray.k_offset = -dot(o, ray.d);
-    ray.p = fma(vec3(ray.k_offset), ray.d, o);
+    // Squares of less would be nothing.
+    ray.d.xy = dot(ray.d.xy, ray.d.xy) < 1.0e-24 ? vec2(0.0) : ray.d.xy;
     ray.a = dot(ray.d.xy, ray.d.xy);
     ray.b = dot(ray.p.xy, ray.d.xy);
     ray.moment = abs(ray.p.x * ray.d.y - ray.p.y * ray.d.x);
     return ray;
+}
+
+// Where a ray parameter is, from the closest approach and as a length.
+float k_of(RevolutionRay ray, float t) {
+    return (t - ray.t_offset) * ray.size;
 }
 
 // The radius at which the hyperbola has a slope: it is flatter below, steeper above. A
@@ -185,7 +212,7 @@ float radius_of_slope(RevolutionRay ray, float slope) {
 }
 
 // Whether a ray passes by the ring around a piece: below or above it, outside, or inside.
-bool misses_ring(RevolutionRay ray, vec4 ends, float t_min, float t_max) {
+bool misses_ring(RevolutionRay ray, vec4 ends, float k_min, float k_max) {
     float least = min(ends.x, ends.z);
     float most = max(ends.x, ends.z);
     if (most * most * ray.a * (1.0 + 1.0e-5) < ray.moment * ray.moment) {
@@ -198,7 +225,7 @@ bool misses_ring(RevolutionRay ray, vec4 ends, float t_min, float t_max) {
     float k1 = (max(ends.y, ends.w) + slack - ray.p.z) / ray.d.z;
     float near = min(k0, k1);
     float far = max(k0, k1);
-    if (near + ray.k_offset > t_max || far + ray.k_offset < t_min) {
+    if (near > k_max || far < k_min) {
         return true;
     }
     // The distance from the axis is convex in k.
@@ -231,6 +258,7 @@ struct Search {
     Equation e0;
     Equation e1;
     float end;             // of the stretch that it is part of
+    bool first;            // it begins where that does
     vec2 bracket;          // of the border or root
     bool rising;           // the value is negative at bracket.x
     uint rounds;           // of Newton's method
@@ -317,6 +345,7 @@ void begin_stretch(RevolutionRay ray, inout Search search) {
         search.x1 = x;
     }
     search.end = search.x1;
+    search.first = true;
     search.phase = INTERVAL;
 }
 
@@ -327,6 +356,7 @@ void advance(inout Search search) {
         return;
     }
     float width = 2.0 * (search.x1 - search.x0);
+    search.first = false;
     search.x0 = search.x1;
     search.point0 = search.point1;
     search.e0 = search.e1;
@@ -344,7 +374,10 @@ void judge(Profile profile, RevolutionRay ray, float k_min, float k_max, inout S
     bool crosses = (f0 > 0.0) != (f1 > 0.0);
     bool monotone = bounds.x > 0.0 || bounds.y < 0.0;
     float reach = max(abs(bounds.x), abs(bounds.y)) * width + REVOLUTION_TOLERANCE;
-    bool touches = min(abs(f0), abs(f1)) <= REVOLUTION_TOLERANCE;
+    // Inside a stretch a root is on one side of a point or the other.
+    bool touches0 = search.first && abs(f0) <= REVOLUTION_TOLERANCE;
+    bool touches1 = search.x1 == search.end && abs(f1) <= REVOLUTION_TOLERANCE;
+    bool touches = touches0 || touches1 || (!monotone && min(abs(f0), abs(f1)) <= REVOLUTION_TOLERANCE);
     bool empty = !crosses && (abs(f0) + abs(f1) > reach || (monotone && !touches));
     // k is this uncertain where A is flat and where B begins.
     float slack = search.side == SIDE_A ? 1.0e-6 / abs(ray.d.z) : 1.0e-3;
@@ -370,9 +403,9 @@ void judge(Profile profile, RevolutionRay ray, float k_min, float k_max, inout S
 
 // The nearest hit with t_min < t < t_max on a piece; hit_x is where on its profile.
 bool intersect_revolution(uint piece, RevolutionRay ray, float t_min, inout float t_max, inout float hit_x) {
-    float from = t_min * ray.size;
-    float to = t_max * ray.size;
-    if (misses_ring(ray, revolution_pieces.data[piece].ends, from, to)) {
+    float k_min = k_of(ray, t_min);
+    float k_max = k_of(ray, t_max);
+    if (misses_ring(ray, revolution_pieces.data[piece].ends, k_min, k_max)) {
         return false;
     }
     Profile profile = load_profile(piece);
@@ -385,7 +418,7 @@ bool intersect_revolution(uint piece, RevolutionRay ray, float t_min, inout floa
         }
         if (search.phase == STRETCH) {
             begin_stretch(ray, search);
-            judge(profile, ray, from - ray.k_offset, to - ray.k_offset, search);
+            judge(profile, ray, k_min, k_max, search);
         }
         if (search.phase == DONE) {
             break;
@@ -399,7 +432,7 @@ bool intersect_revolution(uint piece, RevolutionRay ray, float t_min, inout floa
             search.x1 = search.x;
             search.point1 = point;
             search.e1 = e;
-            judge(profile, ray, from - ray.k_offset, to - ray.k_offset, search);
+            judge(profile, ray, k_min, k_max, search);
             continue;
         }
         bool is_cut = search.phase == CUT;
@@ -412,10 +445,11 @@ bool intersect_revolution(uint piece, RevolutionRay ray, float t_min, inout floa
         } else if (is_cut) {
             cut(point, search);
         } else {
-            float t = polish(ray, point, e.k) + ray.k_offset;
-            if (t > from && t < to) {
-                t_max = t / ray.size;
-                hit_x = next;
+            vec2 root = polish(ray, point, search.x, e.k);
+            float t = ray.t_offset + root.y / ray.size;
+            if (t > t_min && t < t_max) {
+                t_max = t;
+                hit_x = root.x;
                 return true;
             }
             advance(search);

@@ -13,7 +13,7 @@ use crate::world::{World, quadric, triangle};
 /// Samples per axis of the unit square.
 const GRID: usize = 512;
 
-fn see(world: &World, viewpoints: &[Viewpoint]) -> Vec<Seen> {
+pub fn see(world: &World, viewpoints: &[Viewpoint]) -> Vec<Seen> {
     let bench = Bench::new();
     let world = world.upload(&bench);
     let (viewpoints, seen) = (bench.upload(viewpoints), bench.output(viewpoints.len()));
@@ -22,7 +22,7 @@ fn see(world: &World, viewpoints: &[Viewpoint]) -> Vec<Seen> {
 }
 
 /// The middles of a grid of cells over the square of random numbers.
-fn grid_from(from: DVec3, light: u32) -> Vec<Viewpoint> {
+pub fn grid_from(from: DVec3, light: u32) -> Vec<Viewpoint> {
     let middle = |i: usize| (i as f32 + 0.5) / GRID as f32;
     let view = |i: usize| Viewpoint {
         from: single(from),
@@ -52,7 +52,7 @@ fn lit(kind: u32, area: f64, world: World) -> World {
 
 /// Integrals over solid angle of 1, the direction w, and (w . AXIS)^2.
 #[derive(Clone, Copy, Debug, Default)]
-struct Moments {
+pub struct Moments {
     solid_angle: f64,
     direction: DVec3,
     square: f64,
@@ -68,7 +68,7 @@ impl Moments {
     }
 
     /// Panics unless these are those, relative to the solid angle.
-    fn assert_are(&self, exact: &Self, tolerance: f64, what: &str) {
+    pub fn assert_are(&self, exact: &Self, tolerance: f64, what: &str) {
         let errors = [
             self.solid_angle - exact.solid_angle,
             (self.direction - exact.direction).length(),
@@ -80,7 +80,7 @@ impl Moments {
 }
 
 /// What the samples estimate: means of f / pdf.
-fn estimate(seen: &[Seen]) -> Moments {
+pub fn estimate(seen: &[Seen]) -> Moments {
     let mut moments = Moments::default();
     for seen in seen.iter().filter(|seen| seen.pdf > 0.0) {
         moments.add(double(seen.wi), 1.0 / (f64::from(seen.pdf) * (GRID * GRID) as f64));
@@ -90,7 +90,7 @@ fn estimate(seen: &[Seen]) -> Moments {
 
 /// The same over a surface: cos dA / r^2 of the elements that face the viewpoint, or of all
 /// from inside. `element` gives a point and its area vector for each cell of the square.
-fn integrate(from: DVec3, one_sided: bool, element: impl Fn(f64, f64) -> (DVec3, DVec3)) -> Moments {
+pub fn integrate(from: DVec3, one_sided: bool, element: impl Fn(f64, f64) -> (DVec3, DVec3)) -> Moments {
     const STEPS: usize = 1000;
     let mut moments = Moments::default();
     for i in 0..STEPS * STEPS {

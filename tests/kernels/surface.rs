@@ -5,7 +5,7 @@ use glam::{DAffine3, DMat3, DVec3};
 
 use crate::bench::{Bench, EPS, Rng, double, single};
 use crate::generated::{Arrival, DISK, Departure, KIND_SHIFT, LeaveSurfaces, Quadric, SPHERE, TRIANGLE, Triangle};
-use crate::world::{World, quadric, triangle};
+use crate::world::{World, affine, quadric, triangle};
 
 const COUNT: usize = 300_000;
 
@@ -113,12 +113,6 @@ fn random_transform(rng: &mut Rng, stretch: f64) -> DAffine3 {
     DAffine3 { matrix3: linear, translation: place(rng, size) }
 }
 
-fn to_f64(rows: [[f32; 4]; 3]) -> DAffine3 {
-    let row = |i: usize| DVec3::new(rows[i][0].into(), rows[i][1].into(), rows[i][2].into());
-    let translation = DVec3::new(rows[0][3].into(), rows[1][3].into(), rows[2][3].into());
-    DAffine3 { matrix3: DMat3::from_cols(row(0), row(1), row(2)).transpose(), translation }
-}
-
 struct Quadrics {
     quadrics: Vec<Quadric>,
     arrivals: Vec<Arrival>,
@@ -145,7 +139,7 @@ fn visit(seed: u64, kind: u32, stretch: f64, sample: impl Fn(&mut Rng) -> (DVec3
 /// The far side of a sphere along a ray from inside, and how an error in render space
 /// changes it, in f64.
 fn far_side(quadric: &Quadric, origin: DVec3, direction: DVec3) -> (f64, f64) {
-    let object_from_render = to_f64(quadric.object_from_render);
+    let object_from_render = affine(quadric.object_from_render);
     let o = object_from_render.transform_point3(origin);
     let d = object_from_render.transform_vector3(direction);
     let closest = -o.dot(d) / d.length_squared();
@@ -156,7 +150,7 @@ fn far_side(quadric: &Quadric, origin: DVec3, direction: DVec3) -> (f64, f64) {
 }
 
 fn check_sphere(quadric: &Quadric, arrival: &Arrival, departure: &Departure) {
-    let render_from_object = to_f64(quadric.render_from_object);
+    let render_from_object = affine(quadric.render_from_object);
     let position = double(departure.position);
     let p = render_from_object.inverse().transform_point3(position);
     let nearest = render_from_object.transform_point3(p.normalize());
@@ -219,7 +213,7 @@ fn rays_that_leave_a_disk_do_not_meet_it_again() {
             continue;
         }
         found += 1;
-        let render_from_object = to_f64(quadric.render_from_object);
+        let render_from_object = affine(quadric.render_from_object);
         let normal = render_from_object.matrix3.x_axis.cross(render_from_object.matrix3.y_axis).normalize();
         let height = (double(departure.position) - render_from_object.translation).dot(normal).abs();
         let bound = normal.abs().element_sum() * f64::from(departure.error);

@@ -12,7 +12,7 @@ use crate::generated::{
     AliasEntry, BvhPair, COUNT_SHIFT, Light, MAX_LEAF_COUNT, Material, NONE, Quadric, Revolution, RevolutionPiece,
     SceneBindings, SceneInfo, Triangle, TriangleNormals,
 };
-use glam::DAffine3;
+use glam::{DAffine3, DMat3, DVec3};
 
 /// Set 0 on the host.
 #[derive(Clone)]
@@ -157,6 +157,12 @@ impl GpuWorld {
             direct_table: &self.direct_table,
         }
     }
+}
+
+/// A transform of the kernels, by its rows.
+pub fn affine(rows: [[f32; 4]; 3]) -> DAffine3 {
+    let column = |i: usize| DVec3::from(rows.map(|row| f64::from(row[i])));
+    DAffine3 { matrix3: DMat3::from_cols(column(0), column(1), column(2)), translation: column(3) }
 }
 
 /// A triangle that does not emit and has no shading normals.

@@ -1,0 +1,50 @@
+// find_roots: every root of a ray and a body with t_min < t < t_max; one piece per invocation.
+#version 460
+#extension GL_GOOGLE_include_directive : require
+#include "invocation.glsl"
+#include "scene.glsl"
+#include "intersect.glsl"
+
+struct BodyRay {
+    vec3 origin;
+    float t_min;
+    vec3 direction;
+    float t_max;
+};
+
+struct FoundRoot {
+    float t;
+    float x;
+    uint piece;
+};
+
+const uint MOST_ROOTS = 32u; // kept of a ray
+const uint MOST_ON_PIECE = 8u;
+
+layout(std430, set = 1, binding = 0) readonly buffer RayBlock { BodyRay data[]; } rays;
+layout(std430, set = 1, binding = 1) buffer RootBlock { FoundRoot data[]; } roots; // MOST_ROOTS for each ray
+layout(std430, set = 1, binding = 2) buffer CountBlock { uint data[]; } root_counts; // of all, kept or not
+
+void main() {
+    uint pieces = revolution_pieces.data.length();
+    uint i = invocation_index() / pieces;
+    uint piece = invocation_index() % pieces;
+    if (i >= rays.data.length()) {
+        return;
+    }
+    RevolutionRay ray = revolution_ray(0u, Ray(rays.data[i].origin, rays.data[i].direction));
+    float t_min = rays.data[i].t_min;
+    for (uint n = 0u; n < MOST_ON_PIECE; n++) {
+        float t = rays.data[i].t_max;
+        float x = 0.0;
+        if (!intersect_revolution(piece, ray, t_min, t, x)) {
+            break;
+        }
+        uint slot = atomicAdd(root_counts.data[i], 1u);
+        if (slot < MOST_ROOTS) {
+            roots.data[MOST_ROOTS * i + slot] = FoundRoot(t, x, piece);
+        }
+        // The same root, found by another equation, is off by no more.
+        t_min = t + 1.0e-6 / ray.size + 4.0 * ROUNDING * abs(t);
+    }
+}

@@ -1,0 +1,56 @@
+// hit_revolutions: rays through the hierarchy, and how glass sends each on.
+#version 460
+#extension GL_GOOGLE_include_directive : require
+#include "invocation.glsl"
+#include "scene.glsl"
+#include "sampling.glsl"
+#include "intersect.glsl"
+#include "surface.glsl"
+#include "bsdf.glsl"
+
+struct BodyRay {
+    vec3 origin;
+    float t_min; // not used here
+    vec3 direction;
+    float t_max; // not used here
+};
+
+struct Met {
+    vec3 position;
+    float error;
+    vec3 normal;
+    float t;
+    vec2 uv;
+    float x;
+    uint primitive; // or NONE
+    vec3 next_origin;
+    uint transmitted;
+    vec3 next_direction; // and the ray that goes on
+    float pad0;
+};
+
+layout(std430, set = 1, binding = 0) readonly buffer RayBlock { BodyRay data[]; } rays;
+layout(std430, set = 1, binding = 1) buffer MetBlock { Met data[]; } met;
+
+void main() {
+    uint i = invocation_index();
+    if (i >= rays.data.length()) {
+        return;
+    }
+    Ray ray = Ray(rays.data[i].origin, rays.data[i].direction);
+    Hit hit = intersect(ray);
+    if (hit.primitive == NONE) {
+        met.data[i] = Met(vec3(0.0), 0.0, vec3(0.0), -1.0, vec2(0.0), 0.0, NONE, vec3(0.0), 0u, vec3(0.0), 0.0);
+        return;
+    }
+    Surface surface = surface_at(ray, hit);
+    uint piece = hit.primitive & INDEX_MASK;
+    uint body = revolution_pieces.data[piece].body;
+    vec2 around = transform_point(revolutions.data[body].unit_from_render, surface.position).xy;
+    // The largest random number: refracted unless reflection is total.
+    Scatter scattered = scatter(materials.data[surface.material], -ray.direction, surface.shading_normal,
+                                1.0 - ROUNDING, vec2(0.0), RADIANCE);
+    met.data[i] = Met(surface.position, surface.error, surface.normal, hit.t,
+                      revolution_uv(piece, hit.barycentric.x, around), hit.barycentric.x, hit.primitive,
+                      offset_origin(surface, scattered.wi), scattered.eta != 1.0 ? 1u : 0u, scattered.wi, 0.0);
+}

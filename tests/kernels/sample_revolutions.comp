@@ -1,0 +1,46 @@
+// sample_revolutions: points on lights from bodies of revolution, and what a ray finds there.
+#version 460
+#extension GL_GOOGLE_include_directive : require
+#include "invocation.glsl"
+#include "scene.glsl"
+#include "random.glsl"
+#include "sampling.glsl"
+#include "intersect.glsl"
+#include "surface.glsl"
+#include "light.glsl"
+
+struct LightPoint {
+    vec2 u;
+    uint light;
+    float pad0;
+};
+
+struct Sampled {
+    vec3 position;
+    float area_pdf;
+    vec3 normal;
+    float pdf_of_hit; // 0 if the ray misses
+};
+
+layout(std430, set = 1, binding = 0) readonly buffer PointBlock { LightPoint data[]; } points;
+layout(std430, set = 1, binding = 1) buffer SampledBlock { Sampled data[]; } sampled;
+
+const float AWAY = 1.0e-3;
+
+void main() {
+    uint i = invocation_index();
+    if (i >= points.data.length()) {
+        return;
+    }
+    Light light = lights.data[points.data[i].light];
+    Surface surface = sample_revolution(light, points.data[i].u);
+    Ray ray = Ray(surface.position + AWAY * surface.normal, -surface.normal);
+    Hit hit = Hit(2.0 * AWAY, NONE, vec2(0.0));
+    float pdf_of_hit = 0.0;
+    RevolutionRay turned;
+    turned.body = NONE;
+    if (intersect_primitive(light.primitive, ray, turned, hit)) {
+        pdf_of_hit = surface_at(ray, hit).area_pdf;
+    }
+    sampled.data[i] = Sampled(surface.position, surface.area_pdf, surface.normal, pdf_of_hit);
+}
