@@ -62,9 +62,8 @@ impl Curve {
         self.points.windows(2).map(|pair| (pair[1] - pair[0]) * degree).collect()
     }
 
-    /// Coefficients of the powers of x = 2 t - 1, in [-1, 1], lowest first.
-    pub fn coefficients(&self) -> Vec<DVec2> {
-        // Forward differences give the powers of t; Horner's rule then puts (x + 1) / 2 in.
+    /// Coefficients of the powers of the parameter, lowest first: forward differences.
+    pub fn powers(&self) -> Vec<DVec2> {
         let degree = self.degree();
         let mut differences = self.points.clone();
         let mut powers = Vec::new();
@@ -74,6 +73,14 @@ impl Curve {
             binomial *= (degree - i) as f64 / (i + 1) as f64;
             differences = differences.windows(2).map(|pair| pair[1] - pair[0]).collect();
         }
+        powers
+    }
+
+    /// Coefficients of the powers of x = 2 t - 1, in [-1, 1], lowest first.
+    pub fn coefficients(&self) -> Vec<DVec2> {
+        // Horner's rule puts (x + 1) / 2 into the powers of t.
+        let degree = self.degree();
+        let powers = self.powers();
         let mut result = vec![DVec2::ZERO; degree + 1];
         for power in powers.iter().rev() {
             for i in (0..=degree).rev() {

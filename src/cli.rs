@@ -7,6 +7,7 @@ pub mod compare;
 pub mod devices;
 mod failure;
 pub mod render;
+mod solver;
 mod stats;
 pub mod tessellate;
 
@@ -21,6 +22,7 @@ use std::time::Duration;
 use clap::builder::{PossibleValuesParser, TypedValueParser};
 use clap::{Args, Parser, Subcommand};
 
+use crate::pack::RevolutionSolver;
 use crate::{output, tessellate as mesh};
 
 /// A progressive photon mapper that runs as Vulkan compute.
@@ -132,6 +134,10 @@ pub struct RenderArgs {
     /// Turn the Vulkan validation layers on
     #[arg(long, help_heading = "Device")]
     pub validate: bool,
+
+    /// How rays meet bodies of revolution.
+    #[command(flatten)]
+    pub revolution_solver: RevolutionSolver,
 
     /// Write times, counts and memory of the render as JSON
     #[arg(long, value_name = "FILE")]
@@ -284,6 +290,7 @@ mod tests {
     use clap::CommandFactory;
 
     use super::*;
+    use crate::pack::Envelopes;
 
     fn render(arguments: &[&str]) -> Result<RenderArgs, clap::Error> {
         let fixed = ["goblet", "render", "scene.pbrt"];
@@ -366,6 +373,35 @@ mod tests {
                 assert!(message.contains(expected), "{option} {value}: {message}");
                 assert!(message.contains(option), "{option} {value}: {message}");
             }
+        }
+    }
+
+    #[test]
+    fn a_solver_is_chosen_and_only_newtons_has_options() {
+        let solver = |arguments: &[&str]| render(arguments).map(|args| args.revolution_solver);
+        assert_eq!(solver(&[]).unwrap(), RevolutionSolver::Certified);
+        assert_eq!(solver(&["--revolution-solver", "certified"]).unwrap(), RevolutionSolver::Certified);
+        let newton = |segments, envelopes| RevolutionSolver::Newton { segments, envelopes };
+        let chosen = ["--revolution-solver", "newton"];
+        assert_eq!(solver(&chosen).unwrap(), newton(16, Envelopes::Both));
+        for (name, which) in [("chord", Envelopes::Chord), ("tangent", Envelopes::Tangent), ("both", Envelopes::Both)] {
+            let all = [&chosen[..], &["--newton-segments", "64", "--newton-envelopes", name]].concat();
+            assert_eq!(solver(&all).unwrap(), newton(64, which));
+        }
+        let wrong: &[(&[&str], &str)] = &[
+            (&["--newton-segments", "4"], "--newton-segments requires --revolution-solver newton"),
+            (&["--newton-envelopes", "both"], "--newton-envelopes requires --revolution-solver newton"),
+            (&["--revolution-solver", "certified", "--newton-segments", "4"], "requires --revolution-solver newton"),
+            (&["--revolution-solver", "newton", "--newton-segments", "0"], "from 1 to 64"),
+            (&["--revolution-solver", "newton", "--newton-segments", "-1"], "from 1 to 64"),
+            (&["--revolution-solver", "newton", "--newton-segments", "65"], "from 1 to 64"),
+            (&["--revolution-solver", "newton", "--newton-envelopes", "none"], "chord, tangent, both"),
+            (&["--revolution-solver", "exact"], "certified, newton"),
+        ];
+        for (arguments, expected) in wrong {
+            let error = solver(arguments).expect_err(expected);
+            assert_eq!(error.exit_code(), 2);
+            assert!(error.to_string().contains(expected), "{arguments:?}: {error}");
         }
     }
 

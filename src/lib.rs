@@ -41,6 +41,6 @@ pub mod tessellate;
 mod upload;
 mod view;
 
-pub use pack::PackError;
+pub use pack::{Envelopes, PackError, RevolutionSolver};
 pub use renderer::{Options, RenderError, Renderer, open_device};
 pub use tally::Tally;

@@ -5,20 +5,22 @@
 //! millimetres or kilometres, or far from the origin, thus renders alike. Radiance does
 //! not change under scaling; intensities scale with the square of length.
 
+mod newton;
 mod quadric;
 mod revolution;
 
 use glam::{DAffine3, DVec3, Vec3A};
 use obvhs::aabb::Aabb;
 
+pub use newton::{Envelopes, RevolutionSolver};
 use quadric::{quadric, quadric_area, quadric_bounds};
 
 use crate::alias;
 use crate::bvh;
 use crate::kernels::{
-    self, AREA, AliasEntry, BvhPair, CONDUCTOR, DIELECTRIC, DIFFUSE, DISK, DISTANT, INFINITE, KIND_SHIFT, NONE, POINT,
-    Quadric, REVOLUTION, Revolution, RevolutionPiece, SPHERE, SPOT, Specialization, TRIANGLE, Triangle,
-    TriangleNormals,
+    self, AREA, AliasEntry, BvhPair, CONDUCTOR, DIELECTRIC, DIFFUSE, DISK, DISTANT, INFINITE, KIND_SHIFT, NONE,
+    NewtonStart, POINT, Quadric, REVOLUTION, Revolution, RevolutionPiece, RevolutionSegment, SPHERE, SPOT,
+    Specialization, TRIANGLE, Triangle, TriangleNormals,
 };
 use crate::scene::{AreaLight, Geometry, Light, Material, Mesh, Rgb, Scene, Shape};
 
@@ -102,6 +104,10 @@ pub struct PackedScene {
     pub revolutions: Vec<Revolution>,
     /// The stretches of their profiles.
     pub revolution_pieces: Vec<RevolutionPiece>,
+    /// Their segments; empty but for the classical solver.
+    pub revolution_segments: Vec<RevolutionSegment>,
+    /// Vertices of the segments' approximations.
+    pub newton_starts: Vec<NewtonStart>,
     /// Materials, indexed as the scene's.
     pub materials: Vec<kernels::Material>,
     /// Lights: those that are no surface first, then every emitting primitive.
@@ -118,13 +124,13 @@ pub struct PackedScene {
     pub specialization: Specialization,
 }
 
-/// Packs a scene.
+/// Packs a scene for a solver.
 ///
 /// # Errors
 /// The scene has no surface or no light, or too many primitives.
-pub fn pack(scene: &Scene) -> Result<PackedScene, PackError> {
+pub fn pack(scene: &Scene, solver: RevolutionSolver) -> Result<PackedScene, PackError> {
     let space = RenderSpace::of(scene)?;
-    let mut packer = Packer { render_from_world: space.from_world(), ..Packer::default() };
+    let mut packer = Packer { render_from_world: space.from_world(), solver, ..Packer::default() };
     for light in &scene.lights {
         packer.add_light(light, &space);
     }
@@ -160,6 +166,8 @@ pub fn pack(scene: &Scene) -> Result<PackedScene, PackError> {
         quadrics: packer.quadrics,
         revolutions: packer.revolutions,
         revolution_pieces: packer.revolution_pieces,
+        revolution_segments: packer.revolution_segments,
+        newton_starts: packer.newton_starts,
         lights: packer.lights,
     })
 }
@@ -168,6 +176,7 @@ pub fn pack(scene: &Scene) -> Result<PackedScene, PackError> {
 #[derive(Default)]
 struct Packer {
     render_from_world: DAffine3,
+    solver: RevolutionSolver,
     boxes: Vec<Aabb>,
     references: Vec<u32>,
     triangles: Vec<Triangle>,
@@ -175,6 +184,8 @@ struct Packer {
     quadrics: Vec<Quadric>,
     revolutions: Vec<Revolution>,
     revolution_pieces: Vec<RevolutionPiece>,
+    revolution_segments: Vec<RevolutionSegment>,
+    newton_starts: Vec<NewtonStart>,
     lights: Vec<kernels::Light>,
     /// Mean of channels of each light's power.
     powers: Vec<f64>,
@@ -365,6 +376,7 @@ impl Packer {
             has_revolutions: has_kind(REVOLUTION),
             has_curved: !self.quadrics.is_empty() || has_kind(REVOLUTION),
             revolution_pairs: revolution::degree(scene) / 2 + 1,
+            revolution_newton: self.solver != RevolutionSolver::Certified,
             has_cut_spheres: self.quadrics.iter().any(|quadric| !whole(quadric)),
             has_shading_normals: !self.triangle_normals.is_empty(),
             has_conductors,

@@ -9,7 +9,7 @@ use crate::buffers::{Buffers, Sizes};
 use crate::film::Image;
 use crate::iteration::{Passes, Progress, Settings};
 use crate::kernels::REQUIREMENTS;
-use crate::pack::{PackError, pack};
+use crate::pack::{PackError, RevolutionSolver, pack};
 use crate::scene::Scene;
 use crate::schedule::Schedule;
 use crate::tally::Tally;
@@ -44,6 +44,8 @@ pub struct Options {
     pub workgroup_size: Option<u32>,
     /// Photons per batch. Does not change the image.
     pub batch_size: Option<u64>,
+    /// How rays meet bodies of revolution.
+    pub revolution_solver: RevolutionSolver,
 }
 
 /// Why a renderer cannot be made or cannot go on.
@@ -111,8 +113,12 @@ impl Renderer {
             format!("{photons} photons per iteration: expected 1 to {MAX_PHOTONS}")
         })?;
         check(max_depth > 0, || "a maximum depth of 0: expected 1 or more".into())?;
+        let solver = options.revolution_solver;
+        check(solver.is_valid(), || {
+            format!("a revolution solver of {solver:?}: expected {:?} segments", RevolutionSolver::SEGMENTS)
+        })?;
 
-        let packed = pack(scene)?;
+        let packed = pack(scene, solver)?;
         let unit = 1.0 / packed.space.scale;
         let size = packed.space.radius * unit;
         let radius = options.radius.or(scene.integrator.radius).unwrap_or(DEFAULT_RADIUS * size);

@@ -3,8 +3,8 @@
 use goblet_host::{Buffer, Device};
 
 use crate::kernels::{
-    AliasEntry, BvhPair, Light, Material, Quadric, Revolution, RevolutionPiece, SceneBindings, SceneInfo, Triangle,
-    TriangleNormals,
+    AliasEntry, BvhPair, Light, Material, NewtonStart, Quadric, Revolution, RevolutionPiece, RevolutionSegment,
+    SceneBindings, SceneInfo, Triangle, TriangleNormals,
 };
 use crate::pack::PackedScene;
 
@@ -18,6 +18,8 @@ pub struct GpuScene {
     quadrics: Buffer<Quadric>,
     revolutions: Buffer<Revolution>,
     revolution_pieces: Buffer<RevolutionPiece>,
+    revolution_segments: Buffer<RevolutionSegment>,
+    newton_starts: Buffer<NewtonStart>,
     materials: Buffer<Material>,
     lights: Buffer<Light>,
     emission_table: Buffer<AliasEntry>,
@@ -50,6 +52,8 @@ impl GpuScene {
             quadrics: device.upload("quadrics", &scene.quadrics)?,
             revolutions: device.upload("revolutions", &scene.revolutions)?,
             revolution_pieces: device.upload("revolution_pieces", &scene.revolution_pieces)?,
+            revolution_segments: device.upload("revolution_segments", &scene.revolution_segments)?,
+            newton_starts: device.upload("newton_starts", &scene.newton_starts)?,
             materials: device.upload("materials", &scene.materials)?,
             lights: device.upload("lights", &scene.lights)?,
             emission_table: device.upload("emission_table", &scene.emission_table)?,
@@ -68,6 +72,8 @@ impl GpuScene {
             quadrics: &self.quadrics,
             revolutions: &self.revolutions,
             revolution_pieces: &self.revolution_pieces,
+            revolution_segments: &self.revolution_segments,
+            newton_starts: &self.newton_starts,
             materials: &self.materials,
             lights: &self.lights,
             emission_table: &self.emission_table,

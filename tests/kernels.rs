@@ -16,6 +16,8 @@ mod flux;
 mod interruption;
 #[path = "kernels/light.rs"]
 mod light;
+#[path = "kernels/newton.rs"]
+mod newton;
 #[path = "kernels/normal.rs"]
 mod normal;
 #[path = "kernels/quadric.rs"]

@@ -8,7 +8,7 @@ use glam::DVec3;
 use goblet::compare::{Comparison, compare};
 use goblet::film::Image;
 use goblet::scene::{Geometry, Scene};
-use goblet::{Options, Tally};
+use goblet::{Envelopes, Options, RevolutionSolver, Tally};
 use support::mean;
 
 /// A thin-walled cup of nine segments, an hourglass of degree 7 and a lens of degree 4.
@@ -169,4 +169,40 @@ fn a_tessellated_scene_has_the_same_energy() {
     let energy = comparison.energy_ratio_trimmed;
     println!("meshes: relMSE {:.2e}, energy {energy:.5}", comparison.relmse_trimmed);
     assert!((energy - 1.0).abs() < 0.005, "{comparison:#?}");
+}
+
+/// The classical solver loses a path here and there, but not the picture; and its cost does
+/// not go to photons that a driver cuts short, whatever the workgroups.
+#[test]
+fn both_solvers_make_one_picture() {
+    let text = format!(
+        "LookAt 0 2 6  0 .8 0  0 1 0\nCamera \"perspective\" \"float fov\" 40\nWorldBegin\n\
+         LightSource \"point\" \"point3 from\" [-1 5 3] \"rgb I\" [30 30 30]\nMaterial \"diffuse\"\n\
+         Shape \"trianglemesh\" \"integer indices\" [0 1 2 0 2 3] \"point3 P\" [-9 0 -9  -9 0 9  9 0 9  9 0 -9]\n\
+         AttributeBegin\nTranslate -.9 0 0\nRotate -90 1 0 0\n{HOURGLASS}AttributeEnd\n\
+         Material \"dielectric\" \"float eta\" 1.5\nTranslate .9 .1 .5\nRotate -90 1 0 0\n{LENS}"
+    );
+    let scene = Scene::parse(&text, "test.pbrt", support::root()).expect("a scene");
+    let shoot = |revolution_solver, workgroup_size| {
+        let options = Options {
+            resolution: Some([48, 32]),
+            photons: Some(20_000),
+            radius: Some(0.1),
+            max_depth: Some(12),
+            workgroup_size: Some(workgroup_size),
+            revolution_solver,
+            ..Options::default()
+        };
+        support::render_scene(&support::device(), &scene, &options, 8).image
+    };
+    let expected = shoot(RevolutionSolver::Certified, 64);
+    for envelopes in [Envelopes::Chord, Envelopes::Tangent, Envelopes::Both] {
+        let newton = RevolutionSolver::Newton { segments: 16, envelopes };
+        let image = shoot(newton, 64);
+        let Comparison { relmse, energy_ratio, .. } = compare(&image, &expected).expect("images of one size");
+        println!("{envelopes:?}: relMSE {relmse:.2e}, energy {energy_ratio:.5}");
+        assert!(image.pixels != expected.pixels, "{envelopes:?} has not been used");
+        assert!(relmse < 0.02 && (energy_ratio - 1.0).abs() < 0.02, "{envelopes:?}: {relmse}, {energy_ratio}");
+        assert!(shoot(newton, 32).pixels == image.pixels, "{envelopes:?}: workgroups of 32 make another picture");
+    }
 }

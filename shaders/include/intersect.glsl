@@ -13,6 +13,7 @@ struct Hit {
 
 #include "quadric.glsl"
 #include "revolution.glsl"
+#include "revolution_newton.glsl"
 
 // A triangle is tested where the ray is the z axis: in a shear along the longest axis of
 // the ray's direction. A corner goes to the same point in all of its triangles, and the
@@ -65,11 +66,15 @@ bool intersect_primitive(uint primitive, Ray ray, inout RevolutionRay turned, in
     if (is_triangle(kind)) {
         found = intersect_triangle(triangles.data[index], ray, hit);
     } else if (is_revolution(kind)) {
-        uint body = revolution_pieces.data[index].body;
-        if (body != turned.body) {
-            turned = revolution_ray(body, ray);
+        if (REVOLUTION_NEWTON) {
+            found = meet_segment(index, ray, hit, primitive);
+        } else {
+            uint body = revolution_pieces.data[index].body;
+            if (body != turned.body) {
+                turned = revolution_ray(body, ray);
+            }
+            found = intersect_revolution(index, turned, 0.0, hit.t, hit.barycentric.x);
         }
-        found = intersect_revolution(index, turned, 0.0, hit.t, hit.barycentric.x);
     } else if (HAS_QUADRICS) {
         Quadric quadric = quadrics.data[index];
         vec3 o = transform_point(quadric.object_from_render, ray.origin);
@@ -88,7 +93,7 @@ bool intersect_primitive(uint primitive, Ray ray, inout RevolutionRay turned, in
 
 // Whether a node is a leaf whose primitives are all missed, as far as that is cheap to say.
 bool is_missed(uint node, Ray ray, inout RevolutionRay turned, float t_max) {
-    if (node == NONE) {
+    if (REVOLUTION_NEWTON || node == NONE) {
         return false;
     }
     uint first = node & FIRST_MASK;

@@ -14,3 +14,5 @@ layout(std430, set = 0, binding = 8) readonly buffer EmissionBlock { AliasEntry 
 layout(std430, set = 0, binding = 9) readonly buffer DirectBlock { AliasEntry data[]; } direct_table;
 layout(std430, set = 0, binding = 10) readonly buffer RevolutionBlock { Revolution data[]; } revolutions;
 layout(std430, set = 0, binding = 11) readonly buffer PieceBlock { RevolutionPiece data[]; } revolution_pieces;
+layout(std430, set = 0, binding = 12) readonly buffer SegmentBlock { RevolutionSegment data[]; } revolution_segments;
+layout(std430, set = 0, binding = 13) readonly buffer StartBlock { NewtonStart data[]; } newton_starts;

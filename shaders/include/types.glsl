@@ -88,6 +88,29 @@ struct RevolutionPiece {
     vec4 coefficients[5]; // of u, v by powers of x: 0 and 1, 2 and 3, .., 8
 };
 
+// Coefficients of the square of a radius or height of degree 8.
+const uint NEWTON_COEFFICIENTS = 17u;
+
+// A whole segment of a profile, for the classical solver: revolution_newton.glsl.
+struct RevolutionSegment {
+    uint body;        // index into revolutions
+    uint degree;      // of u^2 and v^2: twice the segment's own
+    uint first_piece; // its pieces in revolution_pieces
+    uint piece_count;
+    uint first_start; // its vertices in newton_starts
+    uint start_count;
+    vec2 along;       // parameter of the whole profile at t = 0 and at t = 1, in [0, 1]
+    vec4 powers[NEWTON_COEFFICIENTS]; // by powers of t in [0, 1]: coefficients of u^2, v^2, u, v
+};
+
+// A vertex of a piecewise linear approximation of a segment. Where t falls from one vertex
+// to the next, another approximation begins.
+struct NewtonStart {
+    vec2 point; // u, v
+    float t;    // parameter of the segment, in [0, 1]
+    float pad;
+};
+
 const uint DIFFUSE = 0u;
 const uint CONDUCTOR = 1u;
 const uint DIELECTRIC = 2u;

@@ -73,6 +73,7 @@ fn options(args: &RenderArgs) -> Options {
         seed: args.seed,
         workgroup_size: args.workgroup_size,
         batch_size: args.batch_size.map(u64::from),
+        revolution_solver: args.revolution_solver,
     }
 }
 

@@ -4,7 +4,7 @@
 use glam::{DAffine3, DVec2, DVec3, Vec3A};
 use obvhs::aabb::Aabb;
 
-use super::{Packer, rows};
+use super::{Packer, RevolutionSolver, rows};
 use crate::bezier::{Curve, Stretch};
 use crate::kernels::{KIND_SHIFT, NONE, REVOLUTION, Revolution, RevolutionPiece};
 use crate::scene::{AreaLight, Geometry, Profile, Scene, Shape};
@@ -38,7 +38,8 @@ impl Packer {
             determinant: determinant.abs() as f32,
             pad: 0,
         });
-        let (first, pieces) = (self.revolution_pieces.len(), unit.pieces(profile, body));
+        let curves = unit.curves(profile);
+        let (first, pieces) = (self.revolution_pieces.len(), pieces(&curves, body));
         let areas: Vec<f64> = pieces.iter().map(|piece| area(piece, &render_from_unit)).collect();
         let whole = areas.iter().sum();
         let emission = shape.emission.filter(|_| whole > 0.0).map(|emission| AreaLight {
@@ -51,8 +52,13 @@ impl Packer {
             if let Some(emission) = &emission {
                 piece.light = self.add_emitter(emission, reference, area);
             }
-            self.add_primitive(reference, bounds(&piece, &render_from_unit));
+            if self.solver == RevolutionSolver::Certified {
+                self.add_primitive(reference, bounds(&piece, &render_from_unit));
+            }
             self.revolution_pieces.push(piece);
+        }
+        if let RevolutionSolver::Newton { segments, envelopes } = self.solver {
+            self.add_segments(&curves, first, &render_from_unit, segments, envelopes);
         }
     }
 }
@@ -84,19 +90,25 @@ impl UnitSpace {
             * DAffine3::from_scale(DVec3::new(self.radius, self.radius, self.height))
     }
 
-    fn pieces(&self, profile: &Profile, body: u32) -> Vec<RevolutionPiece> {
+    /// The segments of a profile, in unit space.
+    fn curves(&self, profile: &Profile) -> Vec<Curve> {
         let into = |point: &DVec2| DVec2::new(point.x / self.radius, (point.y - self.middle) / self.height);
-        let mut pieces: Vec<RevolutionPiece> = Vec::new();
-        for (i, segment) in profile.segments.iter().enumerate() {
-            let curve = Curve { points: segment.points.iter().map(into).collect() };
-            for stretch in curve.monotone_stretches(PIECES_PER_UNIT) {
-                let begin = pieces.last().map(|piece| [piece.ends[2], piece.ends[3]]);
-                let along = stretch.range.map(|t| ((i as f64 + t) / profile.segments.len() as f64) as f32);
-                pieces.push(piece(&stretch, begin, along, body));
-            }
-        }
-        pieces
+        let curve = |segment: &Curve| Curve { points: segment.points.iter().map(into).collect() };
+        profile.segments.iter().map(curve).collect()
     }
+}
+
+/// The pieces of a profile's segments.
+fn pieces(curves: &[Curve], body: u32) -> Vec<RevolutionPiece> {
+    let mut pieces: Vec<RevolutionPiece> = Vec::new();
+    for (i, curve) in curves.iter().enumerate() {
+        for stretch in curve.monotone_stretches(PIECES_PER_UNIT) {
+            let begin = pieces.last().map(|piece| [piece.ends[2], piece.ends[3]]);
+            let along = stretch.range.map(|t| ((i as f64 + t) / curves.len() as f64) as f32);
+            pieces.push(piece(&stretch, begin, along, body));
+        }
+    }
+    pieces
 }
 
 /// A piece that begins where the last one ended, to the bit.
@@ -162,7 +174,7 @@ fn area(piece: &RevolutionPiece, render_from_unit: &DAffine3) -> f64 {
 }
 
 /// The box around a piece, widened by the rounding of its evaluation.
-fn bounds(piece: &RevolutionPiece, render_from_unit: &DAffine3) -> Aabb {
+pub(super) fn bounds(piece: &RevolutionPiece, render_from_unit: &DAffine3) -> Aabb {
     let [u0, v0, u1, v1] = piece.ends.map(f64::from);
     let (widest, middle, half) = (u0.max(u1), 0.5 * (v0 + v1), 0.5 * (v1 - v0).abs());
     let linear = render_from_unit.matrix3.transpose();

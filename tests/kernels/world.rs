@@ -3,14 +3,14 @@
 use std::path::Path;
 
 use bytemuck::{Pod, Zeroable, cast_slice};
-use goblet::pack;
 use goblet::scene::Scene;
+use goblet::{RevolutionSolver, pack};
 use goblet_host::Buffer;
 
 use crate::bench::Bench;
 use crate::generated::{
-    AliasEntry, BvhPair, COUNT_SHIFT, Light, MAX_LEAF_COUNT, Material, NONE, Quadric, Revolution, RevolutionPiece,
-    SceneBindings, SceneInfo, Triangle, TriangleNormals,
+    AliasEntry, BvhPair, COUNT_SHIFT, Light, MAX_LEAF_COUNT, Material, NONE, NewtonStart, Quadric, Revolution,
+    RevolutionPiece, RevolutionSegment, SceneBindings, SceneInfo, Triangle, TriangleNormals,
 };
 use glam::{DAffine3, DMat3, DVec3};
 
@@ -25,6 +25,8 @@ pub struct World {
     pub quadrics: Vec<Quadric>,
     pub revolutions: Vec<Revolution>,
     pub revolution_pieces: Vec<RevolutionPiece>,
+    pub revolution_segments: Vec<RevolutionSegment>,
+    pub newton_starts: Vec<NewtonStart>,
     pub materials: Vec<Material>,
     pub lights: Vec<Light>,
     pub emission_table: Vec<AliasEntry>,
@@ -42,6 +44,8 @@ impl Default for World {
             quadrics: Vec::new(),
             revolutions: Vec::new(),
             revolution_pieces: Vec::new(),
+            revolution_segments: Vec::new(),
+            newton_starts: Vec::new(),
             materials: Vec::new(),
             lights: Vec::new(),
             emission_table: Vec::new(),
@@ -58,8 +62,13 @@ fn twins<A: Pod, B: Pod>(data: &[A]) -> Vec<B> {
 impl World {
     /// Scene text, packed as for rendering; also what it was packed to.
     pub fn parse(text: &str) -> (Self, pack::PackedScene) {
+        Self::parse_for(text, RevolutionSolver::default())
+    }
+
+    /// The same for a solver of bodies of revolution.
+    pub fn parse_for(text: &str, solver: RevolutionSolver) -> (Self, pack::PackedScene) {
         let scene = Scene::parse(text, "test.pbrt", Path::new(env!("CARGO_MANIFEST_DIR"))).expect("a scene");
-        let packed = pack::pack(&scene).expect("a packed scene");
+        let packed = pack::pack(&scene, solver).expect("a packed scene");
         let world = Self {
             info: SceneInfo {
                 center: [0.0; 3],
@@ -78,6 +87,8 @@ impl World {
             quadrics: twins(&packed.quadrics),
             revolutions: twins(&packed.revolutions),
             revolution_pieces: twins(&packed.revolution_pieces),
+            revolution_segments: twins(&packed.revolution_segments),
+            newton_starts: twins(&packed.newton_starts),
             materials: twins(&packed.materials),
             lights: twins(&packed.lights),
             emission_table: twins(&packed.emission_table),
@@ -116,6 +127,8 @@ impl World {
             quadrics: bench.upload(&self.quadrics),
             revolutions: bench.upload(&self.revolutions),
             revolution_pieces: bench.upload(&self.revolution_pieces),
+            revolution_segments: bench.upload(&self.revolution_segments),
+            newton_starts: bench.upload(&self.newton_starts),
             materials: bench.upload(&self.materials),
             lights: bench.upload(&self.lights),
             emission_table: bench.upload(&self.emission_table),
@@ -134,6 +147,8 @@ pub struct GpuWorld {
     quadrics: Buffer<Quadric>,
     revolutions: Buffer<Revolution>,
     revolution_pieces: Buffer<RevolutionPiece>,
+    revolution_segments: Buffer<RevolutionSegment>,
+    newton_starts: Buffer<NewtonStart>,
     materials: Buffer<Material>,
     lights: Buffer<Light>,
     emission_table: Buffer<AliasEntry>,
@@ -151,6 +166,8 @@ impl GpuWorld {
             quadrics: &self.quadrics,
             revolutions: &self.revolutions,
             revolution_pieces: &self.revolution_pieces,
+            revolution_segments: &self.revolution_segments,
+            newton_starts: &self.newton_starts,
             materials: &self.materials,
             lights: &self.lights,
             emission_table: &self.emission_table,
