@@ -139,6 +139,9 @@ void main() {
             radiance += throughput * emitted_radiance(lights.data[surface.light], surface.normal, wo);
         }
         if (!is_specular(material)) {
+            if (is_in_glass(index)) {
+                atomicAdd(counters.value.immersed, 1u);
+            }
             // The side of the geometric normal: shading normals must not see through.
             bool front = dot(wo, surface.normal) >= 0.0;
             vec3 facing = front ? surface.shading_normal : -surface.shading_normal;

@@ -79,6 +79,11 @@ uint advance(inout Path path) {
     Material material = materials.data[surface.material];
     vec3 wo = -path.ray.direction;
     bool specular = is_specular(material);
+    if (!specular && is_in_glass(path.index)) {
+        // In a pool, or lost: unless something stands in glass, none does this.
+        atomicAdd(counters.value.immersed, 1u);
+        path.index = 1.0;
+    }
     if (!specular && path.depth > 0u) {
         record(surface, wo, path.weight);
     }

@@ -36,29 +36,45 @@ pub fn build(boxes: &[Aabb]) -> Option<Bvh> {
 
 /// Children come in pairs behind the root: nodes 2i + 1 and 2i + 2 are pair i.
 fn pairs(bvh: &Bvh2) -> Vec<BvhPair> {
-    let empty = Bvh2Node::default();
     let nodes = &bvh.nodes;
     if nodes[0].prim_count > 0 {
         // A lone leaf: its sibling is a box that no ray enters.
-        return vec![pair(&nodes[0], &Bvh2Node { aabb: Aabb::INVALID, prim_count: 1, ..empty })];
+        let nothing = Bvh2Node { aabb: Aabb::INVALID, prim_count: 1, ..Bvh2Node::default() };
+        return vec![pair(&nodes[0], &nothing, 0)];
     }
-    // The root's children are pair 0, and any child's pair stands where its nodes stand.
-    nodes[1..].chunks_exact(2).map(|children| pair(&children[0], &children[1])).collect()
+    // Where nodes were put elsewhere to make a better tree, the root's pair may be any: it
+    // changes places with the first.
+    let first = pair_index(&nodes[0]);
+    let mut pairs: Vec<BvhPair> =
+        nodes[1..].chunks_exact(2).map(|children| pair(&children[0], &children[1], first)).collect();
+    pairs.swap(0, first as usize);
+    pairs
 }
 
-fn pair(left: &Bvh2Node, right: &Bvh2Node) -> BvhPair {
+fn pair(left: &Bvh2Node, right: &Bvh2Node, first: u32) -> BvhPair {
     let corner = |corner: Vec3A, bits: u32| [corner.x, corner.y, corner.z, f32::from_bits(bits)];
     let padding = Vec3A::splat(PADDING);
     BvhPair {
-        left_lower: corner(left.aabb.min - padding, reference(left)),
+        left_lower: corner(left.aabb.min - padding, reference(left, first)),
         left_upper: corner(left.aabb.max + padding, 0),
-        right_lower: corner(right.aabb.min - padding, reference(right)),
+        right_lower: corner(right.aabb.min - padding, reference(right, first)),
         right_upper: corner(right.aabb.max + padding, 0),
     }
 }
 
-fn reference(node: &Bvh2Node) -> u32 {
-    if node.prim_count > 0 { node.prim_count << COUNT_SHIFT | node.first_index } else { (node.first_index - 1) / 2 }
+/// What a node is to its parent, with the pairs 0 and `first` swapped.
+fn reference(node: &Bvh2Node, first: u32) -> u32 {
+    match pair_index(node) {
+        _ if node.prim_count > 0 => node.prim_count << COUNT_SHIFT | node.first_index,
+        0 => first,
+        index if index == first => 0,
+        index => index,
+    }
+}
+
+/// The pair of an inner node's children.
+fn pair_index(node: &Bvh2Node) -> u32 {
+    node.first_index.saturating_sub(1) / 2
 }
 
 /// The most nodes between the root and a leaf, both counted.
@@ -73,4 +89,57 @@ fn depth(bvh: &Bvh2) -> usize {
         }
     }
     deepest
+}
+
+#[cfg(test)]
+mod tests {
+    use proptest::prelude::*;
+
+    use super::*;
+    use crate::kernels::FIRST_MASK;
+
+    /// How often a walk from the first pair comes to each box; boxes hold what is below them.
+    fn visits(bvh: &Bvh, boxes: &[Aabb]) -> Vec<u32> {
+        let mut visits = vec![0; boxes.len()];
+        let mut pending = vec![(0, Vec3A::splat(f32::NEG_INFINITY), Vec3A::splat(f32::INFINITY))];
+        while let Some((index, lower, upper)) = pending.pop() {
+            let BvhPair { left_lower, left_upper, right_lower, right_upper } = bvh.pairs[index as usize];
+            for (low, high) in [(left_lower, left_upper), (right_lower, right_upper)] {
+                let corner = |corner: [f32; 4]| Vec3A::new(corner[0], corner[1], corner[2]);
+                let (low, high, node) = (corner(low), corner(high), low[3].to_bits());
+                if low.cmpgt(high).any() {
+                    continue; // no ray enters
+                }
+                assert!(low.cmpge(lower).all() && high.cmple(upper).all());
+                let (first, count) = (node & FIRST_MASK, node >> COUNT_SHIFT);
+                if count == 0 {
+                    pending.push((first, low, high));
+                }
+                for place in first..first + count {
+                    let index = bvh.order[place as usize] as usize;
+                    assert!(low.cmplt(boxes[index].min).all() && high.cmpgt(boxes[index].max).all());
+                    visits[index] += 1;
+                }
+            }
+        }
+        visits
+    }
+
+    proptest! {
+        /// Flat and nested boxes of all sizes, as of walls and rings.
+        #[test]
+        fn every_box_is_reached_once(
+            boxes in prop::collection::vec((prop::array::uniform3(-1.0_f32..1.0), prop::array::uniform3(0.0_f32..1.0), -9..0), 1..400)
+        ) {
+            let boxes: Vec<Aabb> = boxes
+                .into_iter()
+                .map(|(center, half, exponent)| {
+                    let (center, half) = (Vec3A::from(center), Vec3A::from(half) * 2.0_f32.powi(exponent));
+                    Aabb::new(center - half, center + half)
+                })
+                .collect();
+            let bvh = build(&boxes).expect("a shallow tree");
+            prop_assert_eq!(visits(&bvh, &boxes), vec![1; boxes.len()]);
+        }
+    }
 }

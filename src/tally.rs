@@ -24,6 +24,9 @@ pub struct Tally {
     pub lost_in_glass: u64,
     /// The eye paths among them.
     pub eye_lost_in_glass: u64,
+    /// Photon and eye paths that met an opaque surface while in a dielectric: 0 unless
+    /// something stands in glass or water. In a closed room, this is where lost ones end.
+    pub immersed: u64,
     /// Paths dropped because a value was not finite.
     pub non_finite: u64,
     /// Deposits that did not fit the fixed-point sum.
@@ -41,6 +44,7 @@ impl Tally {
         self.truncated += u64::from(counters.truncated);
         self.lost_in_glass += u64::from(counters.lost_in_glass) + u64::from(counters.eye_lost_in_glass);
         self.eye_lost_in_glass += u64::from(counters.eye_lost_in_glass);
+        self.immersed += u64::from(counters.immersed);
         self.non_finite += u64::from(counters.non_finite);
         self.saturated += u64::from(counters.saturated);
     }

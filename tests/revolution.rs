@@ -119,7 +119,8 @@ fn shoot_wine_cup(factor: f64, shift: DVec3) -> Image {
         ..Options::default()
     };
     let rendered = support::render_scene(&support::device(), &wine_cup(factor, shift), &options, 8);
-    assert_eq!((rendered.tally.lost_in_glass, rendered.tally.non_finite), (0, 0));
+    let Tally { lost_in_glass, immersed, non_finite, .. } = rendered.tally;
+    assert_eq!([lost_in_glass, immersed, non_finite], [0; 3]);
     rendered.image
 }
 

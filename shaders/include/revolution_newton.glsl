@@ -14,14 +14,13 @@
 
 // Steps of Newton's method, at most.
 const int NEWTON_STEPS = 16;
-// A step this short, in t, ends it: about the square root of ROUNDING. What error is left
-// is its square, where F is no noise. Ten times less loses ten times the roots of clear
-// rays, and ten times more makes them ten times less exact.
-const float NEWTON_TOLERANCE = 3.0e-4;
-// Rays begin this far along, in lengths of their direction: roots are not exact enough for
-// a ray not to meet the surface that it leaves. Without it, ten times as many get lost in
-// glass.
-const float NEWTON_BEGIN = 1.0e-4;
+// A step this short, in t, ends it. A hundredth of that is noise of F: a hundred times as
+// many roots of clear rays would be missed. Ten times as much makes roots less exact.
+const float NEWTON_TOLERANCE = 1.0e-4;
+// Rays in a scene begin this far along, in lengths of their direction: roots are not exact
+// enough for a ray not to meet the surface that it leaves. From 0, twenty times as many
+// paths get lost in glass; ten times as far, thin walls are missed.
+const float NEWTON_BEGIN = 3.0e-4;
 
 // By powers of t.
 struct Polynomial {

@@ -185,6 +185,7 @@ struct Counters {
     uint truncated;     // ended: reached the maximum depth
     uint lost_in_glass; // ended: found no way out of a dielectric
     uint eye_lost_in_glass;
+    uint immersed;      // photon and eye paths that met something opaque in a dielectric
     uint non_finite;    // paths dropped for a value that is not finite
     uint saturated;     // deposits that would not fit the fixed-point sum
     uint interrupted;   // invocations that the driver ended before they were done
