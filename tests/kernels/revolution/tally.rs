@@ -9,11 +9,13 @@ use crate::revolution::oracle::{Oracle, Root};
 /// Upper ends of the bins of |N.D|, but the last.
 const BINS: [f64; 4] = [1e-4, 1e-3, 1e-2, 1e-1];
 /// Bins from here on are clean: rays cross the surface at more than 0.57 degrees.
-pub const CLEAN: usize = 3;
+const CLEAN: usize = 3;
 /// Roots this near to each other are not told apart.
 const TOGETHER: f64 = 4e-6;
-/// Failures that are kept to be shown.
-const SHOWN: usize = 6;
+/// The largest error of a distance that is none of them.
+pub const MOST_OFF: f64 = 5e-6;
+/// Failures of each sort that are kept to be shown.
+const SHOWN: usize = 3;
 
 fn bin(cosine: f64) -> usize {
     BINS.iter().position(|most| cosine.abs() <= *most).unwrap_or(BINS.len())
@@ -59,7 +61,7 @@ pub struct Tally {
     pub bins: [Bin; BINS.len() + 1],
     /// Found at seams and ends, where fp32 may see another number of roots.
     pub at_seams: u64,
-    pub failures: Vec<String>,
+    failures: Vec<(&'static str, String)>,
 }
 
 impl Bin {
@@ -86,8 +88,9 @@ impl Tally {
         for (bin, other) in self.bins.iter_mut().zip(&other.bins) {
             bin.merge(other);
         }
-        let room = SHOWN.saturating_sub(self.failures.len());
-        self.failures.extend(other.failures.iter().take(room).cloned());
+        for (what, shown) in &other.failures {
+            self.keep(what, shown);
+        }
     }
 
     /// All bins with |N.D| > 0.01.
@@ -97,9 +100,15 @@ impl Tally {
         sum
     }
 
-    pub fn fail(&mut self, what: &str, bin: usize, shown: impl fmt::Display) {
-        if bin >= CLEAN && self.failures.len() < SHOWN {
-            self.failures.push(format!("{what}: {shown}"));
+    fn keep(&mut self, what: &'static str, shown: impl fmt::Display) {
+        if self.failures.iter().filter(|(other, _)| *other == what).count() < SHOWN {
+            self.failures.push((what, shown.to_string()));
+        }
+    }
+
+    fn fail(&mut self, what: &'static str, bin: usize, shown: impl fmt::Display) {
+        if bin >= CLEAN {
+            self.keep(what, shown);
         }
     }
 
@@ -118,7 +127,7 @@ impl fmt::Display for Tally {
             write!(f, "    {name:<7} {roots:>10} {missed:>7} {not_there:>9} {wrong:>7}")?;
             writeln!(f, " {mean:>9.1e} {largest:>9.1e} {off:>9.1e}")?;
         }
-        self.failures.iter().try_for_each(|failure| writeln!(f, "  {failure}"))
+        self.failures.iter().try_for_each(|(what, shown)| writeln!(f, "  {what}: {shown}"))
     }
 }
 
@@ -191,8 +200,7 @@ impl View<'_> {
         while first < self.roots.len() {
             let end = (first + 1..self.roots.len()).find(apart).unwrap_or(self.roots.len());
             let mut spare: u32 = found[first..end].iter().map(|(count, _)| count).sum();
-            for i in first..end {
-                let root = &self.roots[i];
+            for (i, root) in self.roots.iter().enumerate().take(end).skip(first) {
                 let place = &mut tally.bins[bin(root.cosine)];
                 place.roots += u64::from(root.required);
                 let (count, error) = found[i];
@@ -201,6 +209,9 @@ impl View<'_> {
                     place.error += error;
                     place.largest = place.largest.max(error);
                     place.off = place.off.max(error * root.cosine.abs());
+                    if error > MOST_OFF {
+                        tally.fail("off", bin(root.cosine), self);
+                    }
                 }
                 if root.required && spare == 0 {
                     missing.push(self.missing(ray, i));
