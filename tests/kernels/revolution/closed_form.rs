@@ -153,7 +153,7 @@ fn the_oracle_enters_and_leaves_closed_bodies_in_turn() {
                 continue;
             }
             let turns = roots.windows(2).all(|pair| pair[0].cosine * pair[1].cosine < 0.0);
-            let whole = roots.len() % 2 == 0;
+            let whole = roots.len().is_multiple_of(2);
             assert!(turns && whole, "{}: from {o} along {d}: {roots:#?}", profile.name);
             counted += usize::from(!roots.is_empty());
         }
