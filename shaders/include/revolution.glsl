@@ -20,8 +20,10 @@ const float REVOLUTION_TOLERANCE = 3.0e-7;
 // How far the domains of the two equations reach over their border: in slope, and in x.
 const float OVERLAP = 1.0e-3;
 const float BORDER = 1.0e-5;
-// An interval this short that may still hold roots holds two that touch, or none.
-const float SMALLEST_INTERVAL = 1.0 / 4096.0;
+// An interval over which the equation changes by less may hold two roots that touch, or none.
+// Where the ray passes the axis closely, that takes short intervals.
+const float SMALLEST_CHANGE = 6.0e-7;
+const float SMALLEST_INTERVAL = 1.0e-6;
 // More are never needed; no ray must hang the device.
 const uint MAX_STEPS = 1024u;
 const uint MAX_ROUNDS = 24u;
@@ -384,7 +386,7 @@ void judge(Profile profile, RevolutionRay ray, float k_min, float k_max, inout S
     bool elsewhere = search.e1.k < k_min - slack || search.e0.k > k_max + slack;
     if (empty || elsewhere) {
         advance(search);
-    } else if (!monotone && width > SMALLEST_INTERVAL) {
+    } else if (!monotone && width > SMALLEST_INTERVAL && reach > SMALLEST_CHANGE) {
         search.x = 0.5 * (search.x0 + search.x1);
     } else if (crosses || touches) {
         search.phase = ROOT;

@@ -145,7 +145,6 @@ fn rays_that_graze_a_piece_and_cross_it() {
 
 /// The surface lies 1 to 2e-6 over the ray for 1e-4 of its way, which is not flat to fp32.
 #[test]
-#[ignore = "not solved yet: two of some million rays"]
 fn rays_that_cut_a_sliver() {
     check(&[
         Case {
