@@ -413,7 +413,7 @@ fn for_each_bound(shape: &Shape, mut visit: impl FnMut(DVec3)) {
             visit_box(DVec3::new(-radius, -radius, *height), DVec3::new(*radius, *radius, *height));
         }
         Geometry::Revolution(profile) => {
-            // Control points bound the curve; the seam's is one corner, its half turn another.
+            // Control points bound the curve, and so do their rings the body.
             for point in profile.segments.iter().flat_map(|segment| &segment.points) {
                 visit_box(DVec3::new(-point.x, -point.x, point.y), DVec3::new(point.x, point.x, point.y));
             }

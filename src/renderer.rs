@@ -163,8 +163,7 @@ impl Renderer {
     /// # Errors
     /// The device fails; earlier iterations are not lost while it still answers.
     pub fn step(&mut self) -> Result<(), RenderError> {
-        self.passes.run(&self.device, &self.buffers, &self.settings, &mut self.progress)?;
-        Ok(())
+        self.passes.run(&self.device, &self.buffers, &self.settings, &mut self.progress)
     }
 
     /// The image after the iterations so far; black before the first.

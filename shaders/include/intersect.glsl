@@ -58,7 +58,15 @@ bool intersect_triangle(Triangle triangle, Ray ray, inout Hit hit) {
     return true;
 }
 
-// `turned` keeps the ray as the last body of revolution saw it: that one's pieces come together.
+// Makes `turned` the ray as the body of a piece sees it, unless the last piece was of the same
+// one: a body's pieces come together.
+void turn(uint piece, Ray ray, inout RevolutionRay turned) {
+    uint body = revolution_pieces.data[piece].body;
+    if (body != turned.body) {
+        turned = revolution_ray(body, ray);
+    }
+}
+
 bool intersect_primitive(uint primitive, Ray ray, inout RevolutionRay turned, inout Hit hit) {
     uint kind = primitive >> KIND_SHIFT;
     uint index = primitive & INDEX_MASK;
@@ -69,10 +77,7 @@ bool intersect_primitive(uint primitive, Ray ray, inout RevolutionRay turned, in
         if (REVOLUTION_NEWTON) {
             found = meet_segment(index, ray, hit, primitive);
         } else {
-            uint body = revolution_pieces.data[index].body;
-            if (body != turned.body) {
-                turned = revolution_ray(body, ray);
-            }
+            turn(index, ray, turned);
             found = intersect_revolution(index, turned, 0.0, hit.t, hit.barycentric.x);
         }
     } else if (HAS_QUADRICS) {
@@ -104,10 +109,7 @@ bool is_missed(uint node, Ray ray, inout RevolutionRay turned, float t_max) {
         missed = !is_triangle(primitive >> KIND_SHIFT) && is_revolution(primitive >> KIND_SHIFT);
         if (missed) {
             uint index = primitive & INDEX_MASK;
-            uint body = revolution_pieces.data[index].body;
-            if (body != turned.body) {
-                turned = revolution_ray(body, ray);
-            }
+            turn(index, ray, turned);
             missed = misses_ring(turned, revolution_pieces.data[index].ends, k_of(turned, 0.0), k_of(turned, t_max));
         }
     }

@@ -66,9 +66,7 @@ fn complaints(kind: Kind, tally: &Tally) -> Vec<String> {
     if kind != Kind::Grazing {
         demand(clean.mean() <= 1e-7, format!("distances are off by {:.1e} in the mean", clean.mean()));
     }
-    if matches!(kind, Kind::Primary5 | Kind::Primary100 | Kind::Refracted) {
-        demand(clean.largest <= MOST_OFF, format!("distances are off by up to {:.1e}", clean.largest));
-    }
+    demand(clean.largest <= MOST_OFF, format!("distances are off by up to {:.1e}", clean.largest));
     complaints
 }
 
