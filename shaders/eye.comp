@@ -1,6 +1,6 @@
 // eye: follow one camera path per pixel to its visible point, the first diffuse surface.
-// One invocation per pixel. Writes visible_*; adds emission and direct light, W/(m^2 sr),
-// to pixel_direct; raises grid_info.max_radius2. Hachisuka and Jensen 2009, section 3.
+// One invocation per pixel. Writes visible_*; visible_radiances holds emission and direct
+// light. Hachisuka and Jensen 2009, section 3.
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #include "invocation.glsl"
@@ -15,16 +15,14 @@
 #include "interruption.glsl"
 
 layout(std430, set = 1, binding = 0) readonly buffer CameraBlock { Camera value; } camera;
-layout(std430, set = 1, binding = 1) buffer PositionBlock { vec4 data[]; } visible_positions; // w: squared radius
+layout(std430, set = 1, binding = 1) buffer PositionBlock { vec4 data[]; } visible_positions;
 layout(std430, set = 1, binding = 2) buffer VisibleNormalBlock { uint data[]; } visible_normals; // packed
-layout(std430, set = 1, binding = 3) buffer ThroughputBlock { vec4 data[]; } visible_throughputs; // bsdf times throughput; w: 1 if there is a point
-layout(std430, set = 1, binding = 4) readonly buffer FluxBlock { vec4 data[]; } pixel_flux; // w: squared radius
-layout(std430, set = 1, binding = 5) buffer PixelDirectBlock { vec4 data[]; } pixel_direct; // rgb: sum over iterations
-layout(std430, set = 1, binding = 6) buffer GridInfoBlock { GridInfo value; } grid_info;
-layout(std430, set = 1, binding = 7) buffer CounterBlock { Counters value; } counters;
+layout(std430, set = 1, binding = 3) buffer ThroughputBlock { vec4 data[]; } visible_throughputs; // bsdf times throughput; w: length of the path, 0 if there is no point
+layout(std430, set = 1, binding = 4) buffer RadianceBlock { vec4 data[]; } visible_radiances; // W/(m^2 sr)
+layout(std430, set = 1, binding = 5) buffer CounterBlock { Counters value; } counters;
 
 layout(push_constant) uniform Push {
-    uint iteration;
+    uint round;
     uint pixel_count;
     uint two; // 2, see interruption.glsl
 };
@@ -36,6 +34,9 @@ const uint PAIR_LIGHT = 2u;
 const uint PAIR_LIGHT_POINT = 3u;
 const uint PAIR_BSDF = 4u;
 const uint PAIR_LOBE = 5u;
+
+// A length that is not 0, however near the camera a surface is.
+const float SHORTEST_PATH = 1.0e-12;
 
 // Offset from the pixel's centre, for axis 0 (x) or 1 (y).
 float filter_offset(uint axis, float u) {
@@ -116,12 +117,12 @@ void main() {
     if (pixel >= pixel_count) {
         return;
     }
-    Random random = Random(hash(scene_info.value.seed, pixel), iteration);
+    Random random = Random(hash(scene_info.value.seed, pixel), round);
     Ray ray = camera_ray(pixel, random);
     vec3 throughput = vec3(1.0);
     vec3 radiance = vec3(0.0);
     float index = 1.0; // of the medium the path is in, over the camera's
-    float radius2 = pixel_flux.data[pixel].w;
+    float path_length = 0.0;
     visible_throughputs.data[pixel] = vec4(0.0);
     for (uint depth = 0u; depth < scene_info.value.max_depth; depth++) {
         Hit hit = intersect(ray);
@@ -132,6 +133,7 @@ void main() {
             }
             break;
         }
+        path_length += hit.t;
         Surface surface = surface_at(ray, hit);
         Material material = materials.data[surface.material];
         vec3 wo = -ray.direction;
@@ -146,13 +148,12 @@ void main() {
             bool front = dot(wo, surface.normal) >= 0.0;
             vec3 facing = front ? surface.shading_normal : -surface.shading_normal;
             vec3 bsdf = throughput * material.color / PI;
-            radiance += bsdf * direct_irradiance(surface, facing, random);
-            visible_positions.data[pixel] = vec4(surface.position, radius2);
-            visible_normals.data[pixel] = pack_normal(front ? surface.normal : -surface.normal);
-            visible_throughputs.data[pixel] = vec4(bsdf, 1.0);
-            if (floatBitsToUint(radius2) > grid_info.value.max_radius2) {
-                atomicMax(grid_info.value.max_radius2, floatBitsToUint(radius2));
+            if (DIRECT_NEE) {
+                radiance += bsdf * direct_irradiance(surface, facing, random);
             }
+            visible_positions.data[pixel] = vec4(surface.position, 0.0);
+            visible_normals.data[pixel] = pack_normal(front ? surface.normal : -surface.normal);
+            visible_throughputs.data[pixel] = vec4(bsdf, max(path_length, SHORTEST_PATH));
             break;
         }
         Scatter scattered = scatter(material, wo, surface.shading_normal, random_pair(random, PAIR_LOBE + depth).x,
@@ -161,11 +162,11 @@ void main() {
         index *= scattered.eta;
         ray = Ray(offset_origin(surface, scattered.wi), scattered.wi);
     }
-    if (is_finite(radiance)) {
-        pixel_direct.data[pixel].rgb += radiance;
-    } else {
+    if (!is_finite(radiance)) {
+        radiance = vec3(0.0);
         atomicAdd(counters.value.non_finite, 1u);
     }
+    visible_radiances.data[pixel] = vec4(radiance, 0.0);
     if (interrupted(two)) {
         atomicAdd(counters.value.interrupted, 1u);
     }

@@ -7,9 +7,8 @@
 #include "grid.glsl"
 
 layout(std430, set = 1, binding = 0) readonly buffer PositionBlock { vec4 data[]; } visible_positions;
-layout(std430, set = 1, binding = 1) readonly buffer ThroughputBlock { vec4 data[]; } visible_throughputs;
-layout(std430, set = 1, binding = 2) readonly buffer GridInfoBlock { GridInfo value; } grid_info;
-layout(std430, set = 1, binding = 3) buffer CellBlock { Cell data[]; } cells;
+layout(std430, set = 1, binding = 1) readonly buffer GridInfoBlock { GridInfo value; } grid_info;
+layout(std430, set = 1, binding = 2) buffer CellBlock { Cell data[]; } cells;
 
 layout(push_constant) uniform Push {
     uint pixel_count;
@@ -18,7 +17,7 @@ layout(push_constant) uniform Push {
 
 void main() {
     uint pixel = invocation_index();
-    if (pixel >= pixel_count || visible_throughputs.data[pixel].w == 0.0) {
+    if (pixel >= pixel_count || visible_positions.data[pixel].w == 0.0) {
         return;
     }
     float inverse_size = 1.0 / cell_size(grid_info.value.max_radius2);

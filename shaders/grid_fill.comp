@@ -9,11 +9,10 @@
 
 layout(std430, set = 1, binding = 0) readonly buffer PositionBlock { vec4 data[]; } visible_positions;
 layout(std430, set = 1, binding = 1) readonly buffer VisibleNormalBlock { uint data[]; } visible_normals;
-layout(std430, set = 1, binding = 2) readonly buffer ThroughputBlock { vec4 data[]; } visible_throughputs;
-layout(std430, set = 1, binding = 3) readonly buffer GridInfoBlock { GridInfo value; } grid_info;
-layout(std430, set = 1, binding = 4) buffer CellBlock { Cell data[]; } cells;
-layout(std430, set = 1, binding = 5) buffer GridPositionBlock { vec4 data[]; } grid_positions; // w: squared radius
-layout(std430, set = 1, binding = 6) buffer GridOwnerBlock { uvec2 data[]; } grid_owners; // packed normal, pixel
+layout(std430, set = 1, binding = 2) readonly buffer GridInfoBlock { GridInfo value; } grid_info;
+layout(std430, set = 1, binding = 3) buffer CellBlock { Cell data[]; } cells;
+layout(std430, set = 1, binding = 4) buffer GridPositionBlock { vec4 data[]; } grid_positions; // w: squared radius
+layout(std430, set = 1, binding = 5) buffer GridOwnerBlock { uvec2 data[]; } grid_owners; // packed normal, pixel
 
 layout(push_constant) uniform Push {
     uint pixel_count;
@@ -22,7 +21,7 @@ layout(push_constant) uniform Push {
 
 void main() {
     uint pixel = invocation_index();
-    if (pixel >= pixel_count || visible_throughputs.data[pixel].w == 0.0) {
+    if (pixel >= pixel_count || visible_positions.data[pixel].w == 0.0) {
         return;
     }
     vec4 position = visible_positions.data[pixel];

@@ -69,7 +69,7 @@ const uint NOT_FINITE = 5u;
 const uint ALIVE = 6u;
 
 // One segment of a path. Direct light is the eye pass's affair, so the first surface
-// records nothing.
+// records nothing, unless photons are to bring all light.
 uint advance(inout Path path) {
     Hit hit = intersect(path.ray);
     if (hit.primitive == NONE) {
@@ -84,7 +84,8 @@ uint advance(inout Path path) {
         atomicAdd(counters.value.immersed, 1u);
         path.index = 1.0;
     }
-    if (!specular && path.depth > 0u) {
+    bool is_wanted = DIRECT_NEE ? path.depth > 0u : true;
+    if (!specular && is_wanted) {
         record(surface, wo, path.weight);
     }
     path.depth++;

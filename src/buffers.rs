@@ -2,7 +2,8 @@
 
 use goblet_host::{Buffer, Device};
 
-use crate::kernels::{Camera, Cell, Counters, GridInfo};
+use crate::estimate::Sum;
+use crate::kernels::{Camera, Counters, GridInfo, PixelState};
 
 /// The most photons that one batch can record: 64 MiB a buffer, half of what the
 /// smallest devices bind at once.
@@ -13,8 +14,6 @@ const MAX_RECORDED: u64 = 4 << 20;
 pub struct Sizes {
     /// Pixels of the image, and so visible points of an iteration.
     pub pixels: u64,
-    /// Cells of the hash grid, a power of two not below the visible points.
-    pub cells: u64,
     /// Photons that a batch has room to record.
     pub recorded: u64,
 }
@@ -24,7 +23,7 @@ impl Sizes {
     /// most one photon per segment.
     pub fn new(pixels: u64, photons_per_iteration: u64, max_depth: u32) -> Self {
         let most = photons_per_iteration.saturating_mul(u64::from(max_depth)).min(MAX_RECORDED);
-        Self { pixels, cells: pixels.next_power_of_two(), recorded: most.max(u64::from(max_depth)) }
+        Self { pixels, recorded: most.max(u64::from(max_depth)) }
     }
 
     /// Photons of the largest batch whose records surely fit.
@@ -39,16 +38,12 @@ pub struct Buffers {
     pub camera: Buffer<Camera>,
     pub counters: Buffer<Counters>,
 
-    // Visible points of this iteration, by pixel.
+    // Visible points of this round, by pixel.
     pub visible_positions: Buffer<[f32; 4]>,
     pub visible_normals: Buffer<u32>,
     pub visible_throughputs: Buffer<[f32; 4]>,
-
-    // The hash grid over them.
+    pub visible_radiances: Buffer<[f32; 4]>,
     pub grid_info: Buffer<GridInfo>,
-    pub cells: Buffer<Cell>,
-    pub grid_positions: Buffer<[f32; 4]>,
-    pub grid_owners: Buffer<[u32; 2]>,
 
     // Photons of this batch.
     pub photon_positions: Buffer<[f32; 4]>,
@@ -58,46 +53,50 @@ pub struct Buffers {
     pub flux_low: Buffer<u32>,
     pub flux_high: Buffer<u32>,
 
-    // The running estimate, by pixel.
-    pub pixel_flux: Buffer<[f32; 4]>,
-    pub pixel_photons: Buffer<f32>,
-    pub pixel_direct: Buffer<[f32; 4]>,
-    pub image: Buffer<[f32; 4]>,
+    // What is kept between iterations, by pixel.
+    pub pixel_states: Buffer<PixelState>,
+    pub sum_red: Buffer<Sum>,
+    pub sum_green: Buffer<Sum>,
+    pub sum_blue: Buffer<Sum>,
+    pub sum_square: Buffer<Sum>,
 }
 
 impl Buffers {
-    /// Allocates and clears them.
+    /// Allocates them, and clears the sums.
     ///
     /// # Errors
     /// Out of device memory, or the image is larger than the device can bind.
-    pub fn new(device: &Device, sizes: Sizes, camera: Camera, radius2: f32) -> goblet_host::Result<Self> {
-        let Sizes { pixels, cells, recorded } = sizes;
+    pub fn new(device: &Device, sizes: Sizes, camera: Camera) -> goblet_host::Result<Self> {
+        let Sizes { pixels, recorded } = sizes;
         let buffers = Self {
             camera: device.upload("camera", &[camera])?,
             counters: device.buffer("counters", 1)?,
             visible_positions: device.buffer("visible_positions", pixels)?,
             visible_normals: device.buffer("visible_normals", pixels)?,
             visible_throughputs: device.buffer("visible_throughputs", pixels)?,
+            visible_radiances: device.buffer("visible_radiances", pixels)?,
             grid_info: device.buffer("grid_info", 1)?,
-            cells: device.buffer("cells", cells)?,
-            grid_positions: device.buffer("grid_positions", pixels)?,
-            grid_owners: device.buffer("grid_owners", pixels)?,
             photon_positions: device.buffer("photon_positions", recorded)?,
             photon_weights: device.buffer("photon_weights", recorded)?,
             flux_low: device.buffer("flux_low", 4 * pixels)?,
             flux_high: device.buffer("flux_high", 4 * pixels)?,
-            pixel_flux: device.buffer("pixel_flux", pixels)?,
-            pixel_photons: device.buffer("pixel_photons", pixels)?,
-            pixel_direct: device.buffer("pixel_direct", pixels)?,
-            image: device.buffer("image", pixels)?,
+            pixel_states: device.buffer("pixel_states", pixels)?,
+            sum_red: device.buffer("sum_red", pixels)?,
+            sum_green: device.buffer("sum_green", pixels)?,
+            sum_blue: device.buffer("sum_blue", pixels)?,
+            sum_square: device.buffer("sum_square", pixels)?,
         };
         let mut frame = device.frame()?;
         frame.clear(&buffers.flux_low);
         frame.clear(&buffers.flux_high);
-        frame.clear(&buffers.pixel_photons);
-        frame.clear(&buffers.pixel_direct);
+        frame.clear(&buffers.pixel_states);
+        buffers.sums().into_iter().for_each(|sums| frame.clear(sums));
         frame.run()?;
-        device.write(&buffers.pixel_flux, &vec![[0.0, 0.0, 0.0, radius2]; pixels as usize])?;
         Ok(buffers)
+    }
+
+    /// The sums of red, green, blue and squared luminance.
+    pub fn sums(&self) -> [&Buffer<Sum>; 4] {
+        [&self.sum_red, &self.sum_green, &self.sum_blue, &self.sum_square]
     }
 }

@@ -55,10 +55,15 @@ impl Image {
     }
 }
 
-/// Relative luminance of linear RGB in the sRGB primaries (ITU-R BT.709).
+/// What each channel adds to the relative luminance of linear RGB in the sRGB primaries
+/// (ITU-R BT.709).
+pub const LUMINANCE: [f64; 3] = [0.2126, 0.7152, 0.0722];
+
+/// Relative luminance of linear RGB in the sRGB primaries.
 #[must_use]
 pub fn luminance([r, g, b]: [f32; 3]) -> f32 {
-    0.2126 * r + 0.7152 * g + 0.0722 * b
+    let [red, green, blue] = LUMINANCE.map(|weight| weight as f32);
+    red * r + green * g + blue * b
 }
 
 /// The sRGB transfer function: linear 0 to 1, to encoded 0 to 1 (IEC 61966-2-1).

@@ -1,5 +1,5 @@
-//! One iteration of stochastic progressive photon mapping (Hachisuka and Jensen 2009),
-//! as the passes that the device runs in order.
+//! One iteration of progressive photon mapping (Hachisuka and others 2008, Hachisuka and
+//! Jensen 2009, Knaus and Zwicker 2011), as the passes that the device runs in order.
 
 use std::ops::Range;
 use std::time::Instant;
@@ -7,55 +7,68 @@ use std::time::Instant;
 use bytemuck::Zeroable;
 use goblet_host::{Device, Pass};
 
-use crate::buffers::{Buffers, Sizes};
+use crate::buffers::Buffers;
 use crate::kernels::{
-    Accumulate, AccumulatePush, Counters, Eye, EyePush, GridCount, GridCountPush, GridFill, GridFillPush, GridReserve,
-    GridReservePush, Photon, PhotonPush, Resolve, ResolvePush, Specialization, Update, UpdatePush,
+    Counters, Eye, EyePush, Photon, PhotonPush, Radius, RadiusPush, Specialization, Update, UpdatePush,
 };
+use crate::lookup::Lookup;
+use crate::options::LookupKind;
+use crate::radius::{FirstRadius, GlobalShrink, RadiusSchedule};
 use crate::renderer::RenderError;
 use crate::schedule::Schedule;
+use crate::sequence::{Place, Sequence};
 use crate::tally::Tally;
 use crate::upload::GpuScene;
 
 /// The passes, compiled for a scene and bound to its buffers.
 pub struct Passes {
     eye: Pass<EyePush>,
-    grid_count: Pass<GridCountPush>,
-    grid_reserve: Pass<GridReservePush>,
-    grid_fill: Pass<GridFillPush>,
+    radius: Pass<RadiusPush>,
+    lookup: Lookup,
     photon: Pass<PhotonPush>,
-    accumulate: Pass<AccumulatePush>,
     update: Pass<UpdatePush>,
-    resolve: Pass<ResolvePush>,
 }
 
 /// What an iteration needs to know.
 #[derive(Clone, Copy, Debug)]
 pub struct Settings {
+    /// Pixels of the image.
+    pub pixels: u64,
     /// Photons to emit.
     pub photons: u64,
     /// Share of an iteration's photons that a pixel keeps (Hachisuka 2008, eq. 5).
-    pub alpha: f32,
-    /// Sizes of the buffers.
-    pub sizes: Sizes,
+    pub alpha: f64,
+    /// Who decides how radii shrink.
+    pub radius_schedule: RadiusSchedule,
+    /// Width of a pixel at distance 1.
+    pub pixel_width: f64,
+    /// The iterations.
+    pub sequence: Sequence,
+    /// Mean flux of a photon times the number of photons, W.
+    pub mean_power: f64,
+    /// Unit of the sums, W/(m² sr).
+    pub unit: f64,
 }
 
 /// How far a render is.
 #[derive(Clone, Debug)]
 pub struct Progress {
     /// Iterations finished.
-    pub iteration: u32,
-    /// How the next one's photons are cut into batches.
+    pub done: u32,
+    /// The radius that visible points start with, once it is known.
+    pub first_radius: Option<FirstRadius>,
+    /// The round whose visible points are on the device.
+    pub seen: Option<u32>,
+    /// How much the global schedule has shrunk squared radii.
+    pub shrink: GlobalShrink,
+    /// How the next iteration's photons are cut into batches.
     pub schedule: Schedule,
     /// What happened so far.
     pub tally: Tally,
 }
 
-/// Visible points of the fullest cell times photons of an invocation, at most.
-const MAX_CANDIDATES: u32 = 1 << 13;
-
 /// Whether no invocation was ended early.
-fn finished(counters: &Counters, pass: &'static str, remedy: &'static str) -> Result<(), RenderError> {
+pub fn finished(counters: &Counters, pass: &'static str, remedy: &'static str) -> Result<(), RenderError> {
     if counters.interrupted == 0 { Ok(()) } else { Err(RenderError::Interrupted { pass, remedy }) }
 }
 
@@ -65,53 +78,100 @@ impl Passes {
     /// # Errors
     /// The device fails, or the driver cannot finish a pass.
     pub fn run(
-        &self,
+        &mut self,
         device: &Device,
         buffers: &Buffers,
         settings: &Settings,
         progress: &mut Progress,
     ) -> Result<(), RenderError> {
-        let pixels = settings.sizes.pixels;
-        let pixel_count = pixels as u32;
-        let cell_mask = settings.sizes.cells as u32 - 1;
-        let mut frame = device.frame()?;
-        frame.clear(&buffers.counters);
-        frame.clear(&buffers.grid_info);
-        frame.clear(&buffers.cells);
-        frame.dispatch(&self.eye, EyePush { iteration: progress.iteration, pixel_count, two: 2 }, pixels);
-        frame.dispatch(&self.grid_count, GridCountPush { pixel_count, cell_mask }, pixels);
-        frame.dispatch(&self.grid_reserve, GridReservePush { cell_count: cell_mask + 1 }, settings.sizes.cells);
-        frame.dispatch(&self.grid_fill, GridFillPush { pixel_count, cell_mask }, pixels);
-        frame.run()?;
-        let counters = device.read(&buffers.counters)?[0];
-        finished(&counters, "eye", "a smaller maximum depth")?;
-        progress.tally.add(&counters);
-        let fullest_cell = device.read(&buffers.grid_info)?[0].most;
+        let place = settings.sequence.place(progress.done);
+        let first_radius = self.first_radius(device, buffers, settings, progress)?;
+        let new_points = progress.seen != Some(place.round);
+        if new_points {
+            let counters = self.look(device, buffers, settings, place.round)?;
+            if place.step == 0 {
+                progress.tally.add(&counters);
+            }
+            progress.seen = Some(place.round);
+        }
+        self.shrink(device, buffers, settings, progress, place, &first_radius)?;
+        self.lookup.build(device, buffers, new_points)?;
 
         let mut first = 0;
         while first < settings.photons {
             let end = progress.schedule.end(first, settings.photons);
             let start = Instant::now();
-            let recorded = self.trace(device, buffers, settings, progress, first..end)?;
-            let mut frame = device.frame()?;
-            frame.clear(&buffers.counters);
-            // Loops are counted, as in `trace`; a photon may meet all points of eight cells.
-            let per_invocation =
-                (MAX_CANDIDATES / fullest_cell.max(1)).clamp(1, progress.schedule.per_invocation() as u32);
-            let stride = recorded.div_ceil(per_invocation);
-            let push = AccumulatePush { recorded, stride, cell_mask, two: 2 };
-            frame.dispatch(&self.accumulate, push, stride.into());
-            if end == settings.photons {
-                frame.dispatch(&self.update, UpdatePush { pixel_count, alpha: settings.alpha }, pixels);
-            }
-            frame.run()?;
-            let counters = device.read(&buffers.counters)?[0];
-            finished(&counters, "accumulate", "a smaller radius")?;
+            let recorded = self.trace(device, buffers, settings, progress, place, first..end)?;
+            let per_invocation = progress.schedule.per_invocation();
+            let counters = self.lookup.accumulate(device, buffers, recorded, per_invocation)?;
             progress.tally.add(&counters);
             progress.schedule.observe(end - first, start.elapsed());
             first = end;
         }
-        progress.iteration += 1;
+        self.update(device, buffers, settings, progress, place)?;
+        progress.done += 1;
+        Ok(())
+    }
+
+    /// Finds the visible points of a round.
+    fn look(
+        &self,
+        device: &Device,
+        buffers: &Buffers,
+        settings: &Settings,
+        round: u32,
+    ) -> Result<Counters, RenderError> {
+        let mut frame = device.frame()?;
+        frame.clear(&buffers.counters);
+        frame.dispatch(&self.eye, EyePush { round, pixel_count: settings.pixels as u32, two: 2 }, settings.pixels);
+        frame.run()?;
+        let counters = device.read(&buffers.counters)?[0];
+        finished(&counters, "eye", "a smaller maximum depth")?;
+        Ok(counters)
+    }
+
+    /// The radius that visible points start with. Where nobody has said, the first of all
+    /// rounds decides, so that every shard has the same.
+    fn first_radius(
+        &self,
+        device: &Device,
+        buffers: &Buffers,
+        settings: &Settings,
+        progress: &mut Progress,
+    ) -> Result<FirstRadius, RenderError> {
+        if let Some(known) = progress.first_radius {
+            return Ok(known);
+        }
+        self.look(device, buffers, settings, 0)?;
+        let lengths = device.read(&buffers.visible_throughputs)?.into_iter().map(|throughput| throughput[3]);
+        let radius = FirstRadius::from_footprints(settings.pixel_width, lengths);
+        progress.first_radius = Some(radius);
+        Ok(radius)
+    }
+
+    /// Gives visible points their radius for this iteration.
+    fn shrink(
+        &self,
+        device: &Device,
+        buffers: &Buffers,
+        settings: &Settings,
+        progress: &mut Progress,
+        place: Place,
+        first_radius: &FirstRadius,
+    ) -> Result<(), RenderError> {
+        let rounds_are_long = settings.sequence.round_length > 1;
+        let step = if rounds_are_long { u64::from(place.step) } else { place.iteration };
+        let shrink = match settings.radius_schedule {
+            RadiusSchedule::Adaptive => 1.0,
+            RadiusSchedule::Global => progress.shrink.at(step),
+        };
+        // Statistics are of one round's visible points, or of all rounds alike.
+        let begins = progress.done == 0 || (rounds_are_long && place.step == 0);
+        let push = first_radius.push(settings.pixels as u32, shrink, begins);
+        let mut frame = device.frame()?;
+        frame.clear(&buffers.grid_info);
+        frame.dispatch(&self.radius, push, settings.pixels);
+        frame.run()?;
         Ok(())
     }
 
@@ -123,9 +183,10 @@ impl Passes {
         buffers: &Buffers,
         settings: &Settings,
         progress: &mut Progress,
+        place: Place,
         batch: Range<u64>,
     ) -> Result<u32, RenderError> {
-        let before = u64::from(progress.iteration) * settings.photons;
+        let before = place.iteration.wrapping_mul(settings.photons);
         loop {
             let stride = (batch.end - batch.start).div_ceil(progress.schedule.per_invocation());
             let push = PhotonPush {
@@ -149,27 +210,34 @@ impl Passes {
         }
     }
 
-    /// Writes the current estimate to `buffers.image`. `emitted` is the number of
-    /// photons of all iterations so far, `mean_power` the power of all lights.
-    ///
-    /// # Errors
-    /// The device fails.
-    pub fn resolve(
+    /// Adds the iteration to the image.
+    fn update(
         &self,
         device: &Device,
-        pixels: u64,
-        iterations: u32,
-        emitted: u64,
-        mean_power: f64,
-    ) -> goblet_host::Result<()> {
-        let push = ResolvePush {
-            pixel_count: pixels as u32,
-            direct_scale: (1.0 / f64::from(iterations)) as f32,
-            flux_scale: (mean_power / (emitted as f64 * std::f64::consts::PI)) as f32,
+        buffers: &Buffers,
+        settings: &Settings,
+        progress: &mut Progress,
+        place: Place,
+    ) -> Result<(), RenderError> {
+        let alpha = match settings.radius_schedule {
+            RadiusSchedule::Adaptive => settings.alpha,
+            RadiusSchedule::Global => 1.0,
+        };
+        let flux_scale = settings.mean_power / (settings.photons as f64 * std::f64::consts::PI * settings.unit);
+        let push = UpdatePush {
+            pixel_count: settings.pixels as u32,
+            alpha: alpha as f32,
+            per_unit: (1.0 / settings.unit) as f32,
+            flux_scale: flux_scale as f32,
+            round_weight: 1.0 / settings.sequence.round_length as f32,
+            last: settings.sequence.is_last(place).into(),
         };
         let mut frame = device.frame()?;
-        frame.dispatch(&self.resolve, push, pixels);
-        frame.run()
+        frame.clear(&buffers.counters);
+        frame.dispatch(&self.update, push, settings.pixels);
+        frame.run()?;
+        progress.tally.add(&device.read(&buffers.counters)?[0]);
+        Ok(())
     }
 
     /// Compiles the passes for a scene and runs each once over nothing, since drivers
@@ -181,14 +249,15 @@ impl Passes {
         device: &Device,
         scene: &GpuScene,
         buffers: &Buffers,
+        lookup: LookupKind,
         specialization: &Specialization,
         workgroup_size: u32,
     ) -> goblet_host::Result<Self> {
         let scene = scene.bindings();
-        let Buffers { camera, counters, grid_info, cells, grid_positions, grid_owners, .. } = buffers;
-        let Buffers { visible_positions, visible_normals, visible_throughputs, .. } = buffers;
+        let Buffers { camera, counters, grid_info, pixel_states, .. } = buffers;
+        let Buffers { visible_positions, visible_normals, visible_throughputs, visible_radiances, .. } = buffers;
         let Buffers { photon_positions, photon_weights, flux_low, flux_high, .. } = buffers;
-        let Buffers { pixel_flux, pixel_photons, pixel_direct, image, .. } = buffers;
+        let Buffers { sum_red, sum_green, sum_blue, sum_square, .. } = buffers;
         macro_rules! pass {
             ($($kernel:tt)*) => { device.pass(&$($kernel)*, specialization, workgroup_size)? };
         }
@@ -199,36 +268,25 @@ impl Passes {
                 visible_positions,
                 visible_normals,
                 visible_throughputs,
-                pixel_flux,
-                pixel_direct,
-                grid_info,
+                visible_radiances,
                 counters
             }),
-            grid_count: pass!(GridCount { visible_positions, visible_throughputs, grid_info, cells }),
-            grid_reserve: pass!(GridReserve { grid_info, cells }),
-            grid_fill: pass!(GridFill {
-                visible_positions,
-                visible_normals,
-                visible_throughputs,
-                grid_info,
-                cells,
-                grid_positions,
-                grid_owners
-            }),
+            radius: pass!(Radius { visible_positions, visible_throughputs, pixel_states, grid_info }),
+            lookup: Lookup::new(device, buffers, lookup, specialization, workgroup_size)?,
             photon: pass!(Photon { scene, photon_positions, photon_weights, counters }),
-            accumulate: pass!(Accumulate {
-                photon_positions,
-                photon_weights,
-                grid_info,
-                cells,
-                grid_positions,
-                grid_owners,
+            update: pass!(Update {
+                visible_positions,
+                visible_throughputs,
+                visible_radiances,
                 flux_low,
                 flux_high,
+                pixel_states,
+                sum_red,
+                sum_green,
+                sum_blue,
+                sum_square,
                 counters
             }),
-            update: pass!(Update { visible_throughputs, flux_low, flux_high, pixel_flux, pixel_photons }),
-            resolve: pass!(Resolve { pixel_flux, pixel_direct, image }),
         };
         passes.warm_up(device)?;
         Ok(passes)
@@ -237,13 +295,10 @@ impl Passes {
     fn warm_up(&self, device: &Device) -> goblet_host::Result<()> {
         let mut frame = device.frame()?;
         frame.dispatch(&self.eye, Zeroable::zeroed(), 1);
-        frame.dispatch(&self.grid_count, Zeroable::zeroed(), 1);
-        frame.dispatch(&self.grid_reserve, Zeroable::zeroed(), 1);
-        frame.dispatch(&self.grid_fill, Zeroable::zeroed(), 1);
+        frame.dispatch(&self.radius, Zeroable::zeroed(), 1);
+        self.lookup.warm_up(&mut frame);
         frame.dispatch(&self.photon, Zeroable::zeroed(), 1);
-        frame.dispatch(&self.accumulate, Zeroable::zeroed(), 1);
         frame.dispatch(&self.update, Zeroable::zeroed(), 1);
-        frame.dispatch(&self.resolve, Zeroable::zeroed(), 1);
         frame.run()
     }
 }

@@ -4,21 +4,23 @@
 use std::process::ExitCode;
 
 use clap::Parser;
+use goblet::cli::render::{End, STOPPED};
 use goblet::cli::{self, Cli, Command};
 
 fn main() -> ExitCode {
+    let code = |success| if success { ExitCode::SUCCESS } else { ExitCode::from(1) };
     let outcome = match Cli::parse().command {
-        Command::Render(args) => cli::render::run(&args).map(|()| true),
-        Command::Compare(args) => cli::compare::run(&args).map_err(cli::Failure::from),
-        Command::Tessellate(args) => cli::tessellate::run(&args).map(|()| true),
-        Command::Devices(_) => cli::devices::run().map(|()| true),
+        Command::Render(args) => cli::render::run(&args).map(|end| match end {
+            End::Done => ExitCode::SUCCESS,
+            End::Stopped => ExitCode::from(STOPPED),
+        }),
+        Command::Merge(args) => cli::merge::run(&args).map(|()| ExitCode::SUCCESS),
+        Command::Compare(args) => cli::compare::run(&args).map(code).map_err(cli::Failure::from),
+        Command::Tessellate(args) => cli::tessellate::run(&args).map(|()| ExitCode::SUCCESS),
+        Command::Devices(_) => cli::devices::run().map(|()| ExitCode::SUCCESS),
     };
-    match outcome {
-        Ok(true) => ExitCode::SUCCESS,
-        Ok(false) => ExitCode::from(1),
-        Err(failure) => {
-            eprintln!("goblet: {failure}");
-            ExitCode::from(failure.exit_code())
-        }
-    }
+    outcome.unwrap_or_else(|failure| {
+        eprintln!("goblet: {failure}");
+        ExitCode::from(failure.exit_code())
+    })
 }

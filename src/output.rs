@@ -113,6 +113,15 @@ pub fn check_writable(path: &Path) -> Result<(), ImageError> {
     Replacement::create(path).map(drop).map_err(|reason| write_error(path, reason))
 }
 
+/// A channel of an EXR besides the image.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Channel {
+    /// By convention `layer.X`, as in `standardError.Y`.
+    pub name: String,
+    /// As many as the image has pixels.
+    pub values: Vec<f32>,
+}
+
 /// Writes an image, atomically: `path` holds the old file or the whole new one.
 ///
 /// EXR stores 32-bit floats (channels R, G, B) and each metadata pair as an
@@ -124,9 +133,22 @@ pub fn check_writable(path: &Path) -> Result<(), ImageError> {
 /// When the extension is unknown, the image's shape or a metadata key cannot be
 /// expressed, or the file cannot be written.
 pub fn write(path: &Path, image: &Image, metadata: &[(String, String)]) -> Result<(), ImageError> {
+    write_channels(path, image, &[], metadata)
+}
+
+/// As [`write`], with further channels for EXR; PNG leaves them out.
+///
+/// # Errors
+/// As [`write`].
+pub fn write_channels(
+    path: &Path,
+    image: &Image,
+    channels: &[Channel],
+    metadata: &[(String, String)],
+) -> Result<(), ImageError> {
     let format = WriteFormat::of(path)?;
     let encoded = image.check_shape().map_err(|shape| shape.to_string()).and_then(|()| match format {
-        WriteFormat::Exr => encode_exr(image, metadata),
+        WriteFormat::Exr => encode_exr(image, channels, metadata),
         WriteFormat::Png => encode_png(image),
     });
     let bytes = encoded.map_err(|reason| ImageError::Encode { path: path.to_owned(), reason })?;
@@ -140,12 +162,16 @@ fn write_error(path: &Path, reason: io::Error) -> ImageError {
     ImageError::Write { path, reason }
 }
 
-fn encode_exr(image: &Image, metadata: &[(String, String)]) -> Result<Vec<u8>, String> {
+fn encode_exr(image: &Image, extra: &[Channel], metadata: &[(String, String)]) -> Result<Vec<u8>, String> {
     let mut attributes = LayerAttributes::default();
     attributes.other.extend(exr_attributes(metadata)?);
     let size = (image.width as usize, image.height as usize);
-    // Further layers are further channels, by convention named `layer.R`.
-    let channels = AnyChannels::sort(rgb_channels(image));
+    if extra.iter().any(|channel| channel.values.len() != image.pixels.len()) {
+        return Err("a channel has not as many values as the image has pixels".to_owned());
+    }
+    let further =
+        extra.iter().map(|Channel { name, values }| AnyChannel::new(name.as_str(), FlatSamples::F32(values.clone())));
+    let channels = AnyChannels::sort(rgb_channels(image).into_iter().chain(further).collect());
     let layer = Layer::new(size, attributes, Encoding::SMALL_LOSSLESS, channels);
 
     let mut file = Cursor::new(Vec::new());
@@ -326,9 +352,9 @@ mod tests {
     #[test]
     fn the_same_image_gives_the_same_bytes() {
         let keys: Vec<_> = (0..12).map(|i| (format!("key{i}"), i.to_string())).collect();
-        let first = encode_exr(&extreme_image(), &keys).unwrap();
+        let first = encode_exr(&extreme_image(), &[], &keys).unwrap();
         for _ in 0..8 {
-            assert!(encode_exr(&extreme_image(), &keys).unwrap() == first);
+            assert!(encode_exr(&extreme_image(), &[], &keys).unwrap() == first);
         }
     }
 
@@ -337,7 +363,7 @@ mod tests {
         let long = "k".repeat(256);
         for keys in [&[""][..], &["a\0b"], &[&long], &["a", "a"], &["compression"]] {
             let metadata: Vec<_> = keys.iter().map(|&key| (key, "v")).collect();
-            assert!(encode_exr(&extreme_image(), &pairs(&metadata)).is_err(), "{keys:?}");
+            assert!(encode_exr(&extreme_image(), &[], &pairs(&metadata)).is_err(), "{keys:?}");
         }
     }
 

@@ -6,47 +6,21 @@ use std::time::{Duration, Instant};
 use goblet_host::{Device, Instance};
 
 use crate::buffers::{Buffers, Sizes};
+use crate::checkpoint::{Checkpoint, CheckpointError, MadeBy};
+use crate::estimate::Estimate;
 use crate::film::Image;
+use crate::identity::Identity;
 use crate::iteration::{Passes, Progress, Settings};
-use crate::kernels::REQUIREMENTS;
-use crate::pack::{PackError, RevolutionSolver, pack};
+use crate::kernels::{REQUIREMENTS, Specialization};
+use crate::options::{DirectLight, Options};
+use crate::pack::{PackError, pack};
+use crate::radius::{FirstRadius, GlobalShrink};
 use crate::scene::Scene;
 use crate::schedule::Schedule;
+use crate::sequence::Sequence;
 use crate::tally::Tally;
 use crate::upload::GpuScene;
 use crate::view::pack_camera;
-
-/// Photons of one iteration, at most: they are numbered in 32 bits.
-const MAX_PHOTONS: u64 = 1 << 31;
-/// Pixels of an image, at most.
-const MAX_PIXELS: u64 = 1 << 28;
-/// Initial radii, in radii of the scene's bounding sphere.
-const RADIUS_RANGE: [f64; 2] = [1e-9, 1e4];
-/// The initial radius where nobody gives one, in radii of the scene's bounding sphere.
-const DEFAULT_RADIUS: f64 = 0.01;
-
-/// What the caller may ask for; `None` takes the scene's own value.
-#[derive(Clone, Debug, Default)]
-pub struct Options {
-    /// Width and height in pixels.
-    pub resolution: Option<[u32; 2]>,
-    /// Photons per iteration.
-    pub photons: Option<u64>,
-    /// Initial radius in scene units.
-    pub radius: Option<f64>,
-    /// Share of an iteration's photons that a pixel keeps, in (0, 1]; 2/3 by default.
-    pub alpha: Option<f64>,
-    /// The most segments of a path.
-    pub max_depth: Option<u32>,
-    /// Seed of every random number.
-    pub seed: Option<u32>,
-    /// Invocations per workgroup: 32, 64 (default) or 128. Does not change the image.
-    pub workgroup_size: Option<u32>,
-    /// Photons per batch. Does not change the image.
-    pub batch_size: Option<u64>,
-    /// How rays meet bodies of revolution.
-    pub revolution_solver: RevolutionSolver,
-}
 
 /// Why a renderer cannot be made or cannot go on.
 #[derive(Debug, thiserror::Error)]
@@ -84,14 +58,14 @@ pub struct Renderer {
     device: Rc<Device>,
     resolution: [u32; 2],
     settings: Settings,
-    mean_power: f64,
+    identity: Identity,
     buffers: Buffers,
     passes: Passes,
     progress: Progress,
     build_time: Duration,
     compile_time: Duration,
     /// Scene units per render unit.
-    unit: f64,
+    scene_unit: f64,
 }
 
 impl Renderer {
@@ -102,58 +76,53 @@ impl Renderer {
     /// enough memory.
     pub fn new(device: Rc<Device>, scene: &Scene, options: &Options) -> Result<Self, RenderError> {
         let start = Instant::now();
-        let resolution = options.resolution.unwrap_or(scene.film.resolution);
-        let pixels = u64::from(resolution[0]) * u64::from(resolution[1]);
-        let max_depth = options.max_depth.unwrap_or(scene.integrator.max_depth);
-        let photons = options.photons.or(scene.integrator.photons_per_iteration).unwrap_or(pixels);
-        check(pixels > 0 && pixels <= MAX_PIXELS, || {
-            format!("an image of {pixels} pixels: expected 1 to {MAX_PIXELS}")
-        })?;
-        check(photons > 0 && photons <= MAX_PHOTONS, || {
-            format!("{photons} photons per iteration: expected 1 to {MAX_PHOTONS}")
-        })?;
-        check(max_depth > 0, || "a maximum depth of 0: expected 1 or more".into())?;
-        let solver = options.revolution_solver;
-        check(solver.is_valid(), || {
-            format!("a revolution solver of {solver:?}: expected {:?} segments", RevolutionSolver::SEGMENTS)
-        })?;
+        let packed = pack(scene, options.revolution_solver)?;
+        let scene_unit = 1.0 / packed.space.scale;
+        let resolved = options.resolve(scene, packed.space.radius * scene_unit)?;
 
-        let packed = pack(scene, solver)?;
-        let unit = 1.0 / packed.space.scale;
-        let size = packed.space.radius * unit;
-        let radius = options.radius.or(scene.integrator.radius).unwrap_or(DEFAULT_RADIUS * size);
-        let [least, most] = RADIUS_RANGE.map(|bound| bound * size);
-        check(radius >= least && radius <= most, || {
-            format!("a radius of {radius}: expected {least:e} to {most:e} for a scene of this size")
-        })?;
-        let alpha = options.alpha.unwrap_or(2.0 / 3.0);
-        check(alpha > 0.0 && alpha <= 1.0, || format!("an alpha of {alpha}: expected above 0, up to 1"))?;
-
-        let sizes = Sizes::new(pixels, photons, max_depth);
-        let camera = pack_camera(&scene.camera, &scene.film, resolution, &packed.space.from_world());
-        let render_radius = radius / unit;
-        let seed = options.seed.unwrap_or(scene.integrator.seed);
-        let gpu_scene = GpuScene::new(&device, &packed, max_depth, seed)?;
-        let buffers = Buffers::new(&device, sizes, camera, (render_radius * render_radius) as f32)?;
+        let sizes = Sizes::new(resolved.pixels, resolved.photons, resolved.max_depth);
+        let camera = pack_camera(&scene.camera, &scene.film, resolved.resolution, &packed.space.from_world());
+        let identity = Identity::new(&packed, &camera, options, &resolved);
+        let gpu_scene = GpuScene::new(&device, &packed, resolved.max_depth, resolved.seed)?;
+        let buffers = Buffers::new(&device, sizes, camera)?;
         let build_time = start.elapsed();
 
         let start = Instant::now();
-        let workgroup_size = options.workgroup_size.unwrap_or(64);
-        let passes = Passes::new(&device, &gpu_scene, &buffers, &packed.specialization, workgroup_size)?;
+        let specialization = Specialization {
+            direct_nee: options.direct == DirectLight::Nee,
+            low_discrepancy_pairs: options.sampler.low_discrepancy_pairs(),
+            cell_scale: resolved.cell_scale as f32,
+            ..packed.specialization
+        };
+        let passes =
+            Passes::new(&device, &gpu_scene, &buffers, options.lookup, &specialization, resolved.workgroup_size)?;
         Ok(Self {
-            resolution,
-            settings: Settings { photons, alpha: alpha as f32, sizes },
-            mean_power: packed.mean_power,
+            resolution: resolved.resolution,
+            settings: Settings {
+                pixels: resolved.pixels,
+                photons: resolved.photons,
+                alpha: resolved.alpha,
+                radius_schedule: options.radius_schedule,
+                pixel_width: f64::from(camera.image_extent[0]).abs() / f64::from(camera.width),
+                sequence: resolved.sequence,
+                mean_power: packed.mean_power,
+                // What all lights would make of the inside of a sphere as large as the scene.
+                unit: packed.mean_power.log2().ceil().exp2(),
+            },
+            identity,
             buffers,
             passes,
             progress: Progress {
-                iteration: 0,
-                schedule: Schedule::new(options.batch_size, sizes.max_batch(max_depth), device.info().kind),
+                done: 0,
+                first_radius: resolved.radius.map(|radius| FirstRadius::constant(radius / scene_unit)),
+                seen: None,
+                shrink: GlobalShrink::new(resolved.alpha),
+                schedule: Schedule::new(options.batch_size, sizes.max_batch(resolved.max_depth), device.info().kind),
                 tally: Tally::default(),
             },
             build_time,
             compile_time: start.elapsed(),
-            unit,
+            scene_unit,
             device,
         })
     }
@@ -166,35 +135,81 @@ impl Renderer {
         self.passes.run(&self.device, &self.buffers, &self.settings, &mut self.progress)
     }
 
+    /// The sums over the iterations so far.
+    ///
+    /// # Errors
+    /// The device fails.
+    pub fn estimate(&self) -> Result<Estimate, RenderError> {
+        let Buffers { sum_red, sum_green, sum_blue, sum_square, .. } = &self.buffers;
+        let [red, green, blue] = [sum_red, sum_green, sum_blue].map(|sums| self.device.read(sums));
+        Ok(Estimate {
+            resolution: self.resolution,
+            unit: self.settings.unit,
+            iterations: self.progress.done.into(),
+            rounds: (self.progress.done / self.settings.sequence.round_length).into(),
+            radiance: [red?, green?, blue?],
+            square: self.device.read(sum_square)?,
+        })
+    }
+
     /// The image after the iterations so far; black before the first.
     ///
     /// # Errors
     /// The device fails.
     pub fn resolve(&self) -> Result<Image, RenderError> {
-        let [width, height] = self.resolution;
-        if self.progress.iteration == 0 {
-            return Ok(Image::new(width, height));
+        Ok(self.estimate()?.image())
+    }
+
+    /// All that a later run needs to go on from here; `scene` is the scene's name, for people.
+    ///
+    /// # Errors
+    /// The device fails.
+    pub fn checkpoint(&self, scene: &str) -> Result<Checkpoint, RenderError> {
+        let shard = self.settings.sequence.shard;
+        Ok(Checkpoint {
+            identity: self.identity.clone(),
+            scene: scene.to_owned(),
+            made_by: MadeBy::new(&self.device),
+            shards: shard.count,
+            done: [(shard.index, self.progress.done)].into(),
+            first_radius: self.progress.first_radius,
+            tally: self.progress.tally,
+            estimate: self.estimate()?,
+            states: self.device.read(&self.buffers.pixel_states)?,
+        })
+    }
+
+    /// Goes on from where another render of the same scene with the same options was.
+    ///
+    /// # Errors
+    /// The checkpoint is of another render; the error names a difference.
+    pub fn resume(&mut self, checkpoint: &Checkpoint) -> Result<(), CheckpointError> {
+        self.identity.check(&checkpoint.identity)?;
+        let done = checkpoint.done_by(self.settings.sequence.shard)?;
+        for (buffer, sums) in self.buffers.sums().into_iter().zip(checkpoint.estimate.sums()) {
+            self.device.write(buffer, sums)?;
         }
-        self.passes.resolve(
-            &self.device,
-            self.settings.sizes.pixels,
-            self.progress.iteration,
-            self.photons(),
-            self.mean_power,
-        )?;
-        let pixels = self.device.read(&self.buffers.image)?;
-        let pixels = pixels.into_iter().map(|[r, g, b, _]| [r, g, b]).collect();
-        Ok(Image { width, height, pixels })
+        self.device.write(&self.buffers.pixel_states, &checkpoint.states)?;
+        self.progress.done = done;
+        self.progress.first_radius = checkpoint.first_radius;
+        self.progress.seen = None;
+        self.progress.tally = checkpoint.tally;
+        Ok(())
     }
 
     /// Iterations finished.
     pub fn iterations(&self) -> u32 {
-        self.progress.iteration
+        self.progress.done
+    }
+
+    /// Which iterations it is made of.
+    pub fn sequence(&self) -> Sequence {
+        self.settings.sequence
     }
 
     /// Photons emitted by the iterations so far.
     pub fn photons(&self) -> u64 {
-        self.settings.photons * u64::from(self.progress.iteration)
+        self.settings.photons * u64::from(self.progress.done)
     }
 
     /// What happened to them.
@@ -202,15 +217,16 @@ impl Renderer {
         &self.progress.tally
     }
 
-    /// The smallest and largest radius of a pixel now, scene units.
+    /// The smallest and largest radius of a visible point in the last iteration, scene
+    /// units; 0 if there is none.
     ///
     /// # Errors
     /// The device fails.
     pub fn radius_range(&self) -> Result<[f64; 2], RenderError> {
-        let estimates = self.device.read(&self.buffers.pixel_flux)?;
-        let squares = estimates.iter().map(|estimate| f64::from(estimate[3]));
-        let (least, most) = squares.fold((f64::INFINITY, 0.0), |(least, most), r2| (r2.min(least), r2.max(most)));
-        Ok([least.sqrt() * self.unit, most.sqrt() * self.unit])
+        let points = self.device.read(&self.buffers.visible_positions)?;
+        let squares = points.iter().map(|point| f64::from(point[3])).filter(|radius2| *radius2 > 0.0);
+        let [least, most] = squares.fold([f64::INFINITY, 0.0], |[least, most], r2| [r2.min(least), r2.max(most)]);
+        Ok([least.min(most).sqrt() * self.scene_unit, most.sqrt() * self.scene_unit])
     }
 
     /// Time to build the hierarchy and to upload.
@@ -227,8 +243,4 @@ impl Renderer {
     pub fn device(&self) -> &Device {
         &self.device
     }
-}
-
-fn check(holds: bool, message: impl FnOnce() -> String) -> Result<(), RenderError> {
-    if holds { Ok(()) } else { Err(RenderError::Option(message())) }
 }

@@ -1,12 +1,12 @@
 //! What happened to photons and eye paths.
 
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 use crate::kernels::Counters;
 
 /// Counts over any number of iterations. Each emitted photon path ended exactly once:
 /// deposited + absorbed + escaped + truncated + lost in glass + dropped = emitted.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Tally {
     /// Photon paths begun.
     pub emitted: u64,
@@ -36,16 +36,33 @@ pub struct Tally {
 impl Tally {
     /// Adds what the device counted.
     pub fn add(&mut self, counters: &Counters) {
-        self.emitted += u64::from(counters.emitted);
-        self.recorded += u64::from(counters.recorded);
-        self.deposited += u64::from(counters.deposited);
-        self.absorbed += u64::from(counters.absorbed);
-        self.escaped += u64::from(counters.escaped);
-        self.truncated += u64::from(counters.truncated);
-        self.lost_in_glass += u64::from(counters.lost_in_glass) + u64::from(counters.eye_lost_in_glass);
-        self.eye_lost_in_glass += u64::from(counters.eye_lost_in_glass);
-        self.immersed += u64::from(counters.immersed);
-        self.non_finite += u64::from(counters.non_finite);
-        self.saturated += u64::from(counters.saturated);
+        self.merge(&Self {
+            emitted: counters.emitted.into(),
+            recorded: counters.recorded.into(),
+            deposited: counters.deposited.into(),
+            absorbed: counters.absorbed.into(),
+            escaped: counters.escaped.into(),
+            truncated: counters.truncated.into(),
+            lost_in_glass: u64::from(counters.lost_in_glass) + u64::from(counters.eye_lost_in_glass),
+            eye_lost_in_glass: counters.eye_lost_in_glass.into(),
+            immersed: counters.immersed.into(),
+            non_finite: counters.non_finite.into(),
+            saturated: counters.saturated.into(),
+        });
+    }
+
+    /// Adds other counts.
+    pub fn merge(&mut self, other: &Self) {
+        self.emitted += other.emitted;
+        self.recorded += other.recorded;
+        self.deposited += other.deposited;
+        self.absorbed += other.absorbed;
+        self.escaped += other.escaped;
+        self.truncated += other.truncated;
+        self.lost_in_glass += other.lost_in_glass;
+        self.eye_lost_in_glass += other.eye_lost_in_glass;
+        self.immersed += other.immersed;
+        self.non_finite += other.non_finite;
+        self.saturated += other.saturated;
     }
 }

@@ -1,9 +1,11 @@
-// The hash grid over visible points: cells as wide as the largest disc, so that a
-// photon's neighbours are in the eight cells around its nearest corner.
+// The hash grid over visible points.
+
+// Width of a cell, in diameters of the largest disc.
+layout(constant_id = 21) const float CELL_SCALE = 1.0;
 
 float cell_size(uint max_radius2) {
     // Below this, coordinates in cells would pass what fp32 can tell apart.
-    return max(2.0 * sqrt(uintBitsToFloat(max_radius2)), 9.5367431640625e-7);
+    return max(CELL_SCALE * 2.0 * sqrt(uintBitsToFloat(max_radius2)), 9.5367431640625e-7);
 }
 
 ivec3 cell_of(vec3 position, float inverse_size) {

@@ -20,6 +20,7 @@ layout(constant_id = 15) const bool HAS_HITTABLE_LIGHTS = true; // area or infin
 layout(constant_id = 16) const bool HAS_CURVED = true;          // any but triangles
 layout(constant_id = 17) const uint REVOLUTION_PAIRS = 5u;      // of powers in the highest polynomial of any profile
 layout(constant_id = 18) const bool REVOLUTION_NEWTON = false;  // rays meet whole segments, by the classical solver
+layout(constant_id = 19) const bool DIRECT_NEE = true;          // direct light is not the photons' affair
 
 // Which kind of primitive a reference names; decided at compile time where it can be. Ask
 // in this order.

@@ -191,6 +191,14 @@ struct Counters {
     uint interrupted;   // invocations that the driver ended before they were done
 };
 
+// What a pixel remembers between iterations, besides the image.
+struct PixelState {
+    float photons;   // kept so far: N of Hachisuka and Jensen 2009
+    float shrink;    // of the squared radius so far
+    float luminance; // mean over this round, in units of the sums
+    float pad;
+};
+
 // The hash grid over visible points.
 struct GridInfo {
     uint max_radius2; // bits of the largest squared radius

@@ -2,6 +2,7 @@
 
 use super::compare::CompareError;
 use super::tessellate::TessellateError;
+use crate::checkpoint::CheckpointError;
 use crate::output::ImageError;
 use crate::renderer::RenderError;
 use crate::scene::SceneError;
@@ -27,6 +28,17 @@ pub enum Failure {
     /// Bodies could not be replaced by meshes.
     #[error(transparent)]
     Tessellate(#[from] TessellateError),
+    /// A checkpoint could not be read, written or used.
+    #[error("{path}: {reason}")]
+    Checkpoint {
+        /// The file.
+        path: String,
+        /// What is wrong with it.
+        reason: CheckpointError,
+    },
+    /// The operating system does not let us listen for signals.
+    #[error("cannot listen for signals: {0}")]
+    Signals(std::io::Error),
     /// The statistics could not be written.
     #[error("{path}: cannot write the statistics: {reason}")]
     Stats {
@@ -50,9 +62,12 @@ impl Failure {
             | Self::Tessellate(_)
             | Self::Render(RenderError::Scene(_) | RenderError::Option(_))
             | Self::Device(goblet_host::Error::NoSuchDevice { .. }) => 2,
+            Self::Checkpoint { reason: CheckpointError::Write(_) | CheckpointError::Device(_), .. } => 1,
+            Self::Checkpoint { .. } => 2,
             Self::Render(RenderError::Device(_) | RenderError::Interrupted { .. })
             | Self::Device(_)
             | Self::Output(_)
+            | Self::Signals(_)
             | Self::Stats { .. }
             | Self::Validation(_) => 1,
         }

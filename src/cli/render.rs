@@ -1,58 +1,71 @@
 //! `goblet render`: a scene to image files.
 
-use std::io::IsTerminal;
+mod args;
+mod limit;
+mod progress;
+mod signal;
+
 use std::path::{Path, PathBuf};
 use std::rc::Rc;
-use std::time::{Duration, Instant};
+use std::time::Instant;
 
-use indicatif::{ProgressBar, ProgressStyle};
+pub use args::RenderArgs;
+use limit::Limit;
+use progress::Progress;
+pub use signal::STOPPED;
+use signal::Signals;
 
 use super::stats::Stats;
-use super::{Failure, RenderArgs};
-use crate::output;
-use crate::renderer::{Options, Renderer, open_device};
+use super::{Aov, Failure};
+use crate::checkpoint::{Checkpoint, CheckpointError, MadeBy};
+use crate::estimate::Estimate;
+use crate::output::{self, Channel};
+use crate::renderer::{Renderer, open_device};
 use crate::scene::Scene;
+
+/// How a render came to its end.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum End {
+    /// As asked.
+    Done,
+    /// A signal stopped it; what there was is written.
+    Stopped,
+}
 
 /// Renders, and writes every output.
 ///
 /// # Errors
-/// The scene, an option, the device or an output is at fault.
-pub fn run(args: &RenderArgs) -> Result<(), Failure> {
+/// The scene, an option, a checkpoint, the device or an output is at fault.
+pub fn run(args: &RenderArgs) -> Result<End, Failure> {
     let start = Instant::now();
+    let signals = Signals::new()?;
     let scene = Scene::load(&args.scene)?;
     for warning in scene.warnings.iter().filter(|_| !args.quiet) {
         eprintln!("warning: {warning}");
     }
     let outputs = outputs(args, &scene);
-    for path in &outputs {
-        output::check_writable(path)?;
-    }
-    if let Some(path) = &args.stats {
-        Stats::check_writable(path)?;
-    }
+    check_writable(args, &outputs)?;
+    let resumed = args.resume.as_deref().map(read_checkpoint).transpose()?;
     let load_time = start.elapsed();
 
     let device = Rc::new(open_device(args.device.as_deref(), args.validate)?);
-    let mut renderer = Renderer::new(device, &scene, &options(args))?;
-    let limit = Limit::new(args, &scene);
-    let render_start = Instant::now();
-    let progress = Progress::new(&limit, args.quiet);
-    while !limit.reached(renderer.iterations(), render_start.elapsed()) {
-        renderer.step()?;
-        progress.show(&renderer, &limit, render_start.elapsed());
+    let mut renderer = Renderer::new(device, &scene, &args.options())?;
+    if let (Some(path), Some(checkpoint)) = (&args.resume, &resumed) {
+        renderer.resume(checkpoint).map_err(|reason| at(path, reason))?;
+        warn_of_other_maker(path, checkpoint, &renderer);
     }
-    let image = renderer.resolve()?;
-    let render_time = render_start.elapsed();
-    progress.finish();
+    let begin = Begin { iterations: renderer.iterations(), photons: renderer.photons(), time: Instant::now() };
+    let end = iterate(args, &scene, &signals, &mut renderer, &begin)?;
+    let render_time = begin.time.elapsed();
 
-    let metadata = metadata(args, &renderer);
-    for path in &outputs {
-        output::write(path, &image, &metadata)?;
-        if !args.quiet {
-            eprintln!("wrote {}", path.display());
-        }
+    if let Some(path) = &args.checkpoint {
+        save(args, path, &renderer)?;
     }
-    let stats = Stats::new(&scene, &renderer, load_time, render_time, start.elapsed())?;
+    let estimate = renderer.estimate()?;
+    let metadata = metadata(&scene_name(args), &MadeBy::new(renderer.device()), &estimate, renderer.photons());
+    write_images(&outputs, &estimate, &args.aov, &metadata, args.quiet)?;
+    let photons = renderer.photons() - begin.photons;
+    let stats = Stats::new(&scene, &renderer, &estimate, photons, [load_time, render_time, start.elapsed()])?;
     for warning in stats.warnings() {
         eprintln!("warning: {warning}");
     }
@@ -60,26 +73,49 @@ pub fn run(args: &RenderArgs) -> Result<(), Failure> {
         stats.write(path)?;
     }
     let messages = renderer.device().validation_messages();
-    if messages.is_empty() { Ok(()) } else { Err(Failure::Validation(messages)) }
+    if messages.is_empty() { Ok(end) } else { Err(Failure::Validation(messages)) }
 }
 
-fn options(args: &RenderArgs) -> Options {
-    Options {
-        resolution: args.resolution,
-        photons: args.photons,
-        radius: args.radius,
-        alpha: args.alpha,
-        max_depth: args.max_depth,
-        seed: args.seed,
-        workgroup_size: args.workgroup_size,
-        batch_size: args.batch_size.map(u64::from),
-        revolution_solver: args.revolution_solver,
+/// Where this run took over.
+struct Begin {
+    iterations: u32,
+    photons: u64,
+    time: Instant,
+}
+
+/// Runs iterations until a limit or a signal, and saves checkpoints on the way.
+fn iterate(
+    args: &RenderArgs,
+    scene: &Scene,
+    signals: &Signals,
+    renderer: &mut Renderer,
+    begin: &Begin,
+) -> Result<End, Failure> {
+    let limit = Limit::new(args, scene, renderer.sequence());
+    let mut progress = Progress::new(&limit, begin, args.quiet);
+    let mut saved = Instant::now();
+    while !limit.reached(renderer.iterations(), begin.time.elapsed(), progress.error) {
+        renderer.step()?;
+        if limit.wants_error(renderer.iterations(), args.quiet) {
+            progress.error = renderer.estimate()?.relative_error();
+        }
+        progress.show(renderer, &limit);
+        if signals.received() {
+            return Ok(End::Stopped);
+        }
+        if let Some(path) = args.checkpoint.as_ref().filter(|_| saved.elapsed() >= args.checkpoint_every) {
+            save(args, path, renderer)?;
+            saved = Instant::now();
+        }
     }
+    progress.finish();
+    Ok(End::Done)
 }
 
-/// The files to write: as asked, else what the scene names, else an EXR named after it.
+/// The files to write: as asked, else what the scene names, else an EXR named after it. A
+/// shard's image is of interest to few.
 fn outputs(args: &RenderArgs, scene: &Scene) -> Vec<PathBuf> {
-    if !args.output.is_empty() {
+    if !args.output.is_empty() || args.shard.is_some() {
         return args.output.clone();
     }
     let named = scene.film.filename.clone();
@@ -87,87 +123,91 @@ fn outputs(args: &RenderArgs, scene: &Scene) -> Vec<PathBuf> {
     vec![named.unwrap_or_else(|| stem.with_extension("exr"))]
 }
 
-/// When to stop.
-struct Limit {
-    iterations: Option<u32>,
-    time: Option<Duration>,
+/// Finds out before a long render what cannot be written.
+fn check_writable(args: &RenderArgs, outputs: &[PathBuf]) -> Result<(), Failure> {
+    for path in outputs {
+        output::check_writable(path)?;
+    }
+    if let Some(path) = &args.checkpoint {
+        Checkpoint::check_writable(path).map_err(|reason| at(path, reason))?;
+    }
+    if let Some(path) = &args.stats {
+        Stats::check_writable(path)?;
+    }
+    Ok(())
 }
 
-impl Limit {
-    fn new(args: &RenderArgs, scene: &Scene) -> Self {
-        let scenes_own = args.time.is_none().then_some(scene.integrator.iterations);
-        Self { iterations: args.iterations.or(scenes_own), time: args.time }
-    }
-
-    /// At least one iteration is rendered, whatever the time.
-    fn reached(&self, iterations: u32, elapsed: Duration) -> bool {
-        iterations > 0
-            && (self.iterations.is_some_and(|most| iterations >= most) || self.time.is_some_and(|most| elapsed >= most))
-    }
-
-    /// Seconds left, as far as can be told.
-    fn left(&self, iterations: u32, elapsed: Duration) -> f64 {
-        let by_count = self.iterations.map(|most| {
-            elapsed.as_secs_f64() / f64::from(iterations.max(1)) * f64::from(most.saturating_sub(iterations))
-        });
-        let by_time = self.time.map(|most| most.saturating_sub(elapsed).as_secs_f64());
-        by_count.into_iter().chain(by_time).fold(f64::INFINITY, f64::min)
-    }
+fn scene_name(args: &RenderArgs) -> String {
+    args.scene.file_name().map(|name| name.to_string_lossy().into_owned()).unwrap_or_default()
 }
 
-/// A bar on a terminal, a line now and then otherwise, nothing when quiet.
-struct Progress {
-    bar: Option<ProgressBar>,
-    quiet: bool,
-    printed: std::cell::Cell<Duration>,
+fn save(args: &RenderArgs, path: &Path, renderer: &Renderer) -> Result<(), Failure> {
+    renderer.checkpoint(&scene_name(args))?.write(path).map_err(|reason| at(path, reason))
 }
 
-/// Time between lines where there is no terminal.
-const LINE_INTERVAL: Duration = Duration::from_secs(5);
+/// Reads a checkpoint.
+///
+/// # Errors
+/// With the file's name.
+pub fn read_checkpoint(path: &Path) -> Result<Checkpoint, Failure> {
+    Checkpoint::read(path).map_err(|reason| at(path, reason))
+}
 
-impl Progress {
-    fn new(limit: &Limit, quiet: bool) -> Self {
-        let bar = (!quiet && std::io::stderr().is_terminal()).then(|| {
-            let bar = limit.iterations.map_or_else(ProgressBar::new_spinner, |most| ProgressBar::new(most.into()));
-            if let Ok(style) = ProgressStyle::with_template("{bar:30} {pos}/{len} iterations {msg}") {
-                bar.set_style(style);
-            }
-            bar
-        });
-        Self { bar, quiet, printed: std::cell::Cell::default() }
-    }
+/// An error of a checkpoint, with its file.
+pub fn at(path: &Path, reason: CheckpointError) -> Failure {
+    Failure::Checkpoint { path: path.display().to_string(), reason }
+}
 
-    fn show(&self, renderer: &Renderer, limit: &Limit, elapsed: Duration) {
-        let rate = renderer.photons() as f64 / elapsed.as_secs_f64() / 1e6;
-        let left = limit.left(renderer.iterations(), elapsed);
-        if let Some(bar) = &self.bar {
-            bar.set_position(renderer.iterations().into());
-            bar.set_message(format!("{rate:.2} M photons/s, {left:.0} s left"));
-        } else if !self.quiet && elapsed - self.printed.get() >= LINE_INTERVAL {
-            self.printed.set(elapsed);
-            eprintln!("iteration {}: {rate:.2} M photons/s, {left:.0} s left", renderer.iterations());
-        }
-    }
-
-    fn finish(&self) {
-        if let Some(bar) = &self.bar {
-            bar.finish();
-        }
+fn warn_of_other_maker(path: &Path, checkpoint: &Checkpoint, renderer: &Renderer) {
+    let (here, there) = (MadeBy::new(renderer.device()), &checkpoint.made_by);
+    if here != *there {
+        let path = path.display();
+        eprintln!("warning: {path}: made by {there}, and this is {here}: roundings may differ from one run's");
     }
 }
 
 /// What an EXR says of its making. No time and no host: the same render is the same file.
-fn metadata(args: &RenderArgs, renderer: &Renderer) -> Vec<(String, String)> {
-    let scene = args.scene.file_name().map(|name| name.to_string_lossy().into_owned()).unwrap_or_default();
-    let device = renderer.device().info();
+pub fn metadata(scene: &str, made_by: &MadeBy, estimate: &Estimate, photons: u64) -> Vec<(String, String)> {
     [
-        ("goblet.version", env!("CARGO_PKG_VERSION").to_owned()),
-        ("goblet.scene", scene),
-        ("goblet.iterations", renderer.iterations().to_string()),
-        ("goblet.photons", renderer.photons().to_string()),
-        ("goblet.device", device.name.clone()),
-        ("goblet.driver", device.driver.clone()),
+        ("goblet.version", made_by.version.clone()),
+        ("goblet.scene", scene.to_owned()),
+        ("goblet.iterations", estimate.iterations.to_string()),
+        ("goblet.photons", photons.to_string()),
+        ("goblet.device", made_by.device.clone()),
+        ("goblet.driver", made_by.driver.clone()),
     ]
     .map(|(key, value)| (key.to_owned(), value))
     .to_vec()
+}
+
+/// Writes the image of an estimate, with the channels that are asked for.
+///
+/// # Errors
+/// A file cannot be written.
+pub fn write_images(
+    paths: &[PathBuf],
+    estimate: &Estimate,
+    aovs: &[Aov],
+    metadata: &[(String, String)],
+    quiet: bool,
+) -> Result<(), Failure> {
+    let channels: Vec<Channel> = aovs.iter().map(|aov| channel(estimate, *aov)).collect();
+    let image = estimate.image();
+    for path in paths {
+        output::write_channels(path, &image, &channels, metadata)?;
+        if !quiet {
+            eprintln!("wrote {}", path.display());
+        }
+    }
+    Ok(())
+}
+
+fn channel(estimate: &Estimate, aov: Aov) -> Channel {
+    match aov {
+        // Before two rounds nothing is known about the error.
+        Aov::StandardError => Channel {
+            name: "standardError.Y".to_owned(),
+            values: estimate.standard_error().unwrap_or_else(|| vec![f32::INFINITY; estimate.square.len()]),
+        },
+    }
 }

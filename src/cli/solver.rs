@@ -3,7 +3,7 @@
 use clap::error::ErrorKind;
 use clap::{ArgMatches, Args, Command, FromArgMatches, ValueEnum};
 
-use super::whole_number;
+use super::values::whole_number;
 use crate::pack::{Envelopes, RevolutionSolver};
 
 /// The options as they are written.

@@ -9,6 +9,7 @@ use std::time::Duration;
 use serde::Serialize;
 
 use super::Failure;
+use crate::estimate::Estimate;
 use crate::renderer::{RenderError, Renderer};
 use crate::scene::{Geometry, Light, Material, Scene};
 use crate::tally::Tally;
@@ -27,6 +28,8 @@ pub struct Stats {
     /// Device seconds by kernel, compilation included where the driver defers it.
     passes: BTreeMap<&'static str, f64>,
     radius: Range,
+    /// Estimated, of noise; null before two rounds.
+    relative_error: Option<f64>,
     device_memory_bytes: u64,
     #[serde(flatten)]
     tally: Tally,
@@ -49,16 +52,17 @@ struct Range {
 }
 
 impl Stats {
-    /// Collects them at the end of a render.
+    /// Collects them at the end of a render, which has emitted `photons` since it began or
+    /// was resumed. The times are those of loading the scene, of rendering, and of all.
     ///
     /// # Errors
     /// The device fails.
     pub fn new(
         scene: &Scene,
         renderer: &Renderer,
-        load: Duration,
-        render: Duration,
-        total: Duration,
+        estimate: &Estimate,
+        photons: u64,
+        [load, render, total]: [Duration; 3],
     ) -> Result<Self, RenderError> {
         let device = renderer.device();
         let [min, max] = renderer.radius_range()?;
@@ -68,7 +72,7 @@ impl Stats {
             scene: count(scene),
             iterations: renderer.iterations(),
             photons: renderer.photons(),
-            photons_per_second: renderer.photons() as f64 / render.as_secs_f64(),
+            photons_per_second: photons as f64 / render.as_secs_f64(),
             seconds: Seconds {
                 load: load.as_secs_f64(),
                 build: renderer.build_time().as_secs_f64(),
@@ -78,6 +82,7 @@ impl Stats {
             },
             passes: device.pass_times().into_iter().map(|(name, time)| (name, time.as_secs_f64())).collect(),
             radius: Range { min, max },
+            relative_error: estimate.relative_error(),
             device_memory_bytes: device.allocated_bytes(),
             tally: *renderer.tally(),
         })

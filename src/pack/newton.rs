@@ -1,6 +1,7 @@
 //! Whole segments of profiles, for the classical solver of bodies of revolution.
 //! `shaders/include/revolution_newton.glsl` says what it does with them.
 
+use std::fmt;
 use std::ops::RangeInclusive;
 
 use glam::{DAffine3, DVec2};
@@ -25,6 +26,15 @@ pub enum RevolutionSolver {
         /// What Newton's method starts from.
         envelopes: Envelopes,
     },
+}
+
+impl fmt::Display for RevolutionSolver {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Certified => write!(f, "certified"),
+            Self::Newton { segments, envelopes } => write!(f, "newton, {envelopes:?}, {segments} segments"),
+        }
+    }
 }
 
 /// Piecewise linear approximations of a profile; a ray's hits on them are where Newton's

@@ -1,6 +1,6 @@
-//! Fixed-point sums: to_fixed and from_fixed, and accumulate's exact sums over photons.
+//! Fixed-point sums: to_fixed and from_fixed, and accumulate_grid's exact sums over photons.
 
-use goblet::kernels::{Accumulate, Cell, Counters, GridInfo, Specialization};
+use goblet::kernels::{AccumulateGrid, Cell, Counters, GridInfo, Specialization};
 
 use crate::bench::{Bench, EPS, Rng};
 use crate::generated::RoundFixed;
@@ -85,7 +85,7 @@ fn accumulate(weights: &[[f32; 3]], low: [u32; 4], high: [u32; 4]) -> ([u32; 4],
     let grid_owners = bench.upload(&[[up, 0]]);
     let (flux_low, flux_high) = (bench.upload(&low), bench.upload(&high));
     let counters = bench.upload(&[<Counters as bytemuck::Zeroable>::zeroed()]);
-    let kernel = Accumulate {
+    let kernel = AccumulateGrid {
         photon_positions: &positions,
         photon_weights: &photon_weights,
         grid_info: &grid_info,
@@ -99,7 +99,7 @@ fn accumulate(weights: &[[f32; 3]], low: [u32; 4], high: [u32; 4]) -> ([u32; 4],
     let pass = device.pass(&kernel, &Specialization::default(), 64).expect("a pass");
     let mut frame = device.frame().expect("a frame");
     let stride = 4096;
-    let push = goblet::kernels::AccumulatePush { recorded: weights.len() as u32, stride, cell_mask: 0, two: 2 };
+    let push = goblet::kernels::AccumulateGridPush { recorded: weights.len() as u32, stride, cell_mask: 0, two: 2 };
     frame.dispatch(&pass, push, stride.into());
     frame.run().expect("a run");
     let words = |buffer| <[u32; 4]>::try_from(bench.read(buffer)).expect("four words");

@@ -1,8 +1,8 @@
-// accumulate: add each photon's weight to the visible points whose disc it is inside.
+// accumulate_grid: add each photon's weight to the visible points whose disc it is inside,
+// found by the hash grid.
 // Each invocation takes every stride-th recorded photon. Reads photon_*, cells, grid_*.
 // Updates flux_low, flux_high (atomic, fixed point, w of flux_low counts photons).
-// Hachisuka and Jensen 2009, eq. 5; the disc keeps light from leaking through thin walls
-// and around corners.
+// Hachisuka and Jensen 2009, eq. 5.
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #include "invocation.glsl"
@@ -22,6 +22,8 @@ layout(std430, set = 1, binding = 6) buffer FluxLowBlock { uint data[]; } flux_l
 layout(std430, set = 1, binding = 7) buffer FluxHighBlock { uint data[]; } flux_high; // r, g, b, unused
 layout(std430, set = 1, binding = 8) buffer CounterBlock { Counters value; } counters;
 
+#include "deposit.glsl"
+
 layout(push_constant) uniform Push {
     uint recorded;
     uint stride;
@@ -29,20 +31,31 @@ layout(push_constant) uniform Push {
     uint two; // 2, see interruption.glsl
 };
 
-// A photon belongs to the visible point's own surface when their normals agree to within
-// 60 degrees and it is this near the tangent plane, in radii.
-const float MIN_COSINE = 0.5;
-const float MAX_HEIGHT = 0.25;
+// The cells that may hold a point which reaches a photon: a box of them, one after the other.
+struct Walk {
+    ivec3 lower;
+    ivec3 upper;
+    ivec3 cell; // the last one taken
+};
 
-void add_channel(uint index, uvec2 fixed_point) {
-    uint low = atomicAdd(flux_low.data[index], fixed_point.x);
-    uint high = fixed_point.y + (low + fixed_point.x < low ? 1u : 0u);
-    if (high > 0u) {
-        uint before = atomicAdd(flux_high.data[index], high);
-        if (before + high < before) {
-            atomicAdd(counters.value.saturated, 1u);
-        }
+Walk walk_around(vec3 position, float radius, float inverse_size) {
+    ivec3 lower = cell_of(position - radius, inverse_size);
+    ivec3 upper = cell_of(position + radius, inverse_size);
+    return Walk(lower, upper, ivec3(lower.x - 1, lower.yz));
+}
+
+// Goes on to the next cell; false if there is none.
+bool next_cell(inout Walk walk) {
+    walk.cell.x++;
+    if (walk.cell.x > walk.upper.x) {
+        walk.cell.x = walk.lower.x;
+        walk.cell.y++;
     }
+    if (walk.cell.y > walk.upper.y) {
+        walk.cell.y = walk.lower.y;
+        walk.cell.z++;
+    }
+    return walk.cell.z <= walk.upper.z;
 }
 
 void main() {
@@ -50,6 +63,8 @@ void main() {
     if (invocation >= stride) {
         return; // its photons are another invocation's
     }
+    // Wide enough that rounding leaves no cell out.
+    float radius = 1.000001 * sqrt(uintBitsToFloat(grid_info.value.max_radius2));
     float inverse_size = 1.0 / cell_size(grid_info.value.max_radius2);
     for (uint photon = invocation; photon < recorded; photon += stride) {
         vec4 record = photon_positions.data[photon];
@@ -58,13 +73,11 @@ void main() {
         uvec2 red = to_fixed(weight.x);
         uvec2 green = to_fixed(weight.y);
         uvec2 blue = to_fixed(weight.z);
-        ivec3 corner = ivec3(floor(record.xyz * inverse_size - 0.5));
-        uint neighbour = 0u;
+        Walk walk = walk_around(record.xyz, radius, inverse_size);
         uint entry = 0u;
         uint last = 0u;
-        ivec3 cell = corner;
-        // Eight cells, one after the other. Lanes run ahead to their next point in reach before
-        // any adds to it, so that few of them are idle while one adds.
+        // Lanes run ahead to their next point in reach before any adds to it, so that few of
+        // them are idle while one adds.
         while (true) {
             vec4 point;
             vec3 d;
@@ -78,21 +91,14 @@ void main() {
             }
             if (entry < last) {
                 uvec2 owner = grid_owners.data[entry];
-                vec3 n = unpack_normal(owner.x);
-                float height = dot(d, n);
                 // Cells that share a hash share entries: take those of this cell only.
-                if (dot(n, photon_normal) > MIN_COSINE && height * height < MAX_HEIGHT * MAX_HEIGHT * point.w
-                    && cell_of(point.xyz, inverse_size) == cell) {
-                    add_channel(4u * owner.y, red);
-                    add_channel(4u * owner.y + 1u, green);
-                    add_channel(4u * owner.y + 2u, blue);
-                    atomicAdd(flux_low.data[4u * owner.y + 3u], 1u);
+                if (is_on_disc(d, photon_normal, unpack_normal(owner.x), point.w)
+                    && cell_of(point.xyz, inverse_size) == walk.cell) {
+                    deposit(owner.y, red, green, blue);
                 }
                 entry++;
-            } else if (neighbour < 8u) {
-                cell = corner + ivec3(neighbour & 1u, (neighbour >> 1u) & 1u, neighbour >> 2u);
-                neighbour++;
-                Cell range = cells.data[cell_hash(cell, cell_mask)];
+            } else if (next_cell(walk)) {
+                Cell range = cells.data[cell_hash(walk.cell, cell_mask)];
                 entry = range.first;
                 last = range.first + range.count;
             } else {

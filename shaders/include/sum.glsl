@@ -1,0 +1,32 @@
+// Exact sums of radiance: integers add up to the same bits in any order, so that iterations
+// can be cut into any shares.
+//
+// A sum has 128 bits, lowest word first, in units of 2^-56 of a radiance that is typical of
+// the scene; src/estimate.rs reads it. Terms go up to 2^40, so that 2^32 of them cannot
+// overflow.
+
+const float MAX_TERM = 1099511627776.0;     // 2^40
+const float LARGEST_TERM = 1099511562240.0; // the float before
+
+// A number in [0, 2^40) in fixed point; rounds to nearest. All else is exact: scaling by
+// powers of two, floors, and differences that have fewer bits than their terms.
+uvec4 to_term(float value) {
+    float high = floor(value * 0.00390625); // in 2^8
+    value -= high * 256.0;
+    float middle = floor(value * 16777216.0); // in 2^-24
+    value -= middle * 5.9604644775390625e-8;
+    float low = roundEven(value * 72057594037927936.0); // in 2^-56
+    return uvec4(uint(low), uint(middle), uint(high), 0u);
+}
+
+uvec4 add_exactly(uvec4 a, uvec4 b) {
+    uvec4 sum = a + b;
+    uint carry = sum.x < b.x ? 1u : 0u;
+    uint over = sum.y < b.y ? 1u : 0u;
+    sum.y += carry;
+    carry = over + (sum.y < carry ? 1u : 0u);
+    over = sum.z < b.z ? 1u : 0u;
+    sum.z += carry;
+    sum.w += over + (sum.z < carry ? 1u : 0u);
+    return sum;
+}

@@ -1,0 +1,41 @@
+// radius: give each visible point its radius for this iteration.
+// One invocation per pixel. Reads visible_throughputs, pixel_states. Writes the w of
+// visible_positions; raises grid_info.max_radius2. The first radius follows the length of
+// the eye path, as the footprint of a pixel does; how much of it is left is either the
+// pixel's own affair (Hachisuka and Jensen 2009, eq. 7) or the same for all (Knaus and
+// Zwicker 2011, eq. 15).
+#version 460
+#extension GL_GOOGLE_include_directive : require
+#include "invocation.glsl"
+#include "types.glsl"
+
+layout(std430, set = 1, binding = 0) buffer PositionBlock { vec4 data[]; } visible_positions; // w: squared radius, 0 if there is no point
+layout(std430, set = 1, binding = 1) readonly buffer ThroughputBlock { vec4 data[]; } visible_throughputs; // w: length of the path
+layout(std430, set = 1, binding = 2) buffer PixelStateBlock { PixelState data[]; } pixel_states;
+layout(std430, set = 1, binding = 3) buffer GridInfoBlock { GridInfo value; } grid_info;
+
+layout(push_constant) uniform Push {
+    uint pixel_count;
+    float per_length;   // first radius over path length ..
+    float least;        // .. and its bounds
+    float most;
+    float shrink;       // of the squared radius, for all pixels
+    uint first;         // 1 if a pixel's statistics begin here
+};
+
+void main() {
+    uint pixel = invocation_index();
+    if (pixel >= pixel_count) {
+        return;
+    }
+    if (first != 0u) {
+        pixel_states.data[pixel] = PixelState(0.0, 1.0, 0.0, 0.0);
+    }
+    float path_length = visible_throughputs.data[pixel].w;
+    float radius = clamp(per_length * path_length, least, most);
+    float radius2 = path_length > 0.0 ? radius * radius * shrink * pixel_states.data[pixel].shrink : 0.0;
+    visible_positions.data[pixel].w = radius2;
+    if (floatBitsToUint(radius2) > grid_info.value.max_radius2) {
+        atomicMax(grid_info.value.max_radius2, floatBitsToUint(radius2));
+    }
+}

@@ -1,0 +1,328 @@
+//! A render on disk: all that a later run needs to go on, and what one shard leaves for the
+//! others.
+//!
+//! A file is a gzip stream, whose checksum tells a whole file from a torn one: one line of
+//! JSON, then the sums and states of the pixels as they are in memory, little-endian.
+
+use std::collections::BTreeMap;
+use std::fmt;
+use std::fs::File;
+use std::io::{self, BufRead, BufReader, BufWriter, Read, Write};
+use std::path::Path;
+
+use bytemuck::{Pod, Zeroable};
+use flate2::Compression;
+use flate2::read::GzDecoder;
+use flate2::write::GzEncoder;
+use goblet_host::Device;
+use serde::{Deserialize, Serialize};
+
+use crate::estimate::Estimate;
+use crate::identity::Identity;
+use crate::kernels::PixelState;
+use crate::output::Replacement;
+use crate::radius::FirstRadius;
+use crate::sequence::Shard;
+use crate::tally::Tally;
+
+/// The version of the format.
+const FORMAT: u32 = 1;
+/// The longest first line.
+const MAX_HEADER: u64 = 1 << 20;
+/// The largest image; its sums take 20 GiB.
+const MAX_PIXELS: u64 = 1 << 28;
+
+/// Why a checkpoint cannot be read, written or used.
+#[derive(Debug, thiserror::Error)]
+pub enum CheckpointError {
+    /// The file cannot be read.
+    #[error("cannot read the checkpoint: {0}")]
+    Read(io::Error),
+    /// The file cannot be written.
+    #[error("cannot write the checkpoint: {0}")]
+    Write(io::Error),
+    /// The file is something else, or not whole.
+    #[error("not a whole checkpoint of goblet: {0}")]
+    Format(String),
+    /// The file was written in another format.
+    #[error("a checkpoint of format {0}: expected format {FORMAT}; render anew, or use the goblet that wrote it")]
+    Version(u32),
+    /// The scene is not the one that was rendered.
+    #[error("{part} of the scene differ from what the checkpoint was made with")]
+    Scene {
+        /// Which part.
+        part: String,
+    },
+    /// An option is not as it was.
+    #[error("{name}: the checkpoint was made with {there}, and this is {here}")]
+    Option {
+        /// Which one.
+        name: String,
+        /// Its value now.
+        here: String,
+        /// Its value in the checkpoint.
+        there: String,
+    },
+    /// It has the iterations of other shards.
+    #[error("the checkpoint is of shard {there}, and this is shard {here}")]
+    Shard {
+        /// The one that is asked for.
+        here: String,
+        /// Those that it has.
+        there: String,
+    },
+    /// Two of the files to merge have the same iterations.
+    #[error("shard {0} is there twice")]
+    Twice(u32),
+    /// The device failed.
+    #[error(transparent)]
+    Device(#[from] goblet_host::Error),
+}
+
+/// Who made a checkpoint. Another maker's roundings may differ.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct MadeBy {
+    /// Version of goblet.
+    pub version: String,
+    /// The device's name.
+    pub device: String,
+    /// The driver's name and version.
+    pub driver: String,
+}
+
+impl MadeBy {
+    /// This program on a device.
+    pub fn new(device: &Device) -> Self {
+        let info = device.info();
+        let version = env!("CARGO_PKG_VERSION").to_owned();
+        Self { version, device: info.name.clone(), driver: info.driver.clone() }
+    }
+}
+
+impl fmt::Display for MadeBy {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "goblet {} on {} ({})", self.version, self.device, self.driver)
+    }
+}
+
+/// A render as it stood.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Checkpoint {
+    /// What was rendered.
+    pub identity: Identity,
+    /// The scene's file name, for people.
+    pub scene: String,
+    /// Who did it.
+    pub made_by: MadeBy,
+    /// Among how many shards the iterations are shared.
+    pub shards: u32,
+    /// Iterations of each shard that are in it.
+    pub done: BTreeMap<u32, u32>,
+    /// The radius that visible points start with.
+    pub first_radius: Option<FirstRadius>,
+    /// What happened to paths.
+    pub tally: Tally,
+    /// The image.
+    pub estimate: Estimate,
+    /// What pixels remember; none where shards were merged.
+    pub states: Vec<PixelState>,
+}
+
+/// The first line of a file.
+#[derive(Serialize, Deserialize)]
+struct Header {
+    goblet_checkpoint: u32,
+    identity: Identity,
+    scene: String,
+    made_by: MadeBy,
+    shards: u32,
+    done: BTreeMap<u32, u32>,
+    first_radius: Option<[f32; 3]>,
+    tally: Tally,
+    resolution: [u32; 2],
+    unit: f64,
+    iterations: u64,
+    rounds: u64,
+    has_states: bool,
+}
+
+impl Header {
+    /// How many pixels there are, if everything it says makes sense.
+    fn pixels(&self) -> Option<u64> {
+        let [width, height] = self.resolution.map(u64::from);
+        let iterations: u64 = self.done.values().map(|done| u64::from(*done)).sum();
+        let sensible = width * height > 0
+            && width * height <= MAX_PIXELS
+            && self.unit.is_finite()
+            && self.unit > 0.0
+            && iterations == self.iterations
+            && self.rounds <= self.iterations
+            && self.done.keys().all(|index| *index < self.shards);
+        sensible.then_some(width * height)
+    }
+}
+
+impl Checkpoint {
+    /// Iterations that it has of a shard.
+    pub(crate) fn done_by(&self, shard: Shard) -> Result<u32, CheckpointError> {
+        match self.done.get(&shard.index) {
+            Some(done) if self.shards == shard.count && self.done.len() == 1 && !self.states.is_empty() => Ok(*done),
+            _ => Err(CheckpointError::Shard {
+                here: format!("{}/{}", shard.index, shard.count),
+                there: self.shard_names(),
+            }),
+        }
+    }
+
+    /// As in `0/3` or `0,2/3`.
+    fn shard_names(&self) -> String {
+        let indices: Vec<String> = self.done.keys().map(u32::to_string).collect();
+        format!("{}/{}", indices.join(","), self.shards)
+    }
+
+    /// Adds the iterations of other shards.
+    ///
+    /// # Errors
+    /// They are of another render, or here already.
+    pub fn merge(&mut self, other: &Self) -> Result<(), CheckpointError> {
+        self.identity.check(&other.identity)?;
+        let option =
+            |name: &str, here: String, there: String| CheckpointError::Option { name: name.into(), here, there };
+        if self.shards != other.shards {
+            return Err(option("shards", self.shards.to_string(), other.shards.to_string()));
+        }
+        if self.first_radius != other.first_radius {
+            let text = |radius: &Option<FirstRadius>| format!("{radius:?}");
+            return Err(option("first radius", text(&self.first_radius), text(&other.first_radius)));
+        }
+        if let Some(index) = self.done.keys().find(|index| other.done.contains_key(index)) {
+            return Err(CheckpointError::Twice(*index));
+        }
+        self.estimate.add(&other.estimate);
+        self.tally.merge(&other.tally);
+        self.done.extend(&other.done);
+        self.states = Vec::new();
+        Ok(())
+    }
+
+    /// Shards that are not in it.
+    pub fn missing(&self) -> Vec<u32> {
+        (0..self.shards).filter(|index| !self.done.contains_key(index)).collect()
+    }
+
+    /// Checks, before a long render, that [`write`](Self::write) will be able to.
+    ///
+    /// # Errors
+    /// The file cannot be written.
+    pub fn check_writable(path: &Path) -> Result<(), CheckpointError> {
+        Replacement::create(path).map(drop).map_err(CheckpointError::Write)
+    }
+
+    /// Writes it, atomically: `path` holds the old file or the whole new one.
+    ///
+    /// # Errors
+    /// The file cannot be written.
+    pub fn write(&self, path: &Path) -> Result<(), CheckpointError> {
+        let replacement = Replacement::create(path).map_err(CheckpointError::Write)?;
+        self.encode(&replacement.file).and_then(|()| replacement.commit()).map_err(CheckpointError::Write)
+    }
+
+    fn encode(&self, file: &File) -> io::Result<()> {
+        let header = Header {
+            goblet_checkpoint: FORMAT,
+            identity: self.identity.clone(),
+            scene: self.scene.clone(),
+            made_by: self.made_by.clone(),
+            shards: self.shards,
+            done: self.done.clone(),
+            first_radius: self.first_radius.map(|radius| [radius.per_length, radius.least, radius.most]),
+            tally: self.tally,
+            resolution: self.estimate.resolution,
+            unit: self.estimate.unit,
+            iterations: self.estimate.iterations,
+            rounds: self.estimate.rounds,
+            has_states: !self.states.is_empty(),
+        };
+        let mut out = GzEncoder::new(BufWriter::new(file), Compression::fast());
+        serde_json::to_writer(&mut out, &header)?;
+        out.write_all(b"\n")?;
+        for sums in self.estimate.sums() {
+            out.write_all(bytemuck::cast_slice(sums))?;
+        }
+        out.write_all(bytemuck::cast_slice(&self.states))?;
+        out.finish()?.into_inner().map_err(io::IntoInnerError::into_error)?;
+        Ok(())
+    }
+
+    /// Reads a file.
+    ///
+    /// # Errors
+    /// It cannot be read, or is not a whole checkpoint.
+    pub fn read(path: &Path) -> Result<Self, CheckpointError> {
+        let file = File::open(path).map_err(CheckpointError::Read)?;
+        Self::decode(file)
+    }
+
+    /// Reads the contents of a file.
+    ///
+    /// # Errors
+    /// They are not a whole checkpoint.
+    pub fn decode(source: impl Read) -> Result<Self, CheckpointError> {
+        let mut source = BufReader::new(GzDecoder::new(source));
+        let mut line = Vec::new();
+        (&mut source).take(MAX_HEADER).read_until(b'\n', &mut line).map_err(torn)?;
+        // Another format may have other fields: its number comes first.
+        let version: Version = serde_json::from_slice(&line).map_err(|error| torn(error.into()))?;
+        if version.goblet_checkpoint != FORMAT {
+            return Err(CheckpointError::Version(version.goblet_checkpoint));
+        }
+        let header: Header = serde_json::from_slice(&line).map_err(|error| torn(error.into()))?;
+        let pixels = header.pixels().ok_or_else(|| CheckpointError::Format("its numbers do not fit".to_owned()))?;
+        let mut sums = || read_array(&mut source, pixels).map_err(torn);
+        let (radiance, square) = ([sums()?, sums()?, sums()?], sums()?);
+        let states = if header.has_states { read_array(&mut source, pixels).map_err(torn)? } else { Vec::new() };
+        // The checksum comes after the last byte.
+        if source.read(&mut [0]).map_err(torn)? > 0 {
+            return Err(CheckpointError::Format("more data than expected".to_owned()));
+        }
+        let estimate = Estimate {
+            resolution: header.resolution,
+            unit: header.unit,
+            iterations: header.iterations,
+            rounds: header.rounds,
+            radiance,
+            square,
+        };
+        Ok(Self {
+            identity: header.identity,
+            scene: header.scene,
+            made_by: header.made_by,
+            shards: header.shards,
+            done: header.done,
+            first_radius: header.first_radius.map(|[per_length, least, most]| FirstRadius { per_length, least, most }),
+            tally: header.tally,
+            estimate,
+            states,
+        })
+    }
+}
+
+#[derive(Deserialize)]
+struct Version {
+    goblet_checkpoint: u32,
+}
+
+fn torn(error: io::Error) -> CheckpointError {
+    CheckpointError::Format(error.to_string())
+}
+
+/// Memory grows with what is there, not with what a header promises.
+fn read_array<T: Pod + Zeroable>(source: &mut impl Read, length: u64) -> io::Result<Vec<T>> {
+    let expected = length * size_of::<T>() as u64;
+    let mut bytes = Vec::new();
+    source.take(expected).read_to_end(&mut bytes)?;
+    if bytes.len() as u64 != expected {
+        return Err(io::ErrorKind::UnexpectedEof.into());
+    }
+    Ok(bytemuck::pod_collect_to_vec(&bytes))
+}

@@ -1,0 +1,70 @@
+//! How far a render is, on standard error.
+
+use std::io::IsTerminal;
+use std::time::Duration;
+
+use indicatif::{ProgressBar, ProgressStyle};
+
+use super::Begin;
+use super::limit::Limit;
+use crate::renderer::Renderer;
+
+/// A bar on a terminal, a line now and then otherwise, nothing when quiet.
+pub struct Progress<'a> {
+    bar: Option<ProgressBar>,
+    quiet: bool,
+    begin: &'a Begin,
+    printed: Duration,
+    /// The relative error when it was last estimated.
+    pub error: Option<f64>,
+}
+
+/// Time between lines where there is no terminal.
+const LINE_INTERVAL: Duration = Duration::from_secs(5);
+
+impl<'a> Progress<'a> {
+    /// Of a run that began at `begin`.
+    pub fn new(limit: &Limit, begin: &'a Begin, quiet: bool) -> Self {
+        let bar = (!quiet && std::io::stderr().is_terminal()).then(|| {
+            let bar = limit.iterations.map_or_else(ProgressBar::new_spinner, |most| ProgressBar::new(most.into()));
+            if let Ok(style) = ProgressStyle::with_template("{bar:30} {pos}/{len} iterations {msg}") {
+                bar.set_style(style);
+            }
+            bar
+        });
+        Self { bar, quiet, begin, printed: Duration::ZERO, error: None }
+    }
+
+    /// Shows the state after an iteration.
+    pub fn show(&mut self, renderer: &Renderer, limit: &Limit) {
+        let elapsed = self.begin.time.elapsed();
+        if self.bar.is_none() && (self.quiet || elapsed - self.printed < LINE_INTERVAL) {
+            return;
+        }
+        self.printed = elapsed;
+        let iterations = renderer.iterations();
+        let rate = (renderer.photons() - self.begin.photons) as f64 / elapsed.as_secs_f64() / 1e6;
+        let left = limit.left(iterations, iterations - self.begin.iterations, elapsed);
+        let mut message = format!("{rate:.2} M photons/s");
+        if left.is_finite() {
+            message += &format!(", {left:.0} s left");
+        }
+        if let Some(error) = self.error {
+            message += &format!(", error {:.2} %", 100.0 * error);
+        }
+        match &self.bar {
+            Some(bar) => {
+                bar.set_position(iterations.into());
+                bar.set_message(message);
+            }
+            None => eprintln!("iteration {iterations}: {message}"),
+        }
+    }
+
+    /// Leaves the bar as it is.
+    pub fn finish(&self) {
+        if let Some(bar) = &self.bar {
+            bar.finish();
+        }
+    }
+}

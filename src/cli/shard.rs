@@ -1,0 +1,118 @@
+//! `--shard`: which part of the work is this process's.
+
+use crate::sequence::Shard;
+
+/// Variables in which a scheduler tells a job of an array its index and the count.
+struct Scheduler {
+    name: &'static str,
+    index: &'static str,
+    count: &'static str,
+    /// The first index and the step between indices, where they are not 0 and 1.
+    first: Option<&'static str>,
+    step: Option<&'static str>,
+}
+
+const SCHEDULERS: [Scheduler; 3] = [
+    Scheduler {
+        name: "Slurm",
+        index: "SLURM_ARRAY_TASK_ID",
+        count: "SLURM_ARRAY_TASK_COUNT",
+        first: Some("SLURM_ARRAY_TASK_MIN"),
+        step: Some("SLURM_ARRAY_TASK_STEP"),
+    },
+    // Kubernetes does not tell a pod how many there are: the manifest must.
+    Scheduler { name: "Kubernetes", index: "JOB_COMPLETION_INDEX", count: "JOB_COMPLETIONS", first: None, step: None },
+    Scheduler {
+        name: "AWS Batch",
+        index: "AWS_BATCH_JOB_ARRAY_INDEX",
+        count: "AWS_BATCH_JOB_ARRAY_SIZE",
+        first: None,
+        step: None,
+    },
+];
+
+/// `I/N`, or `auto`.
+pub fn parse(text: &str) -> Result<Shard, String> {
+    if text == "auto" {
+        return from_environment(|name| std::env::var(name).ok());
+    }
+    let (index, count) = text.split_once('/').ok_or("expected I/N, such as 0/4, or auto")?;
+    let number = |text: &str| text.parse().map_err(|_| "expected whole numbers I/N, such as 0/4".to_owned());
+    shard(number(index)?, number(count)?)
+}
+
+fn shard(index: u32, count: u32) -> Result<Shard, String> {
+    if index < count {
+        return Ok(Shard { index, count });
+    }
+    Err(format!("expected an index from 0 that is below the count, not {index} of {count}"))
+}
+
+/// From the environment of an array job.
+fn from_environment(variable: impl Fn(&str) -> Option<String>) -> Result<Shard, String> {
+    let Some(scheduler) = SCHEDULERS.iter().find(|scheduler| variable(scheduler.index).is_some()) else {
+        let names: Vec<_> =
+            SCHEDULERS.iter().map(|scheduler| format!("{} ({})", scheduler.index, scheduler.name)).collect();
+        return Err(format!("auto: not in an array job: expected one of {}", names.join(", ")));
+    };
+    let number = |name: &str| -> Result<u32, String> {
+        let text = variable(name).ok_or_else(|| {
+            format!(
+                "auto: {} is set ({}), and {name} is not: expected the number of jobs there",
+                scheduler.index, scheduler.name
+            )
+        })?;
+        text.parse().map_err(|_| format!("auto: {name} is {text:?}: expected a whole number"))
+    };
+    let or = |name: Option<&str>, default| match name {
+        Some(name) if variable(name).is_some() => number(name),
+        _ => Ok(default),
+    };
+    let (first, step) = (or(scheduler.first, 0)?, or(scheduler.step, 1)?.max(1));
+    let index = number(scheduler.index)?;
+    shard(index.saturating_sub(first) / step, number(scheduler.count)?)
+        .map_err(|error| format!("auto, from {}: {error}", scheduler.name))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn within(variables: &[(&str, &str)]) -> Result<Shard, String> {
+        let find = |name: &str| variables.iter().find(|(key, _)| *key == name).map(|(_, value)| (*value).to_owned());
+        from_environment(find)
+    }
+
+    #[test]
+    fn written_shards_are_read() {
+        assert_eq!(parse("2/7"), Ok(Shard { index: 2, count: 7 }));
+        for wrong in ["", "2", "7/7", "0/0", "-1/2", "1/2/3", "a/b", "1.5/2", "Auto"] {
+            assert!(parse(wrong).is_err(), "{wrong}");
+        }
+    }
+
+    #[test]
+    fn each_scheduler_is_understood() {
+        let expected = Ok(Shard { index: 3, count: 8 });
+        let slurm = [("SLURM_ARRAY_TASK_ID", "3"), ("SLURM_ARRAY_TASK_COUNT", "8")];
+        assert_eq!(within(&slurm), expected);
+        let stepped = [
+            ("SLURM_ARRAY_TASK_ID", "16"),
+            ("SLURM_ARRAY_TASK_COUNT", "8"),
+            ("SLURM_ARRAY_TASK_MIN", "10"),
+            ("SLURM_ARRAY_TASK_STEP", "2"),
+        ];
+        assert_eq!(within(&stepped), expected);
+        assert_eq!(within(&[("JOB_COMPLETION_INDEX", "3"), ("JOB_COMPLETIONS", "8")]), expected);
+        assert_eq!(within(&[("AWS_BATCH_JOB_ARRAY_INDEX", "3"), ("AWS_BATCH_JOB_ARRAY_SIZE", "8")]), expected);
+    }
+
+    #[test]
+    fn what_is_missing_or_wrong_is_named() {
+        let error = |variables: &[(&str, &str)]| within(variables).unwrap_err();
+        assert!(error(&[]).contains("SLURM_ARRAY_TASK_ID"));
+        assert!(error(&[("JOB_COMPLETION_INDEX", "3")]).contains("JOB_COMPLETIONS"));
+        assert!(error(&[("SLURM_ARRAY_TASK_ID", "x"), ("SLURM_ARRAY_TASK_COUNT", "8")]).contains("whole number"));
+        assert!(error(&[("SLURM_ARRAY_TASK_ID", "8"), ("SLURM_ARRAY_TASK_COUNT", "8")]).contains("below the count"));
+    }
+}

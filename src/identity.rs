@@ -1,0 +1,95 @@
+//! What makes an image what it is: a checkpoint can be continued, and shards be merged,
+//! where all of it agrees.
+
+use std::collections::BTreeMap;
+
+use bytemuck::Pod;
+use clap::ValueEnum;
+use serde::{Deserialize, Serialize};
+use sha2::{Digest, Sha256};
+
+use crate::checkpoint::CheckpointError;
+use crate::kernels::Camera;
+use crate::options::{Options, Resolved};
+use crate::pack::PackedScene;
+
+/// Names and values: options as they are written, parts of the scene as digests.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(transparent)]
+pub struct Identity(BTreeMap<String, String>);
+
+/// How digests are told from values that a person can read.
+const DIGEST: &str = "sha256:";
+
+impl Identity {
+    /// Of a render with these options.
+    pub(crate) fn new(scene: &PackedScene, camera: &Camera, options: &Options, resolved: &Resolved) -> Self {
+        let Resolved { resolution: [width, height], photons, radius, alpha, max_depth, seed, sequence, .. } = resolved;
+        let name = |value: Option<clap::builder::PossibleValue>| value.map(|value| value.get_name().to_owned());
+        let values = [
+            ("the camera", digest(&[bytes(&[*camera])])),
+            ("the lights", digest(&[bytes(&scene.lights), bytes(&[scene.infinite.to_array()])])),
+            ("the materials", digest(&[bytes(&scene.materials)])),
+            ("the shapes", shapes(scene)),
+            ("resolution", format!("{width}x{height}")),
+            ("photons per iteration", photons.to_string()),
+            ("radius", radius.map_or_else(|| "automatic".to_owned(), |radius| radius.to_string())),
+            ("alpha", alpha.to_string()),
+            ("maximum depth", max_depth.to_string()),
+            ("seed", seed.to_string()),
+            ("integrator", name(options.integrator.to_possible_value()).unwrap_or_default()),
+            ("iterations per round", sequence.round_length.to_string()),
+            ("radius schedule", name(options.radius_schedule.to_possible_value()).unwrap_or_default()),
+            ("direct light", name(options.direct.to_possible_value()).unwrap_or_default()),
+            ("sampler", name(options.sampler.to_possible_value()).unwrap_or_default()),
+            ("revolution solver", options.revolution_solver.to_string()),
+        ];
+        Self(values.into_iter().map(|(name, value)| (name.to_owned(), value)).collect())
+    }
+
+    /// Whether a checkpoint with the identity `other` is of this render.
+    ///
+    /// # Errors
+    /// The first difference.
+    pub fn check(&self, other: &Self) -> Result<(), CheckpointError> {
+        for name in self.0.keys().chain(other.0.keys()) {
+            let [here, there] = [self, other].map(|identity| identity.0.get(name).map_or("nothing", String::as_str));
+            if here != there {
+                let (name, here, there) = (name.clone(), here.to_owned(), there.to_owned());
+                return Err(if here.starts_with(DIGEST) {
+                    CheckpointError::Scene { part: name }
+                } else {
+                    CheckpointError::Option { name, here, there }
+                });
+            }
+        }
+        Ok(())
+    }
+}
+
+fn bytes<T: Pod>(items: &[T]) -> &[u8] {
+    bytemuck::cast_slice(items)
+}
+
+/// Of arrays with their lengths, so that none flows into the next.
+fn digest(arrays: &[&[u8]]) -> String {
+    let mut hash = Sha256::new();
+    for array in arrays {
+        hash.update((array.len() as u64).to_le_bytes());
+        hash.update(array);
+    }
+    let hex: String = hash.finalize().iter().map(|byte| format!("{byte:02x}")).collect();
+    format!("{DIGEST}{hex}")
+}
+
+fn shapes(scene: &PackedScene) -> String {
+    let space = [scene.space.center.x, scene.space.center.y, scene.space.center.z, scene.space.scale];
+    digest(&[
+        bytes(&scene.triangles),
+        bytes(&scene.triangle_normals),
+        bytes(&scene.quadrics),
+        bytes(&scene.revolutions),
+        bytes(&scene.revolution_pieces),
+        bytes(&space),
+    ])
+}

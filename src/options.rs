@@ -1,0 +1,230 @@
+//! What a caller may ask of a render, and which of it fits a scene.
+
+use crate::pack::RevolutionSolver;
+use crate::radius::RadiusSchedule;
+use crate::renderer::RenderError;
+use crate::scene::Scene;
+use crate::sequence::{Sequence, Shard};
+
+/// Photons of one iteration, at most: they are numbered in 32 bits.
+const MAX_PHOTONS: u64 = 1 << 31;
+/// Pixels of an image, at most.
+const MAX_PIXELS: u64 = 1 << 28;
+/// Initial radii, in radii of the scene's bounding sphere.
+const RADIUS_RANGE: [f64; 2] = [1e-9, 1e4];
+/// Iterations of a round of progressive photon mapping where nobody says how many photons
+/// it has.
+const DEFAULT_ROUND: u32 = 16;
+
+/// When new eye paths are traced.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, clap::ValueEnum)]
+pub enum Integrator {
+    /// Stochastic progressive photon mapping: in every iteration (Hachisuka and Jensen 2009)
+    #[default]
+    Sppm,
+    /// Progressive photon mapping: once a round of many iterations (Hachisuka and others 2008)
+    Ppm,
+}
+
+/// Who brings light that comes straight from a light source.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, clap::ValueEnum)]
+pub enum DirectLight {
+    /// Next-event estimation from the visible points
+    #[default]
+    Nee,
+    /// Photons, as all other light
+    Photons,
+}
+
+/// Where random numbers come from.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, clap::ValueEnum)]
+pub enum Sampler {
+    /// A hash of path and dimension: independent numbers
+    Pcg,
+    /// Scrambled Sobol points in the first dimensions of a path, hashed numbers after them
+    #[default]
+    Sobol,
+}
+
+impl Sampler {
+    /// Pairs of dimensions that are low-discrepancy points.
+    pub(crate) fn low_discrepancy_pairs(self) -> u32 {
+        match self {
+            Self::Pcg => 0,
+            Self::Sobol => 8,
+        }
+    }
+}
+
+/// How a photon finds the visible points that it reaches. Does not change the image.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, clap::ValueEnum)]
+pub enum LookupKind {
+    /// A hash grid
+    #[default]
+    HashGrid,
+    /// A left-balanced kd-tree
+    KdTree,
+}
+
+/// What the caller may ask for; `None` takes the scene's own value.
+#[derive(Clone, Debug)]
+pub struct Options {
+    /// Width and height in pixels.
+    pub resolution: Option<[u32; 2]>,
+    /// Photons per iteration.
+    pub photons: Option<u64>,
+    /// Initial radius in scene units; without any, it follows the footprints of pixels.
+    pub radius: Option<f64>,
+    /// Share of an iteration's photons that a pixel keeps, in (0, 1]; 2/3 by default.
+    pub alpha: Option<f64>,
+    /// The most segments of a path.
+    pub max_depth: Option<u32>,
+    /// Seed of every random number.
+    pub seed: Option<u32>,
+    /// When new eye paths are traced.
+    pub integrator: Integrator,
+    /// Photons for which [`Integrator::Ppm`] keeps its eye paths; rounded up to whole
+    /// iterations.
+    pub photons_per_round: Option<u64>,
+    /// Who decides how radii shrink.
+    pub radius_schedule: RadiusSchedule,
+    /// Who brings direct light.
+    pub direct: DirectLight,
+    /// Where random numbers come from.
+    pub sampler: Sampler,
+    /// Which part of the iterations to render.
+    pub shard: Shard,
+    /// How photons find visible points. Does not change the image.
+    pub lookup: LookupKind,
+    /// Width of the hash grid's cells in diameters of the largest disc, 1/4 to 8; 1 by
+    /// default. Does not change the image.
+    pub cell_scale: Option<f64>,
+    /// Invocations per workgroup: 32, 64 (default) or 128. Does not change the image.
+    pub workgroup_size: Option<u32>,
+    /// Photons per batch. Does not change the image.
+    pub batch_size: Option<u64>,
+    /// How rays meet bodies of revolution.
+    pub revolution_solver: RevolutionSolver,
+}
+
+impl Default for Options {
+    fn default() -> Self {
+        Self {
+            resolution: None,
+            photons: None,
+            radius: None,
+            alpha: None,
+            max_depth: None,
+            seed: None,
+            integrator: Integrator::default(),
+            photons_per_round: None,
+            radius_schedule: RadiusSchedule::default(),
+            direct: DirectLight::default(),
+            sampler: Sampler::default(),
+            shard: Shard::WHOLE,
+            lookup: LookupKind::default(),
+            cell_scale: None,
+            workgroup_size: None,
+            batch_size: None,
+            revolution_solver: RevolutionSolver::default(),
+        }
+    }
+}
+
+/// Options with every gap filled from a scene, and checked.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Resolved {
+    pub resolution: [u32; 2],
+    pub pixels: u64,
+    pub photons: u64,
+    /// Scene units.
+    pub radius: Option<f64>,
+    pub alpha: f64,
+    pub max_depth: u32,
+    pub seed: u32,
+    pub sequence: Sequence,
+    pub cell_scale: f64,
+    pub workgroup_size: u32,
+}
+
+impl Options {
+    /// Widths of the hash grid's cells, in diameters of the largest disc.
+    pub const CELL_SCALES: [f64; 2] = [0.25, 8.0];
+
+    /// Fills the gaps from a scene whose bounding sphere has the radius `size`.
+    ///
+    /// # Errors
+    /// A value that is out of range for this scene.
+    pub(crate) fn resolve(&self, scene: &Scene, size: f64) -> Result<Resolved, RenderError> {
+        let resolution = self.resolution.unwrap_or(scene.film.resolution);
+        let pixels = u64::from(resolution[0]) * u64::from(resolution[1]);
+        let photons = self.photons.or(scene.integrator.photons_per_iteration).unwrap_or(pixels);
+        let max_depth = self.max_depth.unwrap_or(scene.integrator.max_depth);
+        let radius = self.radius.or(scene.integrator.radius);
+        let alpha = self.alpha.unwrap_or(2.0 / 3.0);
+        let cell_scale = self.cell_scale.unwrap_or(1.0);
+        check(pixels > 0 && pixels <= MAX_PIXELS, || {
+            format!("an image of {pixels} pixels: expected 1 to {MAX_PIXELS}")
+        })?;
+        check(photons > 0 && photons <= MAX_PHOTONS, || {
+            format!("{photons} photons per iteration: expected 1 to {MAX_PHOTONS}")
+        })?;
+        check(max_depth > 0, || "a maximum depth of 0: expected 1 or more".into())?;
+        let [least, most] = RADIUS_RANGE.map(|bound| bound * size);
+        check(radius.is_none_or(|radius| radius >= least && radius <= most), || {
+            let radius = radius.unwrap_or_default();
+            format!("a radius of {radius}: expected {least:e} to {most:e} for a scene of this size")
+        })?;
+        check(alpha > 0.0 && alpha <= 1.0, || format!("an alpha of {alpha}: expected above 0, up to 1"))?;
+        let [least, most] = Self::CELL_SCALES;
+        check(cell_scale >= least && cell_scale <= most, || {
+            format!("a cell scale of {cell_scale}: expected {least} to {most}")
+        })?;
+        let solver = self.revolution_solver;
+        check(solver.is_valid(), || {
+            format!("a revolution solver of {solver:?}: expected {:?} segments", RevolutionSolver::SEGMENTS)
+        })?;
+        Ok(Resolved {
+            resolution,
+            pixels,
+            photons,
+            radius,
+            alpha,
+            max_depth,
+            seed: self.seed.unwrap_or(scene.integrator.seed),
+            sequence: Sequence { round_length: self.round_length(photons)?, shard: self.checked_shard()? },
+            cell_scale,
+            workgroup_size: self.workgroup_size.unwrap_or(64),
+        })
+    }
+
+    fn round_length(&self, photons: u64) -> Result<u32, RenderError> {
+        match (self.integrator, self.photons_per_round) {
+            (Integrator::Sppm, None) => Ok(1),
+            (Integrator::Ppm, None) => Ok(DEFAULT_ROUND),
+            (Integrator::Sppm, Some(_)) => {
+                Err(RenderError::Option("photons per round: expected the integrator ppm".into()))
+            }
+            (Integrator::Ppm, Some(0)) => Err(RenderError::Option("0 photons per round: expected 1 or more".into())),
+            (Integrator::Ppm, Some(per_round)) => u32::try_from(per_round.div_ceil(photons)).map_err(|_| {
+                RenderError::Option(format!("{per_round} photons per round of {photons} each: too many iterations"))
+            }),
+        }
+    }
+
+    fn checked_shard(&self) -> Result<Shard, RenderError> {
+        let Shard { index, count } = self.shard;
+        check(index < count, || format!("shard {index} of {count}: expected an index from 0, below the count"))?;
+        let independent = self.radius_schedule == RadiusSchedule::Global || self.integrator == Integrator::Ppm;
+        check(count == 1 || independent, || {
+            "shards: expected the global radius schedule or the integrator ppm, since adaptive radii depend on all \
+             iterations before"
+                .into()
+        })?;
+        Ok(self.shard)
+    }
+}
+
+fn check(holds: bool, message: impl FnOnce() -> String) -> Result<(), RenderError> {
+    if holds { Ok(()) } else { Err(RenderError::Option(message())) }
+}

@@ -1,0 +1,114 @@
+//! How radii begin and how they shrink.
+
+use crate::kernels::RadiusPush;
+
+/// The first radius where nobody gives one: so many pixels, seen at the visible point.
+const PIXELS: f64 = 2.0;
+/// How far from its median over the image it may go, as a factor.
+const SPREAD: f64 = 2.0;
+/// The median is rounded to so many steps per octave, so that a device's rounding does not
+/// tell shards apart.
+const STEPS: f64 = 8.0;
+
+/// What decides the radius that a visible point starts with.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct FirstRadius {
+    /// Radius over path length ..
+    pub per_length: f32,
+    /// .. and its bounds, render units.
+    pub least: f32,
+    /// At most this.
+    pub most: f32,
+}
+
+impl FirstRadius {
+    /// The same for all points; render units.
+    pub fn constant(radius: f64) -> Self {
+        Self { per_length: 0.0, least: radius as f32, most: radius as f32 }
+    }
+
+    /// A few pixels wide at the visible point, for a camera whose pixels are `pixel` wide at
+    /// distance 1. `lengths` are those of one round of eye paths, 0 where there is no point.
+    /// Without any, nothing will be gathered, and any radius does.
+    pub fn from_footprints(pixel: f64, lengths: impl Iterator<Item = f32>) -> Self {
+        let mut lengths: Vec<f32> = lengths.filter(|length| *length > 0.0).collect();
+        if lengths.is_empty() {
+            return Self::constant(1.0);
+        }
+        let middle = lengths.len() / 2;
+        let (_, median, _) = lengths.select_nth_unstable_by(middle, f32::total_cmp);
+        let rounded = ((f64::from(*median).log2() * STEPS).round() / STEPS).exp2();
+        let radius = PIXELS * pixel * rounded;
+        Self { per_length: (PIXELS * pixel) as f32, least: (radius / SPREAD) as f32, most: (radius * SPREAD) as f32 }
+    }
+
+    /// What the radius pass is told of an iteration.
+    pub fn push(&self, pixel_count: u32, shrink: f64, first: bool) -> RadiusPush {
+        let Self { per_length, least, most } = *self;
+        RadiusPush { pixel_count, per_length, least, most, shrink: shrink as f32, first: first.into() }
+    }
+}
+
+/// Who decides how radii shrink.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, clap::ValueEnum)]
+pub enum RadiusSchedule {
+    /// Each pixel, by the photons that it finds
+    #[default]
+    Adaptive,
+    /// All alike, by the iteration: iterations are independent of each other
+    Global,
+}
+
+/// The squared radius of the global schedule at an iteration, over the first: the product of
+/// (i + α) / (i + 1) for i from 1 (Knaus and Zwicker 2011, eq. 20).
+#[derive(Clone, Debug)]
+pub struct GlobalShrink {
+    alpha: f64,
+    step: u64,
+    value: f64,
+}
+
+impl GlobalShrink {
+    /// At the first iteration.
+    pub fn new(alpha: f64) -> Self {
+        Self { alpha, step: 0, value: 1.0 }
+    }
+
+    /// At iteration `step`, from 0. Iterations are asked for in order, but for new rounds.
+    pub fn at(&mut self, step: u64) -> f64 {
+        if step < self.step {
+            *self = Self::new(self.alpha);
+        }
+        while self.step < step {
+            self.step += 1;
+            let i = self.step as f64;
+            self.value *= (i + self.alpha) / (i + 1.0);
+        }
+        self.value
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn global_radii_shrink_as_photons_to_the_alpha_minus_one() {
+        let mut shrink = GlobalShrink::new(2.0 / 3.0);
+        assert_eq!(shrink.at(0), 1.0);
+        assert!((shrink.at(1) - (1.0 + 2.0 / 3.0) / 2.0).abs() < 1e-15);
+        let [early, late] = [1_000, 1_000_000].map(|step| shrink.at(step));
+        let slope = (late / early).ln() / 1000f64.ln();
+        assert!((slope + 1.0 / 3.0).abs() < 1e-4, "{slope}");
+        assert_eq!(shrink.at(1_000), early);
+    }
+
+    #[test]
+    fn footprints_follow_the_path_within_bounds() {
+        let lengths = [0.0, 4.0, 1.0, 4.0, 4.0, 1000.0, 0.0];
+        let radius = FirstRadius::from_footprints(0.01, lengths.into_iter());
+        assert_eq!(radius.per_length, (PIXELS * 0.01) as f32);
+        assert!((radius.most / radius.least - 4.0).abs() < 1e-5 && (radius.least - 0.04).abs() < 1e-6, "{radius:?}");
+        assert_eq!(FirstRadius::from_footprints(0.01, std::iter::repeat_n(0.0, 3)), FirstRadius::constant(1.0));
+    }
+}

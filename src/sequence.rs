@@ -1,0 +1,96 @@
+//! Which iterations a render is made of, and in which order.
+
+/// One of several renders that share the work: it takes every `count`-th round, from round
+/// `index` on.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Shard {
+    /// Which one, from 0.
+    pub index: u32,
+    /// How many there are.
+    pub count: u32,
+}
+
+impl Shard {
+    /// All rounds.
+    pub const WHOLE: Self = Self { index: 0, count: 1 };
+}
+
+/// Iterations come in rounds, which share their eye paths: of one iteration in stochastic
+/// progressive photon mapping, of many in progressive photon mapping.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Sequence {
+    /// Iterations of a round.
+    pub round_length: u32,
+    /// Whose rounds.
+    pub shard: Shard,
+}
+
+/// Where an iteration stands.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Place {
+    /// Its round, among those of all shards.
+    pub round: u32,
+    /// Which of the round it is.
+    pub step: u32,
+    /// Which of all iterations of all shards it is.
+    pub iteration: u64,
+}
+
+impl Sequence {
+    /// The place of this shard's next iteration after `done` ones.
+    pub fn place(&self, done: u32) -> Place {
+        let round = u64::from(self.shard.index) + u64::from(self.shard.count) * u64::from(done / self.round_length);
+        let step = done % self.round_length;
+        let iteration = round * u64::from(self.round_length) + u64::from(step);
+        // Rounds are counted in 32 bits by random numbers, which may start again after that.
+        Place { round: round as u32, step, iteration }
+    }
+
+    /// How many of the first `total` iterations are this shard's.
+    pub fn share(&self, total: u32) -> u32 {
+        let (rounds, rest) = (total / self.round_length, total % self.round_length);
+        let Shard { index, count } = self.shard;
+        let full = rounds / count + u32::from(rounds % count > index);
+        let partial = if rounds % count == index { rest } else { 0 };
+        full * self.round_length + partial
+    }
+
+    /// Whether an iteration is the last of its round.
+    pub fn is_last(&self, place: Place) -> bool {
+        place.step + 1 == self.round_length
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn shards_share_all_iterations_without_overlap() {
+        for round_length in [1, 3, 16] {
+            for count in [1, 2, 3, 7] {
+                for total in [0, 1, 2, 15, 16, 17, 100] {
+                    let mut seen = vec![0; total as usize];
+                    for index in 0..count {
+                        let sequence = Sequence { round_length, shard: Shard { index, count } };
+                        for done in 0..sequence.share(total) {
+                            let place = sequence.place(done);
+                            assert_eq!(place.iteration / u64::from(round_length), u64::from(place.round));
+                            assert_eq!(sequence.is_last(place), (place.iteration + 1) % u64::from(round_length) == 0);
+                            seen[place.iteration as usize] += 1;
+                        }
+                    }
+                    assert!(seen.iter().all(|times| *times == 1), "{round_length} {count} {total}: {seen:?}");
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn iterations_are_counted_beyond_32_bits() {
+        let sequence = Sequence { round_length: 1 << 20, shard: Shard { index: 5, count: 8 } };
+        let place = sequence.place(u32::MAX);
+        assert_eq!(place.iteration, (5 + 8 * 4095) * (1 << 20) + (1 << 20) - 1);
+        assert!(sequence.is_last(place));
+    }
+}
