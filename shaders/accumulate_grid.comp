@@ -1,7 +1,9 @@
 // accumulate_grid: add each photon's weight to the visible points whose disc it is inside,
 // found by the hash grid.
-// Each invocation takes every stride-th recorded photon. Reads photon_*, cells, grid_*.
-// Updates flux_low, flux_high (atomic, fixed point, w of flux_low counts photons).
+// Each invocation takes every stride-th recorded photon; one that has met many points
+// leaves its place in `places` and counts as unfinished, so that no dispatch is long. Reads
+// photon_*, cells, grid_*. Updates flux_low, flux_high (atomic, fixed point, w of flux_low
+// counts photons), places.
 // Hachisuka and Jensen 2009, eq. 5.
 #version 460
 #extension GL_GOOGLE_include_directive : require
@@ -24,12 +26,18 @@ layout(std430, set = 1, binding = 8) buffer CounterBlock { Counters value; } cou
 
 #include "deposit.glsl"
 
+layout(std430, set = 1, binding = 9) buffer PlaceBlock { GridPlace data[]; } places; // of invocations that go on
+
 layout(push_constant) uniform Push {
     uint recorded;
     uint stride;
     uint cell_mask;
-    uint two; // 2, see interruption.glsl
+    uint resumed; // 1 to go on from `places`
+    uint two;     // 2, see interruption.glsl
 };
+
+// Rounds of loops in one dispatch: eight lanes together stay below what llvmpipe allows.
+const uint MAX_ROUNDS = 8000u;
 
 // The cells that may hold a point which reaches a photon: a box of them, one after the other.
 struct Walk {
@@ -66,22 +74,36 @@ void main() {
     // Wide enough that rounding leaves no cell out.
     float radius = 1.000001 * sqrt(uintBitsToFloat(grid_info.value.max_radius2));
     float inverse_size = 1.0 / cell_size(grid_info.value.max_radius2);
-    for (uint photon = invocation; photon < recorded; photon += stride) {
-        vec4 record = photon_positions.data[photon];
+    GridPlace place = GridPlace(ivec3(0), invocation, 0u, 0u, 0u, 0u);
+    bool resumes = resumed != 0u;
+    if (resumes) {
+        place = places.data[invocation];
+    }
+    uint left = MAX_ROUNDS;
+    for (; place.photon < recorded && left > 0u; place.photon += left > 0u ? stride : 0u) {
+        vec4 record = photon_positions.data[place.photon];
         vec3 photon_normal = unpack_normal(floatBitsToUint(record.w));
-        vec3 weight = photon_weights.data[photon].xyz;
+        vec3 weight = photon_weights.data[place.photon].xyz;
         uvec2 red = to_fixed(weight.x);
         uvec2 green = to_fixed(weight.y);
         uvec2 blue = to_fixed(weight.z);
         Walk walk = walk_around(record.xyz, radius, inverse_size);
         uint entry = 0u;
         uint last = 0u;
+        if (resumes) {
+            walk.cell = place.cell;
+            entry = place.entry;
+            last = place.last;
+            resumes = false;
+        }
         // Lanes run ahead to their next point in reach before any adds to it, so that few of
         // them are idle while one adds.
-        while (true) {
+        while (left > 0u) {
             vec4 point;
             vec3 d;
-            while (entry < last) {
+            uint begin = entry;
+            uint stop = min(last, entry + left);
+            while (entry < stop) {
                 point = grid_positions.data[entry];
                 d = record.xyz - point.xyz;
                 if (dot(d, d) < point.w) {
@@ -89,6 +111,11 @@ void main() {
                 }
                 entry++;
             }
+            left -= entry - begin;
+            if (left == 0u) {
+                break;
+            }
+            left--;
             if (entry < last) {
                 uvec2 owner = grid_owners.data[entry];
                 // Cells that share a hash share entries: take those of this cell only.
@@ -105,6 +132,11 @@ void main() {
                 break;
             }
         }
+        place = GridPlace(walk.cell, place.photon, entry, last, 0u, 0u);
+    }
+    places.data[invocation] = place;
+    if (place.photon < recorded) {
+        atomicAdd(counters.value.unfinished, 1u);
     }
     if (interrupted(two)) {
         atomicAdd(counters.value.interrupted, 1u);

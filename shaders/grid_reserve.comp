@@ -1,6 +1,6 @@
 // grid_reserve: give each cell its range of entries.
-// One invocation per cell. Updates cells (first set, count back to 0), grid_info.filled
-// and grid_info.most (atomic). A prefix sum would order the ranges by cell; sums of integers do not ask for
+// One invocation per cell. Updates cells (first set, count back to 0) and grid_info.filled
+// (atomic). A prefix sum would order the ranges by cell; sums of integers do not ask for
 // an order, so that one atomic per occupied cell serves.
 #version 460
 #extension GL_GOOGLE_include_directive : require
@@ -21,9 +21,6 @@ void main() {
     }
     uint count = cells.data[cell].count;
     if (count > 0u) {
-        if (count > grid_info.value.most) {
-            atomicMax(grid_info.value.most, count);
-        }
         cells.data[cell] = Cell(atomicAdd(grid_info.value.filled, count), 0u);
     }
 }

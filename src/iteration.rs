@@ -103,8 +103,8 @@ impl Passes {
             let start = Instant::now();
             let recorded = self.trace(device, buffers, settings, progress, place, first..end)?;
             let per_invocation = progress.schedule.per_invocation();
-            let counters = self.lookup.accumulate(device, buffers, recorded, per_invocation)?;
-            progress.tally.add(&counters);
+            let deposited = self.lookup.accumulate(device, buffers, recorded, per_invocation)?;
+            progress.tally.merge(&deposited);
             progress.schedule.observe(end - first, start.elapsed());
             first = end;
         }

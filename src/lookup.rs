@@ -7,15 +7,15 @@ use goblet_host::{Buffer, Device, Frame, Pass};
 use crate::buffers::Buffers;
 use crate::iteration::finished;
 use crate::kernels::{
-    AccumulateGrid, AccumulateGridPush, Cell, Counters, GridCount, GridCountPush, GridFill, GridFillPush, GridReserve,
+    AccumulateGrid, AccumulateGridPush, Cell, GridCount, GridCountPush, GridFill, GridFillPush, GridPlace, GridReserve,
     GridReservePush, Specialization,
 };
 use crate::options::LookupKind;
 use crate::renderer::RenderError;
+use crate::tally::Tally;
 
-/// Rounds that the loops of an invocation go, at most, with room to spare: see
-/// `shaders/include/interruption.glsl`.
-const MAX_LOOPS: u64 = 60_000;
+/// Invocations of one dispatch that adds photons, at most: each has a place to go on from.
+const MAX_INVOCATIONS: u32 = 1 << 18;
 
 /// One way or the other; both give the same sums.
 pub enum Lookup {
@@ -70,7 +70,7 @@ impl Lookup {
         buffers: &Buffers,
         recorded: u32,
         per_invocation: u64,
-    ) -> Result<Counters, RenderError> {
+    ) -> Result<Tally, RenderError> {
         match self {
             Self::Grid(grid) => grid.accumulate(device, buffers, recorded, per_invocation),
         }
@@ -84,9 +84,7 @@ pub struct HashGrid {
     reserve: Pass<GridReservePush>,
     fill: Pass<GridFillPush>,
     accumulate: Pass<AccumulateGridPush>,
-    /// Cells that a photon looks at, about.
-    neighbours: u64,
-    fullest_cell: u64,
+    places: Buffer<GridPlace>,
 }
 
 impl HashGrid {
@@ -109,7 +107,7 @@ impl HashGrid {
         macro_rules! pass {
             ($($kernel:tt)*) => { device.pass(&$($kernel)*, specialization, workgroup_size)? };
         }
-        let across = (1.0 / specialization.cell_scale).ceil() as u64 + 1;
+        let places = device.buffer("places", MAX_INVOCATIONS.into())?;
         Ok(Self {
             count: pass!(GridCount { visible_positions, grid_info, cells: &cells }),
             reserve: pass!(GridReserve { grid_info, cells: &cells }),
@@ -130,11 +128,11 @@ impl HashGrid {
                 grid_owners,
                 flux_low,
                 flux_high,
-                counters
+                counters,
+                places: &places
             }),
             cells,
-            neighbours: across.pow(3),
-            fullest_cell: 0,
+            places,
         })
     }
 
@@ -161,7 +159,6 @@ impl HashGrid {
         frame.dispatch(&self.reserve, GridReservePush { cell_count }, cells);
         frame.dispatch(&self.fill, GridFillPush { pixel_count, cell_mask: cell_count - 1 }, pixels);
         frame.run()?;
-        self.fullest_cell = device.read(&buffers.grid_info)?[0].most.into();
         Ok(())
     }
 
@@ -175,18 +172,23 @@ impl HashGrid {
         buffers: &Buffers,
         recorded: u32,
         per_invocation: u64,
-    ) -> Result<Counters, RenderError> {
-        // A photon may meet all points of all the cells that it looks at.
-        let loops = self.neighbours * (self.fullest_cell + 1);
-        let per_invocation = (MAX_LOOPS / loops).clamp(1, per_invocation);
-        let stride = recorded.div_ceil(per_invocation as u32);
+    ) -> Result<Tally, RenderError> {
+        let stride = recorded.div_ceil(per_invocation as u32).min(MAX_INVOCATIONS);
         let cell_mask = self.cells.len() as u32 - 1;
-        let mut frame = device.frame()?;
-        frame.clear(&buffers.counters);
-        frame.dispatch(&self.accumulate, AccumulateGridPush { recorded, stride, cell_mask, two: 2 }, stride.into());
-        frame.run()?;
-        let counters = device.read(&buffers.counters)?[0];
-        finished(&counters, "accumulate", "a smaller radius")?;
-        Ok(counters)
+        let mut push = AccumulateGridPush { recorded, stride, cell_mask, resumed: 0, two: 2 };
+        let mut total = Tally::default();
+        loop {
+            let mut frame = device.frame()?;
+            frame.clear(&buffers.counters);
+            frame.dispatch(&self.accumulate, push, stride.into());
+            frame.run()?;
+            let counters = device.read(&buffers.counters)?[0];
+            finished(&counters, "accumulate_grid", "a smaller radius")?;
+            total.add(&counters);
+            if counters.unfinished == 0 {
+                return Ok(total);
+            }
+            push.resumed = 1;
+        }
     }
 }

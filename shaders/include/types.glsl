@@ -189,6 +189,7 @@ struct Counters {
     uint non_finite;    // paths dropped for a value that is not finite
     uint saturated;     // deposits that would not fit the fixed-point sum
     uint interrupted;   // invocations that the driver ended before they were done
+    uint unfinished;    // invocations that wait for another dispatch
 };
 
 // What a pixel remembers between iterations, besides the image.
@@ -203,10 +204,19 @@ struct PixelState {
 struct GridInfo {
     uint max_radius2; // bits of the largest squared radius
     uint filled;      // entries handed out to cells
-    uint most;        // entries of the fullest cell
 };
 
 struct Cell {
     uint first; // into grid_positions and grid_normals
     uint count;
+};
+
+// Where an invocation of accumulate_grid has got to.
+struct GridPlace {
+    ivec3 cell;  // of the photon's neighbourhood
+    uint photon;
+    uint entry;  // next one of that cell
+    uint last;   // end of the cell's entries
+    uint pad0;
+    uint pad1;
 };

@@ -78,7 +78,7 @@ fn accumulate(weights: &[[f32; 3]], low: [u32; 4], high: [u32; 4]) -> ([u32; 4],
     let photon = |weight: &[f32; 3]| [weight[0], weight[1], weight[2], 0.0];
     let positions = bench.upload(&vec![[0.3, 0.3, 0.3, f32::from_bits(up)]; weights.len()]);
     let photon_weights = bench.upload(&weights.iter().map(photon).collect::<Vec<_>>());
-    let grid_info = bench.upload(&[GridInfo { max_radius2: 0.01_f32.to_bits(), filled: 1, most: 1 }]);
+    let grid_info = bench.upload(&[GridInfo { max_radius2: 0.01_f32.to_bits(), filled: 1 }]);
     // A table of one cell, which every cell of the grid therefore shares.
     let cells = bench.upload(&[Cell { first: 0, count: 1 }]);
     let grid_positions = bench.upload(&[[0.3_f32, 0.3, 0.3, 0.01]]);
@@ -95,11 +95,18 @@ fn accumulate(weights: &[[f32; 3]], low: [u32; 4], high: [u32; 4]) -> ([u32; 4],
         flux_low: &flux_low,
         flux_high: &flux_high,
         counters: &counters,
+        places: &bench.output(4096),
     };
     let pass = device.pass(&kernel, &Specialization::default(), 64).expect("a pass");
     let mut frame = device.frame().expect("a frame");
     let stride = 4096;
-    let push = goblet::kernels::AccumulateGridPush { recorded: weights.len() as u32, stride, cell_mask: 0, two: 2 };
+    let push = goblet::kernels::AccumulateGridPush {
+        recorded: weights.len() as u32,
+        stride,
+        cell_mask: 0,
+        resumed: 0,
+        two: 2,
+    };
     frame.dispatch(&pass, push, stride.into());
     frame.run().expect("a run");
     let words = |buffer| <[u32; 4]>::try_from(bench.read(buffer)).expect("four words");
