@@ -106,6 +106,11 @@ fn iterate(
         if signals.received() && renderer.iterations() > 0 {
             return Ok(End::Stopped);
         }
+        renderer.step()?;
+        if limit.wants_error(renderer.iterations(), args.quiet) {
+            progress.error = renderer.estimate()?.relative_error();
+        }
+        progress.show(renderer, &limit);
         if let Some(path) = args.checkpoint.as_ref().filter(|_| saved.elapsed() >= args.checkpoint_every) {
             // A full disk now is no reason to lose the render: there may be room later.
             if let Err(failure) = save(args, path, renderer) {
@@ -113,11 +118,6 @@ fn iterate(
             }
             saved = Instant::now();
         }
-        renderer.step()?;
-        if limit.wants_error(renderer.iterations(), args.quiet) {
-            progress.error = renderer.estimate()?.relative_error();
-        }
-        progress.show(renderer, &limit);
     }
     progress.finish();
     Ok(End::Done)
