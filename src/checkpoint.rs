@@ -238,10 +238,12 @@ impl Checkpoint {
     /// The file cannot be written.
     pub fn write(&self, path: &Path) -> Result<(), CheckpointError> {
         let replacement = Replacement::create(path).map_err(CheckpointError::Write)?;
-        self.encode(&replacement.file).and_then(|()| replacement.commit()).map_err(CheckpointError::Write)
+        self.encode(BufWriter::new(&replacement.file))
+            .and_then(|()| replacement.commit())
+            .map_err(CheckpointError::Write)
     }
 
-    fn encode(&self, file: &File) -> io::Result<()> {
+    fn encode(&self, file: impl Write) -> io::Result<()> {
         let header = Header {
             goblet_checkpoint: FORMAT,
             identity: self.identity.clone(),
@@ -257,15 +259,14 @@ impl Checkpoint {
             rounds: self.estimate.rounds,
             has_states: !self.states.is_empty(),
         };
-        let mut out = GzEncoder::new(BufWriter::new(file), Compression::fast());
+        let mut out = GzEncoder::new(file, Compression::fast());
         serde_json::to_writer(&mut out, &header)?;
         out.write_all(b"\n")?;
         for sums in self.estimate.sums() {
             out.write_all(bytemuck::cast_slice(sums))?;
         }
         out.write_all(bytemuck::cast_slice(&self.states))?;
-        out.finish()?.into_inner().map_err(io::IntoInnerError::into_error)?;
-        Ok(())
+        out.finish()?.flush()
     }
 
     /// Reads a file.
@@ -340,3 +341,6 @@ fn read_array<T: Pod + Zeroable>(source: &mut impl Read, length: u64) -> io::Res
     }
     Ok(bytemuck::pod_collect_to_vec(&bytes))
 }
+
+#[cfg(test)]
+mod tests;
