@@ -35,6 +35,13 @@ pub fn scene(from: &str, to: &str) -> String {
     SCENE.replace(from, to)
 }
 
+/// The tests may themselves be run in an array job.
+pub fn leave_array(command: &mut Command) {
+    for index in ["SLURM_ARRAY_TASK_ID", "JOB_COMPLETION_INDEX", "AWS_BATCH_JOB_ARRAY_INDEX"] {
+        command.env_remove(index);
+    }
+}
+
 /// A folder to run in, with `scene.pbrt` in it.
 pub struct Bench(pub TempDir);
 
@@ -69,6 +76,7 @@ impl Bench {
     pub fn command(&self, arguments: &[&str]) -> Command {
         let mut command = Command::new(env!("CARGO_BIN_EXE_goblet"));
         command.args(arguments).current_dir(self.0.path()).stdin(Stdio::null());
+        leave_array(&mut command);
         command
     }
 
