@@ -27,8 +27,8 @@ use crate::tally::Tally;
 
 /// The version of the format.
 const FORMAT: u32 = 1;
-/// The longest first line.
-const MAX_HEADER: u64 = 1 << 20;
+/// The longest first line: enough for the counts of as many shards as there can be.
+const MAX_HEADER: u64 = 1 << 22;
 /// The largest image; its sums take 20 GiB.
 const MAX_PIXELS: u64 = 1 << 28;
 
@@ -151,7 +151,8 @@ impl Header {
     fn pixels(&self) -> Option<u64> {
         let [width, height] = self.resolution.map(u64::from);
         let iterations: u64 = self.done.values().map(|done| u64::from(*done)).sum();
-        let sensible = width * height > 0
+        let sensible = self.shards <= Shard::MAX_COUNT
+            && width * height > 0
             && width * height <= MAX_PIXELS
             && self.unit.is_finite()
             && self.unit > 0.0
@@ -191,9 +192,12 @@ impl Checkpoint {
         if self.shards != other.shards {
             return Err(option("shards", self.shards.to_string(), other.shards.to_string()));
         }
-        if self.first_radius != other.first_radius {
-            let text = |radius: &Option<FirstRadius>| format!("{radius:?}");
-            return Err(option("first radius", text(&self.first_radius), text(&other.first_radius)));
+        self.check_form(other.estimate.resolution, other.estimate.unit)?;
+        // A shard without iterations may not know the radius yet.
+        if let (Some(here), Some(there)) = (self.first_radius, other.first_radius)
+            && here != there
+        {
+            return Err(option("first radius", format!("{here:?}"), format!("{there:?}")));
         }
         if let Some(index) = self.done.keys().find(|index| other.done.contains_key(index)) {
             return Err(CheckpointError::Twice(*index));
@@ -201,8 +205,18 @@ impl Checkpoint {
         self.estimate.add(&other.estimate);
         self.tally.merge(&other.tally);
         self.done.extend(&other.done);
+        self.first_radius = self.first_radius.or(other.first_radius);
         self.states = Vec::new();
         Ok(())
+    }
+
+    /// Checks that its sums are of this form. They are wherever the identity agrees, unless
+    /// somebody made up the file.
+    pub(crate) fn check_form(&self, resolution: [u32; 2], unit: f64) -> Result<(), CheckpointError> {
+        if (self.estimate.resolution, self.estimate.unit) == (resolution, unit) {
+            return Ok(());
+        }
+        Err(CheckpointError::Format("its sums are of another form than its options ask for".to_owned()))
     }
 
     /// Shards that are not in it.
@@ -224,10 +238,12 @@ impl Checkpoint {
     /// The file cannot be written.
     pub fn write(&self, path: &Path) -> Result<(), CheckpointError> {
         let replacement = Replacement::create(path).map_err(CheckpointError::Write)?;
-        self.encode(&replacement.file).and_then(|()| replacement.commit()).map_err(CheckpointError::Write)
+        self.encode(BufWriter::new(&replacement.file))
+            .and_then(|()| replacement.commit())
+            .map_err(CheckpointError::Write)
     }
 
-    fn encode(&self, file: &File) -> io::Result<()> {
+    fn encode(&self, file: impl Write) -> io::Result<()> {
         let header = Header {
             goblet_checkpoint: FORMAT,
             identity: self.identity.clone(),
@@ -243,15 +259,14 @@ impl Checkpoint {
             rounds: self.estimate.rounds,
             has_states: !self.states.is_empty(),
         };
-        let mut out = GzEncoder::new(BufWriter::new(file), Compression::fast());
+        let mut out = GzEncoder::new(file, Compression::fast());
         serde_json::to_writer(&mut out, &header)?;
         out.write_all(b"\n")?;
         for sums in self.estimate.sums() {
             out.write_all(bytemuck::cast_slice(sums))?;
         }
         out.write_all(bytemuck::cast_slice(&self.states))?;
-        out.finish()?.into_inner().map_err(io::IntoInnerError::into_error)?;
-        Ok(())
+        out.finish()?.flush()
     }
 
     /// Reads a file.
@@ -326,3 +341,6 @@ fn read_array<T: Pod + Zeroable>(source: &mut impl Read, length: u64) -> io::Res
     }
     Ok(bytemuck::pod_collect_to_vec(&bytes))
 }
+
+#[cfg(test)]
+mod tests;

@@ -21,16 +21,20 @@ pub struct Identity(BTreeMap<String, String>);
 /// How digests are told from values that a person can read.
 const DIGEST: &str = "sha256:";
 
+/// Parts of the scene. Shapes decide where render space is, so that other parts may differ
+/// for their sake: they are looked at first.
+const PARTS: [&str; 4] = ["the shapes", "the materials", "the lights", "the camera"];
+
 impl Identity {
     /// Of a render with these options.
     pub(crate) fn new(scene: &PackedScene, camera: &Camera, options: &Options, resolved: &Resolved) -> Self {
         let Resolved { resolution: [width, height], photons, radius, alpha, max_depth, seed, sequence, .. } = resolved;
         let name = |value: Option<clap::builder::PossibleValue>| value.map(|value| value.get_name().to_owned());
         let values = [
-            ("the camera", digest(&[bytes(&[*camera])])),
-            ("the lights", digest(&[bytes(&scene.lights), bytes(&[scene.infinite.to_array()])])),
-            ("the materials", digest(&[bytes(&scene.materials)])),
-            ("the shapes", shapes(scene)),
+            (PARTS[0], shapes(scene)),
+            (PARTS[1], digest(&[bytes(&scene.materials)])),
+            (PARTS[2], digest(&[bytes(&scene.lights), bytes(&[scene.infinite.to_array()])])),
+            (PARTS[3], digest(&[bytes(&[*camera])])),
             ("resolution", format!("{width}x{height}")),
             ("photons per iteration", photons.to_string()),
             ("radius", radius.map_or_else(|| "automatic".to_owned(), |radius| radius.to_string())),
@@ -50,20 +54,19 @@ impl Identity {
     /// Whether a checkpoint with the identity `other` is of this render.
     ///
     /// # Errors
-    /// The first difference.
+    /// The first difference, of options before parts of the scene.
     pub fn check(&self, other: &Self) -> Result<(), CheckpointError> {
-        for name in self.0.keys().chain(other.0.keys()) {
-            let [here, there] = [self, other].map(|identity| identity.0.get(name).map_or("nothing", String::as_str));
-            if here != there {
-                let (name, here, there) = (name.clone(), here.to_owned(), there.to_owned());
-                return Err(if here.starts_with(DIGEST) {
-                    CheckpointError::Scene { part: name }
-                } else {
-                    CheckpointError::Option { name, here, there }
-                });
-            }
-        }
-        Ok(())
+        let differing = self.0.keys().chain(other.0.keys()).filter(|name| self.0.get(*name) != other.0.get(*name));
+        let Some(name) = differing.min_by_key(|name| PARTS.iter().position(|part| part == name)) else {
+            return Ok(());
+        };
+        let [here, there] = [self, other].map(|identity| identity.0.get(name).map_or("nothing", String::as_str));
+        let (name, here, there) = (name.clone(), here.to_owned(), there.to_owned());
+        Err(if here.starts_with(DIGEST) {
+            CheckpointError::Scene { part: name }
+        } else {
+            CheckpointError::Option { name, here, there }
+        })
     }
 }
 

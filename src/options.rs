@@ -215,6 +215,7 @@ impl Options {
     fn checked_shard(&self) -> Result<Shard, RenderError> {
         let Shard { index, count } = self.shard;
         check(index < count, || format!("shard {index} of {count}: expected an index from 0, below the count"))?;
+        check(count <= Shard::MAX_COUNT, || format!("{count} shards: expected at most {}", Shard::MAX_COUNT))?;
         let independent = self.radius_schedule == RadiusSchedule::Global || self.integrator == Integrator::Ppm;
         check(count == 1 || independent, || {
             "shards: expected the global radius schedule or the integrator ppm, since adaptive radii depend on all \

@@ -9,8 +9,12 @@ mod read;
 
 use std::collections::BTreeMap;
 use std::fs::{self, File, OpenOptions};
+use std::hash::{DefaultHasher, Hash, Hasher};
 use std::io::{self, Cursor, Write};
 use std::path::{Path, PathBuf};
+use std::sync::LazyLock;
+use std::sync::atomic::{AtomicU64, Ordering};
+use std::time::{SystemTime, UNIX_EPOCH};
 
 use exr::meta::attribute::AttributeValue;
 use exr::prelude::{
@@ -271,7 +275,7 @@ impl Replacement {
             Some(parent) if !parent.as_os_str().is_empty() => parent,
             _ => Path::new("."),
         };
-        let (file, temporary) = create_temporary(directory).map_err(|reason| {
+        let (file, temporary) = create_temporary(directory, &target).map_err(|reason| {
             let directory = directory.display();
             io::Error::new(reason.kind(), format!("directory {directory}: {reason}"))
         })?;
@@ -293,18 +297,44 @@ impl Drop for Replacement {
     }
 }
 
-/// Creates a file under a name that nobody uses: another process may be writing
-/// here, and a killed one may have left its file.
-fn create_temporary(directory: &Path) -> io::Result<(File, PathBuf)> {
-    let process = std::process::id();
-    for attempt in 0..1000 {
-        let path = directory.join(format!(".goblet-{process}-{attempt}.tmp"));
-        match OpenOptions::new().write(true).create_new(true).open(&path) {
-            Err(error) if error.kind() == io::ErrorKind::AlreadyExists => {}
-            other => return other.map(|file| (file, path)),
+/// Creates a file to be renamed to `target`. Its name has a hash of the target and says which
+/// process it is of, so that nobody else writes to it, however many share the directory.
+fn create_temporary(directory: &Path, target: &Path) -> io::Result<(File, PathBuf)> {
+    /// Tells this process from others with its number: containers begin at 1 again.
+    static BEGUN: LazyLock<u128> =
+        LazyLock::new(|| SystemTime::now().duration_since(UNIX_EPOCH).map_or(0, |time| time.as_nanos()));
+    static CREATED: AtomicU64 = AtomicU64::new(0);
+
+    let mut hash = DefaultHasher::new();
+    target.file_name().hash(&mut hash);
+    let prefix = format!(".goblet-{:016x}-", hash.finish());
+    let own = format!("{}-{:x}-", std::process::id(), *BEGUN);
+    remove_leftovers(directory, &prefix, &own);
+    let number = CREATED.fetch_add(1, Ordering::Relaxed);
+    let path = directory.join(format!("{prefix}{own}{number}.tmp"));
+    let file = OpenOptions::new().write(true).create_new(true).open(&path)?;
+    Ok((file, path))
+}
+
+/// Removes what killed processes have left of the same target: a job that is preempted again
+/// and again would fill the directory. Who still runs is known on Linux; elsewhere files stay.
+///
+/// A process of another machine looks dead as well. It then fails to put its file in the
+/// place that two contend for, and nothing else is harmed.
+fn remove_leftovers(directory: &Path, prefix: &str, own: &str) {
+    let processes = Path::new("/proc");
+    let known = processes.join("self").exists();
+    let is_dead = |process: &str| {
+        let (id, own_id) = (process.split('-').next(), own.split('-').next());
+        !process.starts_with(own) && (id == own_id || (known && id.is_some_and(|id| !processes.join(id).exists())))
+    };
+    let Ok(entries) = fs::read_dir(directory) else { return };
+    for entry in entries.flatten() {
+        if entry.file_name().to_str().and_then(|name| name.strip_prefix(prefix)).is_some_and(is_dead) {
+            // Another process may have been faster.
+            let _ = fs::remove_file(entry.path());
         }
     }
-    Err(io::Error::other("too many temporary files are left in it"))
 }
 
 #[cfg(test)]

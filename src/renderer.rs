@@ -132,7 +132,13 @@ impl Renderer {
     /// # Errors
     /// The device fails; earlier iterations are not lost while it still answers.
     pub fn step(&mut self) -> Result<(), RenderError> {
-        self.passes.run(&self.device, &self.buffers, &self.settings, &mut self.progress)
+        let tally = self.progress.tally;
+        let outcome = self.passes.run(&self.device, &self.buffers, &self.settings, &mut self.progress);
+        if outcome.is_err() {
+            // Its photons are not in the image.
+            self.progress.tally = tally;
+        }
+        outcome
     }
 
     /// The sums over the iterations so far.
@@ -185,6 +191,7 @@ impl Renderer {
     /// The checkpoint is of another render; the error names a difference.
     pub fn resume(&mut self, checkpoint: &Checkpoint) -> Result<(), CheckpointError> {
         self.identity.check(&checkpoint.identity)?;
+        checkpoint.check_form(self.resolution, self.settings.unit)?;
         let done = checkpoint.done_by(self.settings.sequence.shard)?;
         for (buffer, sums) in self.buffers.sums().into_iter().zip(checkpoint.estimate.sums()) {
             self.device.write(buffer, sums)?;

@@ -13,6 +13,8 @@ pub struct Shard {
 impl Shard {
     /// All rounds.
     pub const WHOLE: Self = Self { index: 0, count: 1 };
+    /// The most shards of a render: 64 bits are then enough for every number of iterations.
+    pub const MAX_COUNT: u32 = 1 << 16;
 }
 
 /// Iterations come in rounds, which share their eye paths: of one iteration in stochastic

@@ -51,18 +51,19 @@ impl Tally {
         });
     }
 
-    /// Adds other counts.
+    /// Adds other counts. Those of a file may be anything.
     pub fn merge(&mut self, other: &Self) {
-        self.emitted += other.emitted;
-        self.recorded += other.recorded;
-        self.deposited += other.deposited;
-        self.absorbed += other.absorbed;
-        self.escaped += other.escaped;
-        self.truncated += other.truncated;
-        self.lost_in_glass += other.lost_in_glass;
-        self.eye_lost_in_glass += other.eye_lost_in_glass;
-        self.immersed += other.immersed;
-        self.non_finite += other.non_finite;
-        self.saturated += other.saturated;
+        let add = |count: &mut u64, more: u64| *count = count.saturating_add(more);
+        add(&mut self.emitted, other.emitted);
+        add(&mut self.recorded, other.recorded);
+        add(&mut self.deposited, other.deposited);
+        add(&mut self.absorbed, other.absorbed);
+        add(&mut self.escaped, other.escaped);
+        add(&mut self.truncated, other.truncated);
+        add(&mut self.lost_in_glass, other.lost_in_glass);
+        add(&mut self.eye_lost_in_glass, other.eye_lost_in_glass);
+        add(&mut self.immersed, other.immersed);
+        add(&mut self.non_finite, other.non_finite);
+        add(&mut self.saturated, other.saturated);
     }
 }

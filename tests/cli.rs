@@ -1,115 +1,17 @@
 //! The command as people run it: the files it writes, what it refuses and in which words.
 
+#[path = "support/command.rs"]
+mod command;
+
 use std::fs;
-use std::path::PathBuf;
-use std::process::{Command, Stdio};
 use std::time::{Duration, Instant};
 
+use command::{Bench, LIGHT, SCENE, scene};
 use goblet::film::Image;
 use goblet::output;
 use serde_json::Value;
-use tempfile::TempDir;
 
-/// A glass ball on a floor before a wall, lit by a point. The cases below replace parts of it.
-const SCENE: &str = r#"Film "rgb" "integer xresolution" 16 "integer yresolution" 12 "string filename" "default.exr"
-LookAt 0 0 -3  0 0 0  0 1 0
-Camera "perspective" "float fov" 60
-Sampler "independent" "integer pixelsamples" 2
-Integrator "sppm" "integer maxdepth" 6 "integer photonsperiteration" 500 "float radius" 0.5
-WorldBegin
-LightSource "point" "point3 from" [ 0 1.5 -1 ] "rgb I" [ 5 5 5 ]
-Material "diffuse"
-Shape "trianglemesh" "integer indices" [ 0 2 1 0 3 2 3 5 4 3 4 2 ] "point3 P" [ -2 -1 -2  2 -1 -2  2 -1 2  -2 -1 2  2 2 2  -2 2 2 ]
-AttributeBegin
-Material "dielectric"
-Shape "sphere" "float radius" 0.5
-AttributeEnd
-"#;
-
-const LIGHT: &str = r#"LightSource "point" "point3 from" [ 0 1.5 -1 ] "rgb I" [ 5 5 5 ]"#;
 const MESH: &str = r#"Shape "trianglemesh" "integer indices" [ 0 2 1 0 3 2 3 5 4 3 4 2 ] "point3 P" [ -2 -1 -2  2 -1 -2  2 -1 2  -2 -1 2  2 2 2  -2 2 2 ]"#;
-
-/// [`SCENE`] with `from` replaced, which it must have.
-fn scene(from: &str, to: &str) -> String {
-    assert!(SCENE.contains(from), "the scene has no `{from}`");
-    SCENE.replace(from, to)
-}
-
-/// A folder to run in, with `scene.pbrt` in it.
-struct Bench(TempDir);
-
-/// What a run left behind.
-#[derive(Debug)]
-struct Run {
-    code: i32,
-    stdout: String,
-    stderr: String,
-}
-
-impl Bench {
-    fn new() -> Self {
-        let bench = Self(tempfile::tempdir().unwrap());
-        bench.write("scene.pbrt", SCENE);
-        bench
-    }
-
-    fn path(&self, name: &str) -> PathBuf {
-        self.0.path().join(name)
-    }
-
-    fn write(&self, name: &str, contents: impl AsRef<[u8]>) {
-        fs::write(self.path(name), contents).unwrap();
-    }
-
-    fn bytes(&self, name: &str) -> Vec<u8> {
-        fs::read(self.path(name)).unwrap_or_else(|error| panic!("{name}: {error}"))
-    }
-
-    /// Runs goblet here. It never panics, whatever it is given.
-    fn run(&self, arguments: &[&str]) -> Run {
-        let output = Command::new(env!("CARGO_BIN_EXE_goblet"))
-            .args(arguments)
-            .current_dir(self.0.path())
-            .stdin(Stdio::null())
-            .output()
-            .unwrap();
-        let text = |bytes| String::from_utf8(bytes).expect("UTF-8");
-        let code = output.status.code().expect("an exit code");
-        let run = Run { code, stdout: text(output.stdout), stderr: text(output.stderr) };
-        assert!(!run.stderr.contains("panicked"), "{arguments:?}: {}", run.stderr);
-        run
-    }
-
-    fn render(&self, arguments: &[&str]) -> Run {
-        self.run(&[&["render", "scene.pbrt"], arguments].concat())
-    }
-
-    /// Runs what must succeed.
-    fn rendered(&self, arguments: &[&str]) -> Run {
-        let run = self.render(arguments);
-        assert_eq!(run.code, 0, "{arguments:?}: {}", run.stderr);
-        run
-    }
-
-    fn image(&self, name: &str) -> Image {
-        output::read(&self.path(name)).unwrap()
-    }
-
-    fn json(&self, name: &str) -> Value {
-        serde_json::from_slice(&self.bytes(name)).unwrap()
-    }
-}
-
-impl Run {
-    /// Fails unless goblet stopped with this code and these words, and printed nothing else.
-    fn assert_refused(&self, case: &str, code: i32, words: &[&str]) {
-        assert_eq!(self.code, code, "{case}: {self:?}");
-        assert_eq!(self.stdout, "", "{case}");
-        for word in words {
-            assert!(self.stderr.contains(word), "{case}: expected `{word}` in: {}", self.stderr);
-        }
-    }
-}
 
 fn assert_finite_and_lit(image: &Image) {
     let values = || image.pixels.iter().flatten();

@@ -30,6 +30,8 @@ mod revolution;
 mod sampling;
 #[path = "kernels/statistics.rs"]
 mod statistics;
+#[path = "kernels/sum.rs"]
+mod sum;
 mod support;
 #[path = "kernels/surface.rs"]
 mod surface;

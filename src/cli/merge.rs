@@ -1,6 +1,6 @@
 //! `goblet merge`: checkpoints of shards to the image of all.
 
-use super::render::{at, metadata, read_checkpoint, write_images};
+use super::render::{at, metadata, read_checkpoint, warn_of_other_maker, write_images};
 use super::{Failure, MergeArgs};
 use crate::checkpoint::Checkpoint;
 use crate::output;
@@ -21,7 +21,12 @@ pub fn run(args: &MergeArgs) -> Result<(), Failure> {
     for path in &args.checkpoints {
         let checkpoint = read_checkpoint(path)?;
         match &mut sum {
-            Some(sum) => sum.merge(&checkpoint).map_err(|reason| at(path, reason))?,
+            Some(sum) => {
+                sum.merge(&checkpoint).map_err(|reason| at(path, reason))?;
+                if !args.quiet {
+                    warn_of_other_maker(path, &checkpoint.made_by, &sum.made_by);
+                }
+            }
             None => sum = Some(checkpoint),
         }
     }

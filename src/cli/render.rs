@@ -52,15 +52,16 @@ pub fn run(args: &RenderArgs) -> Result<End, Failure> {
     let mut renderer = Renderer::new(device, &scene, &args.options())?;
     if let (Some(path), Some(checkpoint)) = (&args.resume, &resumed) {
         renderer.resume(checkpoint).map_err(|reason| at(path, reason))?;
-        warn_of_other_maker(path, checkpoint, &renderer);
+        if !args.quiet {
+            warn_of_other_maker(path, &checkpoint.made_by, &MadeBy::new(renderer.device()));
+        }
     }
     let begin = Begin { iterations: renderer.iterations(), photons: renderer.photons(), time: Instant::now() };
-    let end = iterate(args, &scene, &signals, &mut renderer, &begin)?;
+    let end = iterate(args, &scene, &signals, &mut renderer, &begin);
     let render_time = begin.time.elapsed();
-
-    if let Some(path) = &args.checkpoint {
-        save(args, path, &renderer)?;
-    }
+    // Also after a failure, of which the device may know nothing; the failure is what counts.
+    let saved = args.checkpoint.as_ref().map_or(Ok(()), |path| save(args, path, &renderer));
+    let end = end?;
     let estimate = renderer.estimate()?;
     let metadata = metadata(&scene_name(args), &MadeBy::new(renderer.device()), &estimate, renderer.photons());
     write_images(&outputs, &estimate, &args.aov, &metadata, args.quiet)?;
@@ -72,6 +73,8 @@ pub fn run(args: &RenderArgs) -> Result<End, Failure> {
     if let Some(path) = &args.stats {
         stats.write(path)?;
     }
+    // The image is written even if the checkpoint could not be.
+    saved?;
     let messages = renderer.device().validation_messages();
     if messages.is_empty() { Ok(end) } else { Err(Failure::Validation(messages)) }
 }
@@ -83,7 +86,8 @@ struct Begin {
     time: Instant,
 }
 
-/// Runs iterations until a limit or a signal, and saves checkpoints on the way.
+/// Runs iterations until a limit or a signal, and saves checkpoints on the way. At least one
+/// is finished before a signal stops it, so that there is an image.
 fn iterate(
     args: &RenderArgs,
     scene: &Scene,
@@ -94,17 +98,24 @@ fn iterate(
     let limit = Limit::new(args, scene, renderer.sequence());
     let mut progress = Progress::new(&limit, begin, args.quiet);
     let mut saved = Instant::now();
+    // What is resumed may be good enough.
+    if limit.wants_error(renderer.iterations(), args.quiet) {
+        progress.error = renderer.estimate()?.relative_error();
+    }
     while !limit.reached(renderer.iterations(), begin.time.elapsed(), progress.error) {
+        if signals.received() && renderer.iterations() > 0 {
+            return Ok(End::Stopped);
+        }
         renderer.step()?;
         if limit.wants_error(renderer.iterations(), args.quiet) {
             progress.error = renderer.estimate()?.relative_error();
         }
         progress.show(renderer, &limit);
-        if signals.received() {
-            return Ok(End::Stopped);
-        }
         if let Some(path) = args.checkpoint.as_ref().filter(|_| saved.elapsed() >= args.checkpoint_every) {
-            save(args, path, renderer)?;
+            // A full disk now is no reason to lose the render: there may be room later.
+            if let Err(failure) = save(args, path, renderer) {
+                eprintln!("warning: {failure}");
+            }
             saved = Instant::now();
         }
     }
@@ -158,11 +169,11 @@ pub fn at(path: &Path, reason: CheckpointError) -> Failure {
     Failure::Checkpoint { path: path.display().to_string(), reason }
 }
 
-fn warn_of_other_maker(path: &Path, checkpoint: &Checkpoint, renderer: &Renderer) {
-    let (here, there) = (MadeBy::new(renderer.device()), &checkpoint.made_by);
-    if here != *there {
+/// Says so when a checkpoint was made `there`, and what it joins `here`, on another device.
+pub fn warn_of_other_maker(path: &Path, there: &MadeBy, here: &MadeBy) {
+    if here != there {
         let path = path.display();
-        eprintln!("warning: {path}: made by {there}, and this is {here}: roundings may differ from one run's");
+        eprintln!("warning: {path}: made by {there}, the rest by {here}: roundings may differ from one run's");
     }
 }
 

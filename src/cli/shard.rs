@@ -42,10 +42,13 @@ pub fn parse(text: &str) -> Result<Shard, String> {
 }
 
 fn shard(index: u32, count: u32) -> Result<Shard, String> {
-    if index < count {
-        return Ok(Shard { index, count });
+    if count > Shard::MAX_COUNT {
+        return Err(format!("expected at most {} shards, not {count}", Shard::MAX_COUNT));
     }
-    Err(format!("expected an index from 0 that is below the count, not {index} of {count}"))
+    if index >= count {
+        return Err(format!("expected an index from 0 that is below the count, not {index} of {count}"));
+    }
+    Ok(Shard { index, count })
 }
 
 /// From the environment of an array job.
@@ -69,9 +72,12 @@ fn from_environment(variable: impl Fn(&str) -> Option<String>) -> Result<Shard, 
         _ => Ok(default),
     };
     let (first, step) = (or(scheduler.first, 0)?, or(scheduler.step, 1)?.max(1));
-    let index = number(scheduler.index)?;
-    shard(index.saturating_sub(first) / step, number(scheduler.count)?)
-        .map_err(|error| format!("auto, from {}: {error}", scheduler.name))
+    let (index, count) = (number(scheduler.index)?, number(scheduler.count)?);
+    let above = index.checked_sub(first).filter(|above| above % step == 0);
+    let above = above.ok_or_else(|| {
+        format!("auto, from {}: expected indices from {first} in steps of {step}, not {index}", scheduler.name)
+    })?;
+    shard(above / step, count).map_err(|error| format!("auto, from {}: {error}", scheduler.name))
 }
 
 #[cfg(test)]
@@ -86,7 +92,8 @@ mod tests {
     #[test]
     fn written_shards_are_read() {
         assert_eq!(parse("2/7"), Ok(Shard { index: 2, count: 7 }));
-        for wrong in ["", "2", "7/7", "0/0", "-1/2", "1/2/3", "a/b", "1.5/2", "Auto"] {
+        assert_eq!(parse("65535/65536"), Ok(Shard { index: 65_535, count: 65_536 }));
+        for wrong in ["", "2", "7/7", "0/0", "-1/2", "1/2/3", "a/b", "1.5/2", "Auto", "0/65537"] {
             assert!(parse(wrong).is_err(), "{wrong}");
         }
     }
@@ -114,5 +121,15 @@ mod tests {
         assert!(error(&[("JOB_COMPLETION_INDEX", "3")]).contains("JOB_COMPLETIONS"));
         assert!(error(&[("SLURM_ARRAY_TASK_ID", "x"), ("SLURM_ARRAY_TASK_COUNT", "8")]).contains("whole number"));
         assert!(error(&[("SLURM_ARRAY_TASK_ID", "8"), ("SLURM_ARRAY_TASK_COUNT", "8")]).contains("below the count"));
+        // A list of indices such as 1,2,5 has no step: two jobs would have the same part, or one none.
+        for (index, first, step) in [("5", "1", "1"), ("3", "2", "2"), ("1", "2", "1")] {
+            let job = [
+                ("SLURM_ARRAY_TASK_ID", index),
+                ("SLURM_ARRAY_TASK_COUNT", "3"),
+                ("SLURM_ARRAY_TASK_MIN", first),
+                ("SLURM_ARRAY_TASK_STEP", step),
+            ];
+            assert!(error(&job).contains("auto, from Slurm: expected"), "{index} from {first} by {step}");
+        }
     }
 }

@@ -36,7 +36,7 @@ impl Limit {
     /// Whether there is nothing left to do. At least one iteration is rendered, whatever the
     /// time.
     pub fn reached(&self, iterations: u32, elapsed: Duration, error: Option<f64>) -> bool {
-        self.iterations.is_some_and(|most| iterations >= most)
+        iterations >= self.iterations.unwrap_or(u32::MAX)
             || (iterations > 0 && self.time.is_some_and(|most| elapsed >= most))
             || self.error.zip(error).is_some_and(|(most, error)| error <= most)
     }
