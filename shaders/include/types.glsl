@@ -220,3 +220,7 @@ struct GridPlace {
     uint pad0;
     uint pad1;
 };
+
+// A node of the kd-tree: the pixel of its visible point, and above it the axis it splits.
+const uint AXIS_SHIFT = 28u;
+const uint PIXEL_MASK = 0x0fffffffu;
