@@ -2,7 +2,7 @@
 //! Jensen 2009, Knaus and Zwicker 2011), as the passes that the device runs in order.
 
 use std::ops::Range;
-use std::time::Instant;
+use std::time::{Duration, Instant};
 
 use bytemuck::Zeroable;
 use goblet_host::{Device, Pass};
@@ -290,6 +290,11 @@ impl Passes {
         };
         passes.warm_up(device)?;
         Ok(passes)
+    }
+
+    /// Time that the host, rather than the device, has spent on indices of visible points.
+    pub fn index_host_time(&self) -> Duration {
+        self.lookup.host_time()
     }
 
     fn warm_up(&self, device: &Device) -> goblet_host::Result<()> {

@@ -32,6 +32,8 @@ pub mod estimate;
 pub mod film;
 mod identity;
 mod iteration;
+#[doc(hidden)]
+pub mod kd_tree;
 pub mod kernels;
 mod lookup;
 mod options;

@@ -246,6 +246,12 @@ impl Renderer {
         self.compile_time
     }
 
+    /// Time that the host has spent on kd-trees over visible points, to read the points and to
+    /// write the nodes included; 0 with a hash grid, which is the device's work alone.
+    pub fn kd_build_time(&self) -> Duration {
+        self.passes.index_host_time()
+    }
+
     /// The device it runs on.
     pub fn device(&self) -> &Device {
         &self.device

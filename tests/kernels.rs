@@ -37,6 +37,8 @@ mod support;
 mod surface;
 #[path = "kernels/trace.rs"]
 mod trace;
+#[path = "kernels/tree.rs"]
+mod tree;
 #[path = "kernels/triangle.rs"]
 mod triangle;
 #[path = "kernels/world.rs"]

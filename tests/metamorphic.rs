@@ -7,10 +7,10 @@ use std::process::Command;
 use std::rc::Rc;
 
 use glam::{DAffine3, DVec3};
-use goblet::Options;
 use goblet::compare::compare;
 use goblet::film::Image;
 use goblet::scene::Scene;
+use goblet::{Integrator, LookupKind, Options, RadiusSchedule};
 use goblet_host::Device;
 
 /// Every kind of surface. A `+` before an x becomes a minus in the mirrored world, and a `~` the reverse.
@@ -108,6 +108,54 @@ fn the_size_of_workgroups_does_not_change_a_bit() {
     let expected = shoot(&device, &plain(), &options());
     for size in [32, 64, 128] {
         let image = shoot(&device, &plain(), &Options { workgroup_size: Some(size), ..options() });
+        assert_same(&format!("workgroups of {size}"), &image, &expected);
+    }
+}
+
+/// Sums of integers do not depend on the order in which points are found.
+fn assert_lookups_agree(device: &Rc<Device>, what: &str, scene: &Scene, options: &Options) {
+    let shoot = |options: &Options| support::render_scene(device, scene, options, 8).image;
+    let expected = shoot(options);
+    let tree = Options { lookup: LookupKind::KdTree, ..options.clone() };
+    assert_same(&format!("{what}, kd-tree"), &shoot(&tree), &expected);
+    for scale in [0.25, 0.5, 2.0, 8.0] {
+        let image = shoot(&Options { cell_scale: Some(scale), ..options.clone() });
+        assert_same(&format!("{what}, cells of {scale}"), &image, &expected);
+    }
+}
+
+#[test]
+fn the_lookup_does_not_change_a_bit() {
+    let device = support::device();
+    let rounds = Options { integrator: Integrator::Ppm, photons_per_round: Some(4 * 5003), ..options() };
+    let cases = [
+        ("adaptive radii", options()),
+        ("global radii", Options { radius_schedule: RadiusSchedule::Global, ..options() }),
+        ("rounds", rounds),
+        ("automatic radius", Options { radius: None, ..options() }),
+        ("small radius", Options { radius: Some(1e-6), ..options() }),
+        ("large radius", Options { radius: Some(1.5), photons: Some(700), ..options() }),
+    ];
+    for (what, options) in cases {
+        assert_lookups_agree(&device, what, &plain(), &options);
+    }
+    let room = Scene::load(support::root().join("tests/reference/cornell-caustic.pbrt")).expect("a scene");
+    assert_lookups_agree(&device, "a room", &room, &options());
+    let away = VIEW.replace("0 .7 0", "0 1.6 99");
+    assert_lookups_agree(&device, "nothing in view", &parse(&away, &[&LIGHTS.concat(), WORLD]), &options());
+}
+
+#[test]
+fn how_a_tree_is_walked_does_not_change_a_bit() {
+    let device = support::device();
+    let expected = shoot(&device, &plain(), &options());
+    let options = Options { lookup: LookupKind::KdTree, ..options() };
+    for size in [100, 1000, 65_536] {
+        let image = shoot(&device, &plain(), &Options { batch_size: Some(size), ..options.clone() });
+        assert_same(&format!("batches of {size}"), &image, &expected);
+    }
+    for size in [32, 64, 128] {
+        let image = shoot(&device, &plain(), &Options { workgroup_size: Some(size), ..options.clone() });
         assert_same(&format!("workgroups of {size}"), &image, &expected);
     }
 }

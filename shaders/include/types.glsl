@@ -220,3 +220,14 @@ struct GridPlace {
     uint pad0;
     uint pad1;
 };
+
+// A node of the kd-tree: the pixel of its visible point, and above it the axis it splits.
+const uint AXIS_SHIFT = 28u;
+const uint PIXEL_MASK = 0x0fffffffu;
+
+// Where an invocation of accumulate_tree has got to.
+struct TreePlace {
+    uint photon;
+    uint node;    // to be taken next, counted from 1; 0 where the photon has none left
+    uint pending; // see tree.glsl
+};

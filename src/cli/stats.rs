@@ -40,6 +40,8 @@ struct Seconds {
     load: f64,
     build: f64,
     compile: f64,
+    /// The host's part of the kd-trees over visible points; it is part of `render`.
+    kd_build: f64,
     render: f64,
     total: f64,
 }
@@ -77,6 +79,7 @@ impl Stats {
                 load: load.as_secs_f64(),
                 build: renderer.build_time().as_secs_f64(),
                 compile: renderer.compile_time().as_secs_f64(),
+                kd_build: renderer.kd_build_time().as_secs_f64(),
                 render: render.as_secs_f64(),
                 total: total.as_secs_f64(),
             },

@@ -1,0 +1,207 @@
+//! Left-balanced kd-trees over visible points (Bentley 1975; for photon maps, Jensen 2001).
+//!
+//! A left-balanced tree fills all levels but the last, and that from the left. In heap
+//! order, the children of node i are nodes 2i + 1 and 2i + 2, so that it needs no pointers,
+//! and whoever walks it no more memory than a few words (`shaders/accumulate_tree.comp`).
+//!
+//! The host builds it. Where the device is the CPU, the cores are the same ones; a build on
+//! the device (Wald 2022, "GPU-friendly, Parallel, and (Almost-)In-Place Construction of
+//! Left-Balanced k-d Trees") sorts all points once a level, and this halves them once a level.
+
+use std::num::NonZero;
+use std::thread;
+
+use crate::kernels::{AXIS_SHIFT, PIXEL_MASK};
+
+/// Subtrees of fewer points are not worth a thread.
+const MIN_FOR_THREAD: usize = 1 << 14;
+
+/// A visible point; once it is a node, its pixel has the axis that it splits above it.
+#[derive(Clone, Copy)]
+struct Point {
+    position: [f32; 3],
+    pixel: u32,
+}
+
+/// The tree over all points whose squared radius, their w, is not 0: of each node, in heap
+/// order, the index of its point and above [`AXIS_SHIFT`] the axis that it splits. Points
+/// left of it have no larger coordinate there, points right of it no smaller one. There are
+/// at most 2^28 points.
+pub fn build(points: &[[f32; 4]]) -> Vec<u32> {
+    let present = points.iter().enumerate().filter(|(_, point)| point[3] > 0.0);
+    let mut points: Vec<Point> =
+        present.map(|(pixel, &[x, y, z, _])| Point { position: [x, y, z], pixel: pixel as u32 & PIXEL_MASK }).collect();
+    let threads = thread::available_parallelism().map_or(1, NonZero::get);
+    arrange(&mut points, threads);
+    let mut nodes = vec![0; points.len()];
+    flatten(&points, 0, &mut nodes);
+    nodes
+}
+
+/// Puts points in the order left subtree, node, right subtree, all the way down.
+fn arrange(points: &mut [Point], threads: usize) {
+    if points.is_empty() {
+        return;
+    }
+    let axis = widest_axis(points);
+    // Pixels tell points of one coordinate apart, so that there is one tree only.
+    let (left, node, right) = points.select_nth_unstable_by(left_size(points.len()), |a, b| {
+        a.position[axis].total_cmp(&b.position[axis]).then(a.pixel.cmp(&b.pixel))
+    });
+    node.pixel |= (axis as u32) << AXIS_SHIFT;
+    if threads > 1 && left.len() >= MIN_FOR_THREAD {
+        thread::scope(|scope| {
+            scope.spawn(|| arrange(left, threads / 2));
+            arrange(right, threads - threads / 2);
+        });
+    } else {
+        arrange(left, 1);
+        arrange(right, 1);
+    }
+}
+
+/// The axis along which points are farthest apart: visible points lie on surfaces, and to
+/// split a wall across its thickness would be a level wasted.
+fn widest_axis(points: &[Point]) -> usize {
+    let mut lower = [f32::INFINITY; 3];
+    let mut upper = [f32::NEG_INFINITY; 3];
+    for point in points {
+        for axis in 0..3 {
+            lower[axis] = lower[axis].min(point.position[axis]);
+            upper[axis] = upper[axis].max(point.position[axis]);
+        }
+    }
+    let extent = |axis: &usize| upper[*axis] - lower[*axis];
+    (0..3).max_by(|a, b| extent(a).total_cmp(&extent(b))).unwrap_or(0)
+}
+
+/// Nodes of the left subtree of a left-balanced tree of `count` nodes, which is not 0.
+fn left_size(count: usize) -> usize {
+    let last_level = 1 << count.ilog2();
+    // Half of the last level belongs to the left, and as many nodes above it, less one.
+    let half = last_level / 2;
+    let above = half.max(1) - 1;
+    above + (count + 1 - last_level).min(half)
+}
+
+/// Writes arranged points in heap order, from `node` down.
+fn flatten(points: &[Point], node: usize, nodes: &mut [u32]) {
+    if points.is_empty() {
+        return;
+    }
+    let left = left_size(points.len());
+    nodes[node] = points[left].pixel;
+    flatten(&points[..left], 2 * node + 1, nodes);
+    flatten(&points[left + 1..], 2 * node + 2, nodes);
+}
+
+#[cfg(test)]
+mod tests {
+    use proptest::prelude::*;
+
+    use super::*;
+
+    /// Checks everything that is promised of a tree.
+    fn assert_tree(points: &[[f32; 4]]) {
+        let nodes = build(points);
+        let mut pixels: Vec<usize> = nodes.iter().map(|node| (node & PIXEL_MASK) as usize).collect();
+        pixels.sort_unstable();
+        let present: Vec<usize> = (0..points.len()).filter(|pixel| points[*pixel][3] > 0.0).collect();
+        assert_eq!(pixels, present, "each point once");
+        for node in 1..nodes.len() {
+            assert_splits(points, &nodes, node);
+        }
+    }
+
+    /// Checks a node against all nodes above it.
+    fn assert_splits(points: &[[f32; 4]], nodes: &[u32], node: usize) {
+        let point = points[(nodes[node] & PIXEL_MASK) as usize];
+        let mut child = node;
+        while child > 0 {
+            let parent = (child - 1) / 2;
+            let axis = (nodes[parent] >> AXIS_SHIFT) as usize;
+            let split = points[(nodes[parent] & PIXEL_MASK) as usize][axis];
+            let is_left = child % 2 == 1;
+            assert!(
+                if is_left { point[axis] <= split } else { point[axis] >= split },
+                "node {node} is on the wrong side of node {parent}"
+            );
+            child = parent;
+        }
+    }
+
+    #[test]
+    fn left_subtrees_have_as_many_nodes_as_heap_order_gives_them() {
+        for count in 1..2000 {
+            let mut size = 0;
+            let (mut first, mut width) = (1, 1);
+            while first < count {
+                size += width.min(count - first);
+                (first, width) = (2 * first + 1, 2 * width);
+            }
+            assert_eq!(left_size(count), size, "of {count}");
+        }
+    }
+
+    #[test]
+    fn few_points_make_a_tree() {
+        let points = [[0.5, 2.0, 0.0, 0.1], [0.25, -1.0, 0.0, 0.1], [0.0, 7.0, 0.0, 0.1]];
+        assert!(build(&[]).is_empty());
+        assert!(build(&[[1.0, 2.0, 3.0, 0.0]]).is_empty());
+        (1..=3).for_each(|count| assert_tree(&points[..count]));
+        let y = 1 << AXIS_SHIFT;
+        // The last axis is the widest of a single point.
+        let z = 2 << AXIS_SHIFT;
+        assert_eq!(build(&points), [y, 1 | z, 2 | z]);
+        // The last level is filled from the left.
+        assert_eq!(build(&points[..2]), [y, 1 | z]);
+    }
+
+    #[test]
+    fn sorted_points_make_a_tree() {
+        let line = |step: f32| (0..5000).map(move |i| [1.0, step * i as f32, 2.0, 0.1]).collect::<Vec<_>>();
+        assert_tree(&line(1.0));
+        assert_tree(&line(-1.0));
+    }
+
+    #[test]
+    fn equal_points_make_a_tree() {
+        assert_tree(&vec![[0.5, -0.25, 0.0, 0.01]; 5000]);
+    }
+
+    #[test]
+    fn threads_make_the_same_tree() {
+        let spread = |i: usize, prime: usize| ((i * prime) % 9973) as f32;
+        let points: Vec<Point> = (0..5 * MIN_FOR_THREAD)
+            .map(|i| Point { position: [7919, 6007, 4001].map(|prime| spread(i, prime)), pixel: i as u32 })
+            .collect();
+        let arranged = |threads| {
+            let mut points = points.clone();
+            arrange(&mut points, threads);
+            points.iter().map(|point| point.pixel).collect::<Vec<_>>()
+        };
+        let one = arranged(1);
+        for threads in [2, 3, 8] {
+            assert!(arranged(threads) == one, "{threads} threads");
+        }
+    }
+
+    proptest! {
+        #[test]
+        fn any_points_make_a_tree(points in prop::collection::vec(
+            (prop::array::uniform3(-1e9_f32..1e9), 0..4_u8), 0..300,
+        )) {
+            let points: Vec<_> = points.iter().map(|&([x, y, z], w)| [x, y, z, f32::from(w)]).collect();
+            assert_tree(&points);
+        }
+
+        /// Many share coordinates, of either zero too.
+        #[test]
+        fn points_of_a_lattice_make_a_tree(cells in prop::collection::vec(0..27_usize, 0..300)) {
+            let coordinate = |cell: usize| [-0.0, 0.0, 1.0][cell % 3];
+            let points: Vec<_> =
+                cells.iter().map(|cell| [coordinate(*cell), coordinate(cell / 3), coordinate(cell / 9), 0.1]).collect();
+            assert_tree(&points);
+        }
+    }
+}

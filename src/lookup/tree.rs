@@ -1,0 +1,119 @@
+//! The kd-tree over visible points.
+
+use std::time::{Duration, Instant};
+
+use bytemuck::Zeroable;
+use goblet_host::{Buffer, Device, Frame, Pass};
+
+use super::{MAX_INVOCATIONS, deposit};
+use crate::buffers::Buffers;
+use crate::kd_tree;
+use crate::kernels::{AccumulateTree, AccumulateTreePush, Specialization, TreeFill, TreeFillPush, TreePlace};
+use crate::renderer::RenderError;
+use crate::tally::Tally;
+
+/// A left-balanced kd-tree, and the passes that fill and use it.
+pub struct KdTree {
+    /// Pixel and axis of each node.
+    nodes: Buffer<u32>,
+    fill: Pass<TreeFillPush>,
+    accumulate: Pass<AccumulateTreePush>,
+    node_count: u32,
+    host_time: Duration,
+}
+
+impl KdTree {
+    /// Compiles the passes and allocates the tree for as many points as there are pixels.
+    ///
+    /// # Errors
+    /// Out of memory, or the driver refuses a kernel.
+    pub fn new(
+        device: &Device,
+        buffers: &Buffers,
+        specialization: &Specialization,
+        workgroup_size: u32,
+    ) -> goblet_host::Result<Self> {
+        let pixels = buffers.visible_positions.len();
+        let nodes = device.buffer("tree_nodes", pixels)?;
+        let places = &device.buffer::<TreePlace>("places", MAX_INVOCATIONS.into())?;
+        let tree_positions = &device.buffer("tree_positions", pixels)?;
+        let tree_owners = &device.buffer("tree_owners", pixels)?;
+        let Buffers { visible_positions, visible_normals, grid_info, counters, .. } = buffers;
+        let Buffers { photon_positions, photon_weights, flux_low, flux_high, .. } = buffers;
+        macro_rules! pass {
+            ($($kernel:tt)*) => { device.pass(&$($kernel)*, specialization, workgroup_size)? };
+        }
+        Ok(Self {
+            fill: pass!(TreeFill {
+                visible_positions,
+                visible_normals,
+                tree_nodes: &nodes,
+                tree_positions,
+                tree_owners
+            }),
+            accumulate: pass!(AccumulateTree {
+                photon_positions,
+                photon_weights,
+                grid_info,
+                tree_positions,
+                tree_owners,
+                flux_low,
+                flux_high,
+                counters,
+                places
+            }),
+            nodes,
+            node_count: 0,
+            host_time: Duration::ZERO,
+        })
+    }
+
+    /// Runs the passes once over nothing, since drivers may leave compilation to the first
+    /// dispatch.
+    pub fn warm_up(&self, frame: &mut Frame<'_>) {
+        frame.dispatch(&self.fill, Zeroable::zeroed(), 1);
+        frame.dispatch(&self.accumulate, Zeroable::zeroed(), 1);
+    }
+
+    /// Indexes the visible points, which are `new` or have other radii only: the tree does
+    /// not ask for radii.
+    ///
+    /// # Errors
+    /// The device fails.
+    pub fn build(&mut self, device: &Device, buffers: &Buffers, new: bool) -> Result<(), RenderError> {
+        if new {
+            let start = Instant::now();
+            let nodes = kd_tree::build(&device.read(&buffers.visible_positions)?);
+            device.write(&self.nodes, &nodes)?;
+            self.node_count = nodes.len() as u32;
+            self.host_time += start.elapsed();
+        }
+        let mut frame = device.frame()?;
+        frame.dispatch(&self.fill, TreeFillPush { node_count: self.node_count }, self.node_count.into());
+        frame.run()?;
+        Ok(())
+    }
+
+    /// Adds `recorded` photons to the points that they reach, every `stride`-th by one
+    /// invocation.
+    ///
+    /// # Errors
+    /// The device fails, or the driver ends the pass early.
+    pub fn accumulate(
+        &self,
+        device: &Device,
+        buffers: &Buffers,
+        recorded: u32,
+        stride: u32,
+    ) -> Result<Tally, RenderError> {
+        let node_count = self.node_count;
+        let push = |resumed| AccumulateTreePush { recorded, stride, node_count, resumed, two: 2 };
+        deposit(device, buffers, &self.accumulate, stride, push)
+    }
+
+    /// Time that the host has spent on trees so far, to read the points and to write the
+    /// nodes included.
+    pub fn host_time(&self) -> Duration {
+        self.host_time
+    }
+}
