@@ -22,7 +22,8 @@ layout(std430, set = 1, binding = 4) buffer RadianceBlock { vec4 data[]; } visib
 layout(std430, set = 1, binding = 5) buffer CounterBlock { Counters value; } counters;
 
 layout(push_constant) uniform Push {
-    uint round;
+    uint turn;           // of the rounds of its half
+    uint half_of_rounds; // 0 or 1
     uint pixel_count;
     uint two; // 2, see interruption.glsl
 };
@@ -117,7 +118,7 @@ void main() {
     if (pixel >= pixel_count) {
         return;
     }
-    Random random = Random(hash(scene_info.value.seed, pixel), round);
+    Random random = Random(hash(seed_of_half(scene_info.value.seed, half_of_rounds), pixel), turn);
     Ray ray = camera_ray(pixel, random);
     vec3 throughput = vec3(1.0);
     vec3 radiance = vec3(0.0);

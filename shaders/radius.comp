@@ -29,7 +29,7 @@ void main() {
         return;
     }
     if (first != 0u) {
-        pixel_states.data[pixel] = PixelState(0.0, 1.0, 0.0, 0.0);
+        pixel_states.data[pixel] = PixelState(0.0, 1.0);
     }
     float path_length = visible_throughputs.data[pixel].w;
     float radius = clamp(per_length * path_length, least, most);

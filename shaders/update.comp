@@ -23,7 +23,7 @@ layout(std430, set = 1, binding = 5) buffer PixelStateBlock { PixelState data[];
 layout(std430, set = 1, binding = 6) buffer SumRedBlock { uvec4 data[]; } sum_red;
 layout(std430, set = 1, binding = 7) buffer SumGreenBlock { uvec4 data[]; } sum_green;
 layout(std430, set = 1, binding = 8) buffer SumBlueBlock { uvec4 data[]; } sum_blue;
-layout(std430, set = 1, binding = 9) buffer SumSquareBlock { uvec4 data[]; } sum_square; // of luminance, by round
+layout(std430, set = 1, binding = 9) buffer SumSecondBlock { uvec4 data[]; } sum_second; // luminance of the second half
 layout(std430, set = 1, binding = 10) buffer CounterBlock { Counters value; } counters;
 
 layout(push_constant) uniform Push {
@@ -31,8 +31,7 @@ layout(push_constant) uniform Push {
     float alpha;         // share of an iteration's photons that is kept
     float per_unit;      // one over the unit of the sums, m^2 sr/W
     float flux_scale;    // mean flux of a photon over pi and the unit
-    float round_weight;  // one over the iterations of a round
-    uint last;           // 1 at the end of a round
+    uint half_of_rounds; // 0 or 1
 };
 
 // Reads a pixel's flux and count, and clears them.
@@ -79,16 +78,14 @@ void main() {
     sum_green.data[pixel] = add_exactly(sum_green.data[pixel], to_term(radiance.g));
     sum_blue.data[pixel] = add_exactly(sum_blue.data[pixel], to_term(radiance.b));
 
-    PixelState state = pixel_states.data[pixel];
-    state.luminance += round_weight * dot(radiance, vec3(0.2126, 0.7152, 0.0722));
-    if (last != 0u) {
-        // A light that is seen directly may be so bright that its square is not of use.
-        float square = min(state.luminance * state.luminance, LARGEST_TERM);
-        sum_square.data[pixel] = add_exactly(sum_square.data[pixel], to_term(square));
-        state.luminance = 0.0;
+    if (half_of_rounds == 1u) {
+        float luminance = dot(radiance, vec3(0.2126, 0.7152, 0.0722));
+        sum_second.data[pixel] = add_exactly(sum_second.data[pixel], to_term(luminance));
     }
+
     if (count > 0u) {
+        PixelState state = pixel_states.data[pixel];
         shrink_radius(state, count);
+        pixel_states.data[pixel] = state;
     }
-    pixel_states.data[pixel] = state;
 }

@@ -58,7 +58,7 @@ pub struct Buffers {
     pub sum_red: Buffer<Sum>,
     pub sum_green: Buffer<Sum>,
     pub sum_blue: Buffer<Sum>,
-    pub sum_square: Buffer<Sum>,
+    pub sum_second: Buffer<Sum>,
 }
 
 impl Buffers {
@@ -84,7 +84,7 @@ impl Buffers {
             sum_red: device.buffer("sum_red", pixels)?,
             sum_green: device.buffer("sum_green", pixels)?,
             sum_blue: device.buffer("sum_blue", pixels)?,
-            sum_square: device.buffer("sum_square", pixels)?,
+            sum_second: device.buffer("sum_second", pixels)?,
         };
         let mut frame = device.frame()?;
         frame.clear(&buffers.flux_low);
@@ -95,8 +95,8 @@ impl Buffers {
         Ok(buffers)
     }
 
-    /// The sums of red, green, blue and squared luminance.
+    /// The sums of red, green, blue, and of the second half's luminance.
     pub fn sums(&self) -> [&Buffer<Sum>; 4] {
-        [&self.sum_red, &self.sum_green, &self.sum_blue, &self.sum_square]
+        [&self.sum_red, &self.sum_green, &self.sum_blue, &self.sum_second]
     }
 }

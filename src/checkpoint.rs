@@ -141,8 +141,7 @@ struct Header {
     tally: Tally,
     resolution: [u32; 2],
     unit: f64,
-    iterations: u64,
-    rounds: u64,
+    halves: [u64; 2],
     has_states: bool,
 }
 
@@ -156,8 +155,7 @@ impl Header {
             && width * height <= MAX_PIXELS
             && self.unit.is_finite()
             && self.unit > 0.0
-            && iterations == self.iterations
-            && self.rounds <= self.iterations
+            && self.halves[0].checked_add(self.halves[1]) == Some(iterations)
             && self.done.keys().all(|index| *index < self.shards);
         sensible.then_some(width * height)
     }
@@ -255,8 +253,7 @@ impl Checkpoint {
             tally: self.tally,
             resolution: self.estimate.resolution,
             unit: self.estimate.unit,
-            iterations: self.estimate.iterations,
-            rounds: self.estimate.rounds,
+            halves: self.estimate.halves,
             has_states: !self.states.is_empty(),
         };
         let mut out = GzEncoder::new(file, Compression::fast());
@@ -294,20 +291,14 @@ impl Checkpoint {
         let header: Header = serde_json::from_slice(&line).map_err(|error| torn(error.into()))?;
         let pixels = header.pixels().ok_or_else(|| CheckpointError::Format("its numbers do not fit".to_owned()))?;
         let mut sums = || read_array(&mut source, pixels).map_err(torn);
-        let (radiance, square) = ([sums()?, sums()?, sums()?], sums()?);
+        let (radiance, second_half) = ([sums()?, sums()?, sums()?], sums()?);
         let states = if header.has_states { read_array(&mut source, pixels).map_err(torn)? } else { Vec::new() };
         // The checksum comes after the last byte.
         if source.read(&mut [0]).map_err(torn)? > 0 {
             return Err(CheckpointError::Format("more data than expected".to_owned()));
         }
-        let estimate = Estimate {
-            resolution: header.resolution,
-            unit: header.unit,
-            iterations: header.iterations,
-            rounds: header.rounds,
-            radiance,
-            square,
-        };
+        let estimate =
+            Estimate { resolution: header.resolution, unit: header.unit, halves: header.halves, radiance, second_half };
         Ok(Self {
             identity: header.identity,
             scene: header.scene,

@@ -8,6 +8,9 @@ const FRACTION_BITS: i32 = 56;
 /// image's typical luminance.
 const DARK: f64 = 0.1;
 
+/// Pixels to each side whose variances are averaged.
+const NEIGHBOURHOOD: usize = 3;
+
 /// 128 bits, the lowest word first.
 pub type Sum = [u32; 4];
 
@@ -19,20 +22,27 @@ pub struct Estimate {
     pub resolution: [u32; 2],
     /// Unit of the sums, W/(m² sr), a power of two.
     pub unit: f64,
-    /// Iterations in the sums.
-    pub iterations: u64,
-    /// Whole rounds in them.
-    pub rounds: u64,
+    /// Iterations in the sums, by half: [`crate::sequence::Place::half`].
+    pub halves: [u64; 2],
     /// Radiance of each pixel, by channel.
     pub radiance: [Vec<Sum>; 3],
-    /// Square of the luminance of each round's mean.
-    pub square: Vec<Sum>,
+    /// Luminance of each pixel over the iterations of the second half.
+    pub second_half: Vec<Sum>,
 }
 
 /// A sum in units, to the nearest f64.
 fn in_units(sum: Sum) -> f64 {
     let bits = sum.iter().rev().fold(0u128, |bits, word| bits << 32 | u128::from(*word));
     bits as f64 * f64::from(-FRACTION_BITS).exp2()
+}
+
+/// The mean of each number's neighbourhood, which is smaller at the ends.
+fn smooth(values: &[f64]) -> Vec<f64> {
+    let mean = |i: usize| {
+        let near = &values[i.saturating_sub(NEIGHBOURHOOD)..values.len().min(i + NEIGHBOURHOOD + 1)];
+        near.iter().sum::<f64>() / near.len() as f64
+    };
+    (0..values.len()).map(mean).collect()
 }
 
 fn add(sum: &mut Sum, other: Sum) {
@@ -52,30 +62,49 @@ impl Estimate {
         Image { width, height, pixels }
     }
 
+    /// Iterations in the sums.
+    pub fn iterations(&self) -> u64 {
+        self.halves[0] + self.halves[1]
+    }
+
     /// The mean of each pixel, in units.
     fn means(&self) -> impl Iterator<Item = [f64; 3]> {
-        let scale = 1.0 / self.iterations.max(1) as f64;
+        let scale = 1.0 / self.iterations().max(1) as f64;
         let [red, green, blue] = &self.radiance;
         red.iter().zip(green).zip(blue).map(move |((r, g), b)| [*r, *g, *b].map(|sum| in_units(sum) * scale))
     }
 
-    /// The standard error of each pixel's luminance, W/(m² sr), from the spread of rounds
-    /// about their mean; `None` with fewer than two. It knows of noise, and not of the blur
-    /// that the radius makes.
+    /// The standard error of each pixel's luminance, W/(m² sr); `None` before both halves have
+    /// an iteration. It knows of noise, and not of the blur that the radius makes. Two halves
+    /// tell little about one pixel: the variance is the mean over its neighbourhood.
     pub fn standard_error(&self) -> Option<Vec<f32>> {
-        let errors = self.errors()?;
-        Some(errors.map(|[_, error]| (error * self.unit) as f32).collect())
+        let variances: Vec<f64> = self.errors()?.map(|[_, variance]| variance).collect();
+        let [width, height] = self.resolution.map(|side| side as usize);
+        let rows: Vec<f64> = variances.chunks(width).flat_map(smooth).collect();
+        let mut errors = vec![0.0; rows.len()];
+        for x in 0..width {
+            let column: Vec<f64> = (0..height).map(|y| rows[y * width + x]).collect();
+            for (y, variance) in smooth(&column).into_iter().enumerate() {
+                errors[y * width + x] = (variance.sqrt() * self.unit) as f32;
+            }
+        }
+        Some(errors)
     }
 
-    /// Luminance and standard error of each pixel, in units.
+    /// Luminance of each pixel, in units, and an estimate of the variance of that.
     fn errors(&self) -> Option<impl Iterator<Item = [f64; 2]>> {
-        let rounds = self.rounds as f64;
-        let error = move |(mean, square): ([f64; 3], &Sum)| {
+        let [first, second] = self.halves.map(|iterations| iterations as f64);
+        let total = first + second;
+        // Of independent means over n and m iterations, (a - b)^2 is s^2 (1 / n + 1 / m) in the
+        // mean, and s^2 / (n + m) is asked for.
+        let weight = first * second / (total * total);
+        let error = move |(mean, sum): ([f64; 3], &Sum)| {
             let luminance = LUMINANCE[0] * mean[0] + LUMINANCE[1] * mean[1] + LUMINANCE[2] * mean[2];
-            let variance = in_units(*square) / rounds - luminance * luminance;
-            [luminance, (variance.max(0.0) / (rounds - 1.0)).sqrt()]
+            let sum = in_units(*sum);
+            let difference = (luminance * total - sum) / first - sum / second;
+            [luminance, difference * difference * weight]
         };
-        (self.rounds > 1).then(|| self.means().zip(&self.square).map(error))
+        (weight > 0.0).then(|| self.means().zip(&self.second_half).map(error))
     }
 
     /// The root mean square over pixels of the standard error over the luminance. Pixels
@@ -90,25 +119,26 @@ impl Estimate {
         let middle = lit.len() / 2;
         let (_, median, _) = lit.select_nth_unstable_by(middle, f64::total_cmp);
         let floor = (DARK * *median).powi(2);
-        let squares = errors.iter().map(|[luminance, error]| error * error / (luminance * luminance + floor));
+        let squares = errors.iter().map(|[luminance, variance]| variance / (luminance * luminance + floor));
         Some((squares.sum::<f64>() / errors.len() as f64).sqrt())
     }
 
-    /// The sums of red, green, blue and squared luminance.
+    /// The sums of red, green, blue, and of the second half's luminance.
     pub fn sums(&self) -> [&[Sum]; 4] {
         let [red, green, blue] = &self.radiance;
-        [red, green, blue, &self.square]
+        [red, green, blue, &self.second_half]
     }
 
     /// Adds another share of the iterations. Both must be of the same render.
     pub fn add(&mut self, other: &Self) {
         assert_eq!((self.resolution, self.unit), (other.resolution, other.unit));
-        let shares = self.radiance.iter_mut().zip(&other.radiance).chain([(&mut self.square, &other.square)]);
+        let shares = self.radiance.iter_mut().zip(&other.radiance).chain([(&mut self.second_half, &other.second_half)]);
         for (sums, more) in shares {
             sums.iter_mut().zip(more).for_each(|(sum, more)| add(sum, *more));
         }
-        self.iterations += other.iterations;
-        self.rounds += other.rounds;
+        for (iterations, more) in self.halves.iter_mut().zip(other.halves) {
+            *iterations += more;
+        }
     }
 }
 
@@ -123,31 +153,24 @@ mod tests {
 
     const ONE: u128 = 1 << FRACTION_BITS;
 
-    /// Pixels of one colour each, as sums over iterations; squares are given as they are.
-    fn estimate(
-        iterations: u64,
-        rounds: u64,
-        red: &[u128],
-        green: &[u128],
-        blue: &[u128],
-        square: &[u128],
-    ) -> Estimate {
+    /// A row of pixels, as sums over iterations.
+    fn estimate(halves: [u64; 2], radiance: [&[u128]; 3], second_half: &[u128]) -> Estimate {
         let sums = |values: &[u128]| values.iter().map(|value| sum(*value)).collect::<Vec<_>>();
-        let radiance = [sums(red), sums(green), sums(blue)];
-        Estimate { resolution: [red.len() as u32, 1], unit: 4.0, iterations, rounds, radiance, square: sums(square) }
+        let resolution = [second_half.len() as u32, 1];
+        Estimate { resolution, unit: 4.0, halves, radiance: radiance.map(sums), second_half: sums(second_half) }
     }
 
     /// All channels alike, so that they are the luminance.
-    fn grey(rounds: u64, values: &[u128], squares: &[u128]) -> Estimate {
-        estimate(rounds, rounds, values, values, values, squares)
+    fn grey(halves: [u64; 2], values: &[u128], second_half: &[u128]) -> Estimate {
+        estimate(halves, [values; 3], second_half)
     }
 
     #[test]
     fn the_image_is_the_mean_in_the_unit() {
-        let estimate = estimate(8, 8, &[ONE, 3 * ONE / 2], &[ONE << 40, 0], &[1, 8], &[0, 0]);
+        let estimate = estimate([5, 3], [&[ONE, 3 * ONE / 2], &[ONE << 40, 0], &[1, 8]], &[0, 0]);
         let tiny = f32::exp2(-56.0) * 0.5;
         assert_eq!(estimate.image().pixels, [[0.5, f32::exp2(39.0), tiny], [0.75, 0.0, 8.0 * tiny]]);
-        let nothing = Estimate { iterations: 0, rounds: 0, ..estimate };
+        let nothing = Estimate { halves: [0, 0], ..estimate };
         assert!(nothing.image().pixels.iter().flatten().all(|value| value.is_finite()));
     }
 
@@ -172,7 +195,7 @@ mod tests {
                 bits >> 4
             };
             let [r, g, b, s] = std::array::from_fn(|_| [value(), value(), value()]);
-            estimate(iterations, iterations / 2, &r, &g, &b, &s)
+            estimate([iterations, iterations / 2], [&r, &g, &b], &s)
         };
         let shares = [share(3), share(2), share(8), share(0)];
         let total = |order: [usize; 4]| {
@@ -181,7 +204,7 @@ mod tests {
             total
         };
         let expected = total([0, 1, 2, 3]);
-        assert_eq!((expected.iterations, expected.rounds), (13, 6));
+        assert_eq!(expected.halves, [13, 6]);
         for order in [[3, 2, 1, 0], [1, 0, 3, 2], [2, 3, 0, 1]] {
             assert_eq!(total(order), expected, "{order:?}");
         }
@@ -193,35 +216,36 @@ mod tests {
         assert_eq!(grouped, expected);
     }
 
-    /// Rounds of 1, 2, 3 and 6 units: a mean of 3, squares of 50 in all. The variance of the
-    /// mean is (50 / 4 - 9) / 3 = 7 / 6.
+    /// Halves of 3 and 1 iterations, with means of 2 and 6 units: (2 - 6)^2 * 3 / 16 = 3.
     #[test]
-    fn the_standard_error_is_that_of_the_mean_of_rounds() {
-        let error = |rounds, values: &[u128], squares: &[u128]| grey(rounds, values, squares).standard_error();
-        let expected = (4.0 * (7.0_f64 / 6.0).sqrt()) as f32;
-        let close = |value: f32, expected: f32| (value - expected).abs() <= 1e-6 * expected;
-        let errors = error(4, &[12 * ONE, 8 * ONE], &[50 * ONE, 16 * ONE]).unwrap();
-        assert!(close(errors[0], expected), "{errors:?}");
-        assert!(errors[1] < 1e-6, "equal rounds: {errors:?}");
-        // Of one round nothing is known; what rounding has made negative is none.
-        assert_eq!(error(1, &[ONE], &[ONE]), None);
-        assert_eq!(error(0, &[0], &[0]), None);
-        assert_eq!(error(2, &[2 * ONE], &[2 * ONE - 1]).unwrap(), [0.0]);
+    fn the_standard_error_is_that_of_the_mean_of_two_halves() {
+        let error = |halves, values: &[u128], second: &[u128]| grey(halves, values, second).standard_error();
+        let close =
+            |value: f32, expected: f64| assert!((f64::from(value) - expected).abs() <= 1e-6 * expected, "{value}");
+        close(error([3, 1], &[12 * ONE], &[6 * ONE]).unwrap()[0], 4.0 * 3.0_f64.sqrt());
+        assert_eq!(error([3, 1], &[8 * ONE], &[2 * ONE]).unwrap(), [0.0], "equal halves");
+        // A pixel has as much of its neighbours' variance as of its own, within three pixels.
+        let row = error([3, 1], &[12 * ONE, 0, 0, 0, 0], &[6 * ONE, 0, 0, 0, 0]).unwrap();
+        for (value, expected) in row.iter().zip([3.0_f64 / 4.0, 3.0 / 5.0, 3.0 / 5.0, 3.0 / 5.0]) {
+            close(*value, 4.0 * expected.sqrt());
+        }
+        assert_eq!(row[4], 0.0);
+        for halves in [[0, 0], [0, 7], [7, 0]] {
+            assert_eq!(error(halves, &[ONE], &[0]), None);
+        }
     }
 
-    /// Two rounds of 0 and 2 have an error of 1 at a luminance of 1; black pixels have none.
+    /// Halves of 0 and 2 have an error of 1 at a luminance of 1; black pixels have none.
     #[test]
     fn the_relative_error_weighs_dark_pixels_less() {
-        let relative = |values: &[u128], squares: &[u128]| grey(2, values, squares).relative_error().unwrap();
-        let expect = |value: f64, expected: f64| assert!((value - expected).abs() < 1e-9, "{value}, not {expected}");
-        expect(relative(&[2 * ONE], &[4 * ONE]), (1.0 / 1.01_f64).sqrt());
-        expect(relative(&[2 * ONE, 0], &[4 * ONE, 0]), (0.5 / 1.01_f64).sqrt());
+        let relative = |values: &[u128]| grey([1, 1], values, values).relative_error().unwrap();
+        let expect = |value: f64, expected: f64| assert!((value - expected).abs() < 1e-6, "{value}, not {expected}");
+        expect(relative(&[2 * ONE]), (1.0 / 1.01_f64).sqrt());
+        expect(relative(&[2 * ONE, 0]), (0.5 / 1.01_f64).sqrt());
         // A hundredth as bright, and as noisy in itself.
-        let squares = [4 * ONE, 4 * ONE, 4 * ONE / 10_000];
         let dark = 1e-4 / (1e-4 + 0.01);
-        let values = [2 * ONE, 2 * ONE, 2 * ONE / 100];
-        expect(relative(&values, &squares), ((2.0 / 1.01 + dark) / 3.0_f64).sqrt());
-        assert_eq!(relative(&[0, 0], &[0, 0]), 0.0);
-        assert_eq!(grey(1, &[ONE], &[ONE]).relative_error(), None);
+        expect(relative(&[2 * ONE, 2 * ONE, 2 * ONE / 100]), ((2.0 / 1.01 + dark) / 3.0_f64).sqrt());
+        assert_eq!(relative(&[0, 0]), 0.0);
+        assert_eq!(grey([1, 0], &[ONE], &[0]).relative_error(), None);
     }
 }

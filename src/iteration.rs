@@ -16,7 +16,7 @@ use crate::options::LookupKind;
 use crate::radius::{FirstRadius, GlobalShrink, RadiusSchedule};
 use crate::renderer::RenderError;
 use crate::schedule::Schedule;
-use crate::sequence::{Place, Sequence};
+use crate::sequence::{Place, Sequence, Shard};
 use crate::tally::Tally;
 use crate::upload::GpuScene;
 
@@ -88,7 +88,7 @@ impl Passes {
         let first_radius = self.first_radius(device, buffers, settings, progress)?;
         let new_points = progress.seen != Some(place.round);
         if new_points {
-            let counters = self.look(device, buffers, settings, place.round)?;
+            let counters = self.look(device, buffers, settings, place)?;
             if place.step == 0 {
                 progress.tally.add(&counters);
             }
@@ -119,11 +119,16 @@ impl Passes {
         device: &Device,
         buffers: &Buffers,
         settings: &Settings,
-        round: u32,
+        place: Place,
     ) -> Result<Counters, RenderError> {
+        let Place { turn, half: half_of_rounds, .. } = place;
         let mut frame = device.frame()?;
         frame.clear(&buffers.counters);
-        frame.dispatch(&self.eye, EyePush { round, pixel_count: settings.pixels as u32, two: 2 }, settings.pixels);
+        frame.dispatch(
+            &self.eye,
+            EyePush { turn, half_of_rounds, pixel_count: settings.pixels as u32, two: 2 },
+            settings.pixels,
+        );
         frame.run()?;
         let counters = device.read(&buffers.counters)?[0];
         finished(&counters, "eye", "a smaller maximum depth")?;
@@ -142,7 +147,8 @@ impl Passes {
         if let Some(known) = progress.first_radius {
             return Ok(known);
         }
-        self.look(device, buffers, settings, 0)?;
+        let whole = Sequence { shard: Shard::WHOLE, ..settings.sequence };
+        self.look(device, buffers, settings, whole.place(0))?;
         let lengths = device.read(&buffers.visible_throughputs)?.into_iter().map(|throughput| throughput[3]);
         let radius = FirstRadius::from_footprints(settings.pixel_width, lengths);
         progress.first_radius = Some(radius);
@@ -186,12 +192,13 @@ impl Passes {
         place: Place,
         batch: Range<u64>,
     ) -> Result<u32, RenderError> {
-        let before = place.iteration.wrapping_mul(settings.photons);
+        let before = place.iteration_of_half.wrapping_mul(settings.photons);
         loop {
             let stride = (batch.end - batch.start).div_ceil(progress.schedule.per_invocation());
             let push = PhotonPush {
                 before_low: before as u32,
                 before_high: (before >> 32) as u32,
+                half_of_rounds: place.half,
                 first: batch.start as u32,
                 end: batch.end as u32,
                 stride: stride as u32,
@@ -229,8 +236,7 @@ impl Passes {
             alpha: alpha as f32,
             per_unit: (1.0 / settings.unit) as f32,
             flux_scale: flux_scale as f32,
-            round_weight: 1.0 / settings.sequence.round_length as f32,
-            last: settings.sequence.is_last(place).into(),
+            half_of_rounds: place.half,
         };
         let mut frame = device.frame()?;
         frame.clear(&buffers.counters);
@@ -257,7 +263,7 @@ impl Passes {
         let Buffers { camera, counters, grid_info, pixel_states, .. } = buffers;
         let Buffers { visible_positions, visible_normals, visible_throughputs, visible_radiances, .. } = buffers;
         let Buffers { photon_positions, photon_weights, flux_low, flux_high, .. } = buffers;
-        let Buffers { sum_red, sum_green, sum_blue, sum_square, .. } = buffers;
+        let Buffers { sum_red, sum_green, sum_blue, sum_second, .. } = buffers;
         macro_rules! pass {
             ($($kernel:tt)*) => { device.pass(&$($kernel)*, specialization, workgroup_size)? };
         }
@@ -284,7 +290,7 @@ impl Passes {
                 sum_red,
                 sum_green,
                 sum_blue,
-                sum_square,
+                sum_second,
                 counters
             }),
         };

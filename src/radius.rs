@@ -3,7 +3,7 @@
 use crate::kernels::RadiusPush;
 
 /// The first radius where nobody gives one: so many pixels, seen at the visible point.
-const PIXELS: f64 = 2.0;
+const PIXELS: f64 = 3.0;
 /// How far from its median over the image it may go, as a factor.
 const SPREAD: f64 = 2.0;
 /// The median is rounded to so many steps per octave, so that a device's rounding does not
@@ -60,7 +60,10 @@ pub enum RadiusSchedule {
 }
 
 /// The squared radius of the global schedule at an iteration, over the first: the product of
-/// (i + α) / (i + 1) for i from 1 (Knaus and Zwicker 2011, eq. 20).
+/// (i + α) / (i + 1) over the iterations before it (Knaus and Zwicker 2011, eq. 20). It starts
+/// at i = 0, one earlier than theirs: then a disc that finds as many photons in every iteration
+/// has the same radii under both schedules, and the mean of their squares is a power of N
+/// sooner.
 #[derive(Clone, Debug)]
 pub struct GlobalShrink {
     alpha: f64,
@@ -80,8 +83,8 @@ impl GlobalShrink {
             *self = Self::new(self.alpha);
         }
         while self.step < step {
-            self.step += 1;
             let i = self.step as f64;
+            self.step += 1;
             self.value *= (i + self.alpha) / (i + 1.0);
         }
         self.value
@@ -96,7 +99,8 @@ mod tests {
     fn global_radii_shrink_as_photons_to_the_alpha_minus_one() {
         let mut shrink = GlobalShrink::new(2.0 / 3.0);
         assert_eq!(shrink.at(0), 1.0);
-        assert!((shrink.at(1) - (1.0 + 2.0 / 3.0) / 2.0).abs() < 1e-15);
+        assert_eq!(shrink.at(1), 2.0 / 3.0);
+        assert!((shrink.at(2) - 2.0 / 3.0 * (5.0 / 3.0) / 2.0).abs() < 1e-15);
         let [early, late] = [1_000, 1_000_000].map(|step| shrink.at(step));
         let slope = (late / early).ln() / 1000f64.ln();
         assert!((slope + 1.0 / 3.0).abs() < 1e-4, "{slope}");

@@ -146,15 +146,14 @@ impl Renderer {
     /// # Errors
     /// The device fails.
     pub fn estimate(&self) -> Result<Estimate, RenderError> {
-        let Buffers { sum_red, sum_green, sum_blue, sum_square, .. } = &self.buffers;
+        let Buffers { sum_red, sum_green, sum_blue, sum_second, .. } = &self.buffers;
         let [red, green, blue] = [sum_red, sum_green, sum_blue].map(|sums| self.device.read(sums));
         Ok(Estimate {
             resolution: self.resolution,
             unit: self.settings.unit,
-            iterations: self.progress.done.into(),
-            rounds: (self.progress.done / self.settings.sequence.round_length).into(),
+            halves: self.settings.sequence.halves(self.progress.done),
             radiance: [red?, green?, blue?],
-            square: self.device.read(sum_square)?,
+            second_half: self.device.read(sum_second)?,
         })
     }
 

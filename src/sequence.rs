@@ -36,6 +36,18 @@ pub struct Place {
     pub step: u32,
     /// Which of all iterations of all shards it is.
     pub iteration: u64,
+    /// Rounds come in two halves, whose random numbers are independent: 0 or 1.
+    pub half: u32,
+    /// Its round, among those of its half.
+    pub turn: u32,
+    /// Which of the iterations of its half it is.
+    pub iteration_of_half: u64,
+}
+
+/// The half of a round: one of rounds 2k and 2k + 1 each. By the parity of its bits (Thue and
+/// Morse), so that the rounds of a shard are shared evenly too.
+fn half(round: u64) -> u32 {
+    round.count_ones() % 2
 }
 
 impl Sequence {
@@ -43,9 +55,27 @@ impl Sequence {
     pub fn place(&self, done: u32) -> Place {
         let round = u64::from(self.shard.index) + u64::from(self.shard.count) * u64::from(done / self.round_length);
         let step = done % self.round_length;
-        let iteration = round * u64::from(self.round_length) + u64::from(step);
-        // Rounds are counted in 32 bits by random numbers, which may start again after that.
-        Place { round: round as u32, step, iteration }
+        let length = u64::from(self.round_length);
+        let turn = round / 2;
+        Place {
+            // Random numbers count rounds in 32 bits, and may start again after that.
+            round: round as u32,
+            step,
+            iteration: round * length + u64::from(step),
+            half: half(round),
+            turn: turn as u32,
+            iteration_of_half: turn * length + u64::from(step),
+        }
+    }
+
+    /// How many of the first `done` iterations are of each half.
+    pub fn halves(&self, done: u32) -> [u64; 2] {
+        let mut halves = [0; 2];
+        for first in (0..done).step_by(self.round_length as usize) {
+            let length = self.round_length.min(done - first);
+            halves[self.place(first).half as usize] += u64::from(length);
+        }
+        halves
     }
 
     /// How many of the first `total` iterations are this shard's.
@@ -55,11 +85,6 @@ impl Sequence {
         let full = rounds / count + u32::from(rounds % count > index);
         let partial = if rounds % count == index { rest } else { 0 };
         full * self.round_length + partial
-    }
-
-    /// Whether an iteration is the last of its round.
-    pub fn is_last(&self, place: Place) -> bool {
-        place.step + 1 == self.round_length
     }
 }
 
@@ -78,10 +103,6 @@ mod tests {
                         for done in 0..sequence.share(total) {
                             let place = sequence.place(done);
                             assert_eq!(place.iteration / u64::from(round_length), u64::from(place.round));
-                            assert_eq!(
-                                sequence.is_last(place),
-                                (place.iteration + 1).is_multiple_of(u64::from(round_length))
-                            );
                             seen[place.iteration as usize] += 1;
                         }
                     }
@@ -96,6 +117,22 @@ mod tests {
         let sequence = Sequence { round_length: 1 << 20, shard: Shard { index: 5, count: 8 } };
         let place = sequence.place(u32::MAX);
         assert_eq!(place.iteration, (5 + 8 * 4095) * (1 << 20) + (1 << 20) - 1);
-        assert!(sequence.is_last(place));
+        assert_eq!(place.iteration_of_half, ((5 + 8 * 4095) / 2) * (1 << 20) + (1 << 20) - 1);
+    }
+
+    #[test]
+    fn halves_take_turns_in_every_shard() {
+        for (round_length, index, count) in [(1, 0, 1), (3, 0, 1), (1, 1, 2), (1, 2, 4), (4, 5, 7)] {
+            let sequence = Sequence { round_length, shard: Shard { index, count } };
+            let mut halves = [0; 2];
+            let mut turns = [std::collections::HashSet::new(), std::collections::HashSet::new()];
+            for done in 0..100 * round_length {
+                assert_eq!(sequence.halves(done), halves);
+                let place = sequence.place(done);
+                halves[place.half as usize] += 1;
+                assert!(turns[place.half as usize].insert(place.iteration_of_half), "{place:?}");
+            }
+            assert!(halves[0].abs_diff(halves[1]) <= 20 * u64::from(round_length), "{sequence:?}: {halves:?}");
+        }
     }
 }

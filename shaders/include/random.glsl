@@ -36,6 +36,12 @@ uvec3 pcg3d(uvec3 v) {
     return v;
 }
 
+// Seed of a half of the rounds: what differs between halves is their noise, since their
+// numbers are independent.
+uint seed_of_half(uint seed, uint half_of_rounds) {
+    return seed ^ (half_of_rounds * 0x9e3779b9u);
+}
+
 // Owen scrambling of bits that stand in reverse order.
 uint scramble_reversed(uint x, uint seed) {
     x += seed;

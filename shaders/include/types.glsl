@@ -194,10 +194,8 @@ struct Counters {
 
 // What a pixel remembers between iterations, besides the image.
 struct PixelState {
-    float photons;   // kept so far: N of Hachisuka and Jensen 2009
-    float shrink;    // of the squared radius so far
-    float luminance; // mean over this round, in units of the sums
-    float pad;
+    float photons; // kept so far: N of Hachisuka and Jensen 2009
+    float shrink;  // of the squared radius so far
 };
 
 // The hash grid over visible points.

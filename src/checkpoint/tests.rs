@@ -13,14 +13,14 @@ fn small() -> impl Strategy<Value = Checkpoint> {
     let pixels = (1..6_u32, 1..4_u32).prop_flat_map(|(width, height)| {
         let length = (width * height) as usize;
         let sums = vec(any::<[u32; 4]>(), length);
-        let states = vec(any::<[u32; 4]>(), if width == 5 { 0 } else { length });
+        let states = vec(any::<[u32; 2]>(), if width == 5 { 0 } else { length });
         (Just([width, height]), [sums.clone(), sums.clone(), sums.clone()], sums, states)
     });
     let done = proptest::collection::btree_map(0..7_u32, any::<u32>(), 0..5);
     let radius = proptest::option::of([0.0..1e9_f32, 1e-30..1e9_f32, 1e-30..1e9_f32]);
     let counts = vec(any::<u64>(), 11);
     (pixels, done, radius, counts, -900..900_i32, "\\PC{0,20}").prop_map(
-        |((resolution, radiance, square, states), done, radius, counts, exponent, scene)| {
+        |((resolution, radiance, second_half, states), done, radius, counts, exponent, scene)| {
             let iterations: u64 = done.values().map(|done| u64::from(*done)).sum();
             let identity =
                 json!({ "alpha": "0.5", "the camera": "sha256:00", "resolution": format!("{resolution:?}") });
@@ -35,10 +35,9 @@ fn small() -> impl Strategy<Value = Checkpoint> {
                 estimate: Estimate {
                     resolution,
                     unit: f64::from(exponent).exp2(),
-                    iterations,
-                    rounds: iterations / 3,
+                    halves: [iterations / 3, iterations - iterations / 3],
                     radiance,
-                    square,
+                    second_half,
                 },
                 states: states.into_iter().map(state).collect(),
             }
@@ -64,9 +63,9 @@ fn tally(counts: &[u64]) -> Tally {
 }
 
 /// Finite numbers, which are equal to themselves.
-fn state(bits: [u32; 4]) -> PixelState {
-    let [photons, shrink, luminance, pad] = bits.map(|bits| f32::from_bits(bits & 0xbfff_ffff));
-    PixelState { photons, shrink, luminance, pad }
+fn state(bits: [u32; 2]) -> PixelState {
+    let [photons, shrink] = bits.map(|bits| f32::from_bits(bits & 0xbfff_ffff));
+    PixelState { photons, shrink }
 }
 
 fn encoded(checkpoint: &Checkpoint) -> Vec<u8> {
@@ -88,7 +87,7 @@ fn header() -> Value {
         "made_by": { "version": "0", "device": "a", "driver": "b" },
         "shards": 2, "done": { "0": 3, "1": 2 }, "first_radius": [0.0, 0.1, 0.1],
         "tally": serde_json::to_value(Tally::default()).unwrap(),
-        "resolution": [2, 1], "unit": 0.5, "iterations": 5, "rounds": 5, "has_states": false,
+        "resolution": [2, 1], "unit": 0.5, "halves": [3, 2], "has_states": false,
     })
 }
 
@@ -175,8 +174,8 @@ fn a_header_that_lies_is_refused() {
         ("resolution", json!([1, 1])),
         ("unit", json!(0.0)),
         ("unit", json!(-1.0)),
-        ("iterations", json!(6)),
-        ("rounds", json!(6)),
+        ("halves", json!([3, 3])),
+        ("halves", json!([u64::MAX, 6])),
         ("done", json!({ "0": 3, "2": 2 })),
         ("shards", json!(0)),
         ("shards", json!(4_294_967_295_u32)),
@@ -222,10 +221,10 @@ fn parsed(change: impl FnOnce(&mut Value)) -> Checkpoint {
 
 #[test]
 fn a_shard_without_iterations_knows_no_radius() {
-    let full = || parsed(|header| (header["done"], header["iterations"]) = (json!({ "0": 5 }), json!(5)));
+    let full = || parsed(|header| header["done"] = json!({ "0": 5 }));
     let empty = || {
         parsed(|header| {
-            (header["done"], header["iterations"], header["rounds"]) = (json!({ "1": 0 }), json!(0), json!(0));
+            (header["done"], header["halves"]) = (json!({ "1": 0 }), json!([0, 0]));
             header["first_radius"] = Value::Null;
         })
     };
@@ -243,7 +242,7 @@ fn a_shard_without_iterations_knows_no_radius() {
 /// The identity of both is the same: somebody has made one of them up.
 #[test]
 fn sums_of_another_form_are_not_added() {
-    let first = || parsed(|header| (header["done"], header["iterations"]) = (json!({ "0": 5 }), json!(5)));
+    let first = || parsed(|header| header["done"] = json!({ "0": 5 }));
     for (key, value) in [("unit", json!(0.25)), ("resolution", json!([1, 2]))] {
         let second = parsed(|header| {
             header["done"] = json!({ "1": 5 });

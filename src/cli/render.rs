@@ -182,7 +182,7 @@ pub fn metadata(scene: &str, made_by: &MadeBy, estimate: &Estimate, photons: u64
     [
         ("goblet.version", made_by.version.clone()),
         ("goblet.scene", scene.to_owned()),
-        ("goblet.iterations", estimate.iterations.to_string()),
+        ("goblet.iterations", estimate.iterations().to_string()),
         ("goblet.photons", photons.to_string()),
         ("goblet.device", made_by.device.clone()),
         ("goblet.driver", made_by.driver.clone()),
@@ -215,10 +215,10 @@ pub fn write_images(
 
 fn channel(estimate: &Estimate, aov: Aov) -> Channel {
     match aov {
-        // Before two rounds nothing is known about the error.
+        // Before both halves of the rounds have begun, nothing is known about the error.
         Aov::StandardError => Channel {
             name: "standardError.Y".to_owned(),
-            values: estimate.standard_error().unwrap_or_else(|| vec![f32::INFINITY; estimate.square.len()]),
+            values: estimate.standard_error().unwrap_or_else(|| vec![f32::INFINITY; estimate.second_half.len()]),
         },
     }
 }

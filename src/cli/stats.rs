@@ -28,7 +28,7 @@ pub struct Stats {
     /// Device seconds by kernel, compilation included where the driver defers it.
     passes: BTreeMap<&'static str, f64>,
     radius: Range,
-    /// Estimated, of noise; null before two rounds.
+    /// Estimated, of noise; null before both halves of the rounds have begun.
     relative_error: Option<f64>,
     device_memory_bytes: u64,
     #[serde(flatten)]
