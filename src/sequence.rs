@@ -78,7 +78,10 @@ mod tests {
                         for done in 0..sequence.share(total) {
                             let place = sequence.place(done);
                             assert_eq!(place.iteration / u64::from(round_length), u64::from(place.round));
-                            assert_eq!(sequence.is_last(place), (place.iteration + 1) % u64::from(round_length) == 0);
+                            assert_eq!(
+                                sequence.is_last(place),
+                                (place.iteration + 1).is_multiple_of(round_length.into())
+                            );
                             seen[place.iteration as usize] += 1;
                         }
                     }

@@ -48,9 +48,9 @@ impl Limit {
         let rounds = iterations / self.round_length;
         let often = (rounds.max(1).ilog2()).saturating_sub(FIRST_ESTIMATE.ilog2());
         (self.error.is_some() || !quiet)
-            && iterations % self.round_length == 0
+            && iterations.is_multiple_of(self.round_length)
             && rounds >= FIRST_ESTIMATE
-            && rounds % (1 << often) == 0
+            && rounds.is_multiple_of(1 << often)
     }
 
     /// Seconds left, as far as can be told, after `done` of the iterations took `elapsed`.
