@@ -73,7 +73,7 @@ fn from_environment(variable: impl Fn(&str) -> Option<String>) -> Result<Shard, 
     };
     let (first, step) = (or(scheduler.first, 0)?, or(scheduler.step, 1)?.max(1));
     let (index, count) = (number(scheduler.index)?, number(scheduler.count)?);
-    let above = index.checked_sub(first).filter(|above| above % step == 0);
+    let above = index.checked_sub(first).filter(|above| above.is_multiple_of(step));
     let above = above.ok_or_else(|| {
         format!("auto, from {}: expected indices from {first} in steps of {step}, not {index}", scheduler.name)
     })?;

@@ -56,8 +56,7 @@ fn doctor(bench: &Bench, change: impl FnOnce(&mut Checkpoint)) {
 fn pretend(iterations: u32, photons: u64) -> impl FnOnce(&mut Checkpoint) {
     move |checkpoint| {
         checkpoint.done = [(0, iterations)].into();
-        checkpoint.estimate.iterations = iterations.into();
-        checkpoint.estimate.rounds = iterations.into();
+        checkpoint.estimate.halves = [iterations.into(), 0];
         checkpoint.tally.emitted = u64::from(iterations) * photons;
     }
 }
@@ -111,7 +110,7 @@ fn the_last_iteration_that_can_be_counted_is_the_last() {
     (a.shards, b.shards) = (2, 2);
     b.done = [(1, u32::MAX)].into();
     a.merge(&b).unwrap();
-    assert_eq!(a.estimate.iterations, 2 * u64::from(u32::MAX));
+    assert_eq!(a.estimate.iterations(), 2 * u64::from(u32::MAX));
     a.write(&bench.path("x.checkpoint")).unwrap();
     let run = bench.run(&["merge", "x.checkpoint", "-o", "x.exr"]);
     assert_eq!(run.code, 0, "{run:?}");

@@ -40,7 +40,7 @@ fn send(signal: &str, child: &Child) {
 }
 
 fn iterations(bench: &Bench) -> u64 {
-    Checkpoint::read(&bench.path(CHECKPOINT)).expect("a whole checkpoint").estimate.iterations
+    Checkpoint::read(&bench.path(CHECKPOINT)).expect("a whole checkpoint").estimate.iterations()
 }
 
 /// Goes on for some iterations, to the image that one run would have made.
@@ -160,6 +160,7 @@ fn twenty_kills_do_not_change_a_byte() {
         assert!(left <= 1, "{left} temporary files");
         torn += left;
     }
+    println!("{torn} kills have met a checkpoint that was being written, {done} iterations");
     assert!(torn > 0, "no kill has met a checkpoint that was being written");
     assert_resumes(&bench, 2);
     assert_eq!(temporary_files(&bench), 0);
