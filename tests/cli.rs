@@ -273,6 +273,7 @@ fn stats_say_what_was_rendered() {
     let passes = stats["passes"].as_object().unwrap();
     assert!(passes.contains_key("eye") && passes.contains_key("photon"), "{passes:?}");
     assert!(passes.values().all(|pass| number(pass) >= 0.0) && passes.values().any(|pass| number(pass) > 0.0));
+    assert_eq!(number(&seconds["kd_build"]), 0.0, "there is no kd-tree");
     let [least, most] = ["min", "max"].map(|bound| number(&radius[bound]));
     assert!(0.0 < least && least < most && most <= 0.5 * (1.0 + 1e-6), "{radius}");
     assert!(count("device_memory_bytes") > 0);
@@ -284,6 +285,12 @@ fn stats_say_what_was_rendered() {
     assert_eq!(count("emitted"), ends + lost + count("non_finite"), "{stats:#}");
     assert_eq!(count("emitted"), count("photons"), "{stats:#}");
     assert!(count("recorded") > 0 && count("deposited") > 0 && count("escaped") > 0, "{stats:#}");
+
+    bench.rendered(&["-o", "x.exr", "--stats", "x.json", "--iterations", "1", "--lookup", "kd-tree"]);
+    let stats = bench.json("x.json");
+    let build = number(&stats["seconds"]["kd_build"]);
+    assert!(build > 0.0 && build <= number(&stats["seconds"]["render"]), "{stats:#}");
+    assert!(stats["passes"]["accumulate_tree"].is_number(), "{stats:#}");
 }
 
 #[test]
