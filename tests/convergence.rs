@@ -102,7 +102,7 @@ fn narrowed(text: &str) -> Scene {
     let text = &text.replace("radius\" .5", "radius\" .01");
     let cone = "LightSource \"spot\" \"point3 to\" [.1 1.6 .1] \"float coneangle\" 12 \"float conedeltaangle\" .5";
     let narrow = text.replace("LightSource \"point\"", cone);
-    assert_ne!(narrow, text);
+    assert_ne!(narrow, *text);
     Scene::parse(&narrow, "caustic-point.pbrt", support::root()).expect("a scene")
 }
 
