@@ -8,9 +8,6 @@ const FRACTION_BITS: i32 = 56;
 /// image's typical luminance.
 const DARK: f64 = 0.1;
 
-/// Pixels to each side whose variances are averaged.
-const NEIGHBOURHOOD: usize = 3;
-
 /// 128 bits, the lowest word first.
 pub type Sum = [u32; 4];
 
@@ -34,15 +31,6 @@ pub struct Estimate {
 fn in_units(sum: Sum) -> f64 {
     let bits = sum.iter().rev().fold(0u128, |bits, word| bits << 32 | u128::from(*word));
     bits as f64 * f64::from(-FRACTION_BITS).exp2()
-}
-
-/// The mean of each number's neighbourhood, which is smaller at the ends.
-fn smooth(values: &[f64]) -> Vec<f64> {
-    let mean = |i: usize| {
-        let near = &values[i.saturating_sub(NEIGHBOURHOOD)..values.len().min(i + NEIGHBOURHOOD + 1)];
-        near.iter().sum::<f64>() / near.len() as f64
-    };
-    (0..values.len()).map(mean).collect()
 }
 
 fn add(sum: &mut Sum, other: Sum) {
@@ -76,19 +64,9 @@ impl Estimate {
 
     /// The standard error of each pixel's luminance, W/(m² sr); `None` before both halves have
     /// an iteration. It knows of noise, and not of the blur that the radius makes. Two halves
-    /// tell little about one pixel: the variance is the mean over its neighbourhood.
+    /// tell little about one pixel: its square is right in the mean over many.
     pub fn standard_error(&self) -> Option<Vec<f32>> {
-        let variances: Vec<f64> = self.errors()?.map(|[_, variance]| variance).collect();
-        let [width, height] = self.resolution.map(|side| side as usize);
-        let rows: Vec<f64> = variances.chunks(width).flat_map(smooth).collect();
-        let mut errors = vec![0.0; rows.len()];
-        for x in 0..width {
-            let column: Vec<f64> = (0..height).map(|y| rows[y * width + x]).collect();
-            for (y, variance) in smooth(&column).into_iter().enumerate() {
-                errors[y * width + x] = (variance.sqrt() * self.unit) as f32;
-            }
-        }
-        Some(errors)
+        Some(self.errors()?.map(|[_, variance]| (variance.sqrt() * self.unit) as f32).collect())
     }
 
     /// Luminance of each pixel, in units, and an estimate of the variance of that.
@@ -224,12 +202,6 @@ mod tests {
             |value: f32, expected: f64| assert!((f64::from(value) - expected).abs() <= 1e-6 * expected, "{value}");
         close(error([3, 1], &[12 * ONE], &[6 * ONE]).unwrap()[0], 4.0 * 3.0_f64.sqrt());
         assert_eq!(error([3, 1], &[8 * ONE], &[2 * ONE]).unwrap(), [0.0], "equal halves");
-        // A pixel has as much of its neighbours' variance as of its own, within three pixels.
-        let row = error([3, 1], &[12 * ONE, 0, 0, 0, 0], &[6 * ONE, 0, 0, 0, 0]).unwrap();
-        for (value, expected) in row.iter().zip([3.0_f64 / 4.0, 3.0 / 5.0, 3.0 / 5.0, 3.0 / 5.0]) {
-            close(*value, 4.0 * expected.sqrt());
-        }
-        assert_eq!(row[4], 0.0);
         for halves in [[0, 0], [0, 7], [7, 0]] {
             assert_eq!(error(halves, &[ONE], &[0]), None);
         }
