@@ -1,6 +1,7 @@
 //! Renders against closed forms: what light must do, whatever the scene.
 
 mod diffuse;
+mod focus;
 mod leaks;
 mod lights;
 mod specular;
