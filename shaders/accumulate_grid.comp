@@ -36,8 +36,10 @@ layout(push_constant) uniform Push {
     uint two;     // 2, see interruption.glsl
 };
 
-// Rounds of loops in one dispatch: eight lanes together stay below what llvmpipe allows.
-const uint MAX_ROUNDS = 8000u;
+// Rounds of an invocation in one dispatch. llvmpipe counts those of eight lanes together,
+// which may all be busy in turn, and a round of the inner loop more for each of the outer
+// one: 2 * 8 * 4000 stay below what it allows.
+const uint MAX_ROUNDS = 4000u;
 
 // The cells that may hold a point which reaches a photon: a box of them, one after the other.
 struct Walk {

@@ -101,7 +101,7 @@ impl Lookup {
 fn deposit<Push: Pod>(
     device: &Device,
     buffers: &Buffers,
-    pass: &Pass<Push>,
+    (name, pass): (&'static str, &Pass<Push>),
     invocations: u32,
     push: impl Fn(u32) -> Push,
 ) -> Result<Tally, RenderError> {
@@ -113,7 +113,7 @@ fn deposit<Push: Pod>(
         frame.dispatch(pass, push(resumed), invocations.into());
         frame.run()?;
         let counters = device.read(&buffers.counters)?[0];
-        finished(&counters, "accumulate", "a smaller radius")?;
+        finished(&counters, name, "a smaller radius")?;
         total.add(&counters);
         if counters.unfinished == 0 {
             return Ok(total);

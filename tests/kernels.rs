@@ -12,6 +12,8 @@ mod bsdf;
 mod emission;
 #[path = "kernels/flux.rs"]
 mod flux;
+#[path = "kernels/grid.rs"]
+mod grid;
 #[path = "kernels/interruption.rs"]
 mod interruption;
 #[path = "kernels/light.rs"]

@@ -109,6 +109,6 @@ impl HashGrid {
     ) -> Result<Tally, RenderError> {
         let cell_mask = self.cells.len() as u32 - 1;
         let push = |resumed| AccumulateGridPush { recorded, stride, cell_mask, resumed, two: 2 };
-        deposit(device, buffers, &self.accumulate, stride, push)
+        deposit(device, buffers, ("accumulate_grid", &self.accumulate), stride, push)
     }
 }

@@ -108,7 +108,7 @@ impl KdTree {
     ) -> Result<Tally, RenderError> {
         let node_count = self.node_count;
         let push = |resumed| AccumulateTreePush { recorded, stride, node_count, resumed, two: 2 };
-        deposit(device, buffers, &self.accumulate, stride, push)
+        deposit(device, buffers, ("accumulate_tree", &self.accumulate), stride, push)
     }
 
     /// Time that the host has spent on trees so far, to read the points and to write the

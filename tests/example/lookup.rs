@@ -30,7 +30,7 @@ const CELL_SCALES: [f64; 5] = [0.25, 0.5, 1.0, 2.0, 4.0];
 
 /// Each way is measured so often, in turn with the others, and the least time counts:
 /// other work on the machine only ever adds to it.
-const REPEATS: u32 = 5;
+const REPEATS: u32 = 3;
 /// What would take longer is left out, seconds of one query.
 const LIMIT: f64 = 30.0;
 
