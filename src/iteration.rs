@@ -5,7 +5,7 @@ use std::ops::Range;
 use std::time::{Duration, Instant};
 
 use bytemuck::Zeroable;
-use goblet_host::{Device, Pass};
+use goblet_host::{Device, Frame, Pass};
 
 use crate::buffers::Buffers;
 use crate::kernels::{
@@ -50,6 +50,17 @@ pub struct Settings {
     pub unit: f64,
 }
 
+/// Where an iteration runs.
+#[derive(Clone, Copy)]
+pub struct Stage<'a> {
+    /// The device.
+    pub device: &'a Device,
+    /// Its memory.
+    pub buffers: &'a Buffers,
+    /// The render.
+    pub settings: &'a Settings,
+}
+
 /// How far a render is.
 #[derive(Clone, Debug)]
 pub struct Progress {
@@ -72,99 +83,87 @@ pub fn finished(counters: &Counters, pass: &'static str, remedy: &'static str) -
     if counters.interrupted == 0 { Ok(()) } else { Err(RenderError::Interrupted { pass, remedy }) }
 }
 
+impl Stage<'_> {
+    /// Runs what `record` records; what was counted meanwhile.
+    fn run_counted(&self, record: impl FnOnce(&mut Frame<'_>)) -> goblet_host::Result<Counters> {
+        let mut frame = self.device.frame()?;
+        frame.clear(&self.buffers.counters);
+        record(&mut frame);
+        frame.run()?;
+        Ok(self.device.read(&self.buffers.counters)?[0])
+    }
+}
+
+/// A radius that follows the footprints of pixels at the visible points on the device.
+fn measure_radius(on: Stage<'_>) -> Result<FirstRadius, RenderError> {
+    let lengths = on.device.read(&on.buffers.visible_throughputs)?.into_iter().map(|throughput| throughput[3]);
+    Ok(FirstRadius::from_footprints(on.settings.pixel_width, lengths))
+}
+
 impl Passes {
     /// Runs the next iteration.
     ///
     /// # Errors
     /// The device fails, or the driver cannot finish a pass.
-    pub fn run(
-        &mut self,
-        device: &Device,
-        buffers: &Buffers,
-        settings: &Settings,
-        progress: &mut Progress,
-    ) -> Result<(), RenderError> {
+    pub fn run(&mut self, on: Stage<'_>, progress: &mut Progress) -> Result<(), RenderError> {
+        let Stage { device, buffers, settings } = on;
         let place = settings.sequence.place(progress.done);
-        let first_radius = self.first_radius(device, buffers, settings, progress)?;
         let new_points = progress.seen != Some(place.round);
         if new_points {
-            let counters = self.look(device, buffers, settings, place)?;
-            if place.step == 0 {
-                progress.tally.add(&counters);
-            }
-            progress.seen = Some(place.round);
+            self.look(on, place, progress)?;
         }
-        self.shrink(device, buffers, settings, progress, place, &first_radius)?;
+        self.shrink(on, place, progress)?;
         self.lookup.build(device, buffers, new_points)?;
 
         let mut first = 0;
         while first < settings.photons {
             let end = progress.schedule.end(first, settings.photons);
             let start = Instant::now();
-            let recorded = self.trace(device, buffers, settings, progress, place, first..end)?;
+            let recorded = self.trace(on, place, first..end, progress)?;
             let per_invocation = progress.schedule.per_invocation();
             let deposited = self.lookup.accumulate(device, buffers, recorded, per_invocation)?;
             progress.tally.merge(&deposited);
             progress.schedule.observe(end - first, start.elapsed());
             first = end;
         }
-        self.update(device, buffers, settings, progress, place)?;
+        self.update(on, place, progress)?;
         progress.done += 1;
         Ok(())
     }
 
-    /// Finds the visible points of a round.
-    fn look(
-        &self,
-        device: &Device,
-        buffers: &Buffers,
-        settings: &Settings,
-        place: Place,
-    ) -> Result<Counters, RenderError> {
-        let Place { turn, half: half_of_rounds, .. } = place;
-        let mut frame = device.frame()?;
-        frame.clear(&buffers.counters);
-        frame.dispatch(
-            &self.eye,
-            EyePush { turn, half_of_rounds, pixel_count: settings.pixels as u32, two: 2 },
-            settings.pixels,
-        );
-        frame.run()?;
-        let counters = device.read(&buffers.counters)?[0];
+    /// Finds the visible points of a round, and the radius that they start with. Where nobody
+    /// has given one, the first of all rounds decides, so that every shard has the same.
+    fn look(&self, on: Stage<'_>, place: Place, progress: &mut Progress) -> Result<(), RenderError> {
+        let first = Sequence { shard: Shard::WHOLE, ..on.settings.sequence }.place(0);
+        if progress.first_radius.is_none() && place.round != first.round {
+            self.trace_eye_paths(on, first)?;
+            progress.first_radius = Some(measure_radius(on)?);
+        }
+        let counters = self.trace_eye_paths(on, place)?;
+        if progress.first_radius.is_none() {
+            progress.first_radius = Some(measure_radius(on)?);
+        }
+        if place.step == 0 {
+            // Else they were counted before a checkpoint.
+            progress.tally.add(&counters);
+        }
+        progress.seen = Some(place.round);
+        Ok(())
+    }
+
+    fn trace_eye_paths(&self, on: Stage<'_>, place: Place) -> Result<Counters, RenderError> {
+        let pixels = on.settings.pixels;
+        let push = EyePush { turn: place.turn, half_of_rounds: place.half, pixel_count: pixels as u32, two: 2 };
+        let counters = on.run_counted(|frame| frame.dispatch(&self.eye, push, pixels))?;
         finished(&counters, "eye", "a smaller maximum depth")?;
         Ok(counters)
     }
 
-    /// The radius that visible points start with. Where nobody has said, the first of all
-    /// rounds decides, so that every shard has the same.
-    fn first_radius(
-        &self,
-        device: &Device,
-        buffers: &Buffers,
-        settings: &Settings,
-        progress: &mut Progress,
-    ) -> Result<FirstRadius, RenderError> {
-        if let Some(known) = progress.first_radius {
-            return Ok(known);
-        }
-        let whole = Sequence { shard: Shard::WHOLE, ..settings.sequence };
-        self.look(device, buffers, settings, whole.place(0))?;
-        let lengths = device.read(&buffers.visible_throughputs)?.into_iter().map(|throughput| throughput[3]);
-        let radius = FirstRadius::from_footprints(settings.pixel_width, lengths);
-        progress.first_radius = Some(radius);
-        Ok(radius)
-    }
-
     /// Gives visible points their radius for this iteration.
-    fn shrink(
-        &self,
-        device: &Device,
-        buffers: &Buffers,
-        settings: &Settings,
-        progress: &mut Progress,
-        place: Place,
-        first_radius: &FirstRadius,
-    ) -> Result<(), RenderError> {
+    fn shrink(&self, on: Stage<'_>, place: Place, progress: &mut Progress) -> Result<(), RenderError> {
+        let Stage { device, buffers, settings } = on;
+        // `look` has found one.
+        let first_radius = progress.first_radius.unwrap_or_else(|| FirstRadius::constant(1.0));
         let rounds_are_long = settings.sequence.round_length > 1;
         let step = if rounds_are_long { u64::from(place.step) } else { place.iteration };
         let shrink = match settings.radius_schedule {
@@ -185,14 +184,12 @@ impl Passes {
     /// ends invocations early, their photons are traced again, fewer by each.
     fn trace(
         &self,
-        device: &Device,
-        buffers: &Buffers,
-        settings: &Settings,
-        progress: &mut Progress,
+        on: Stage<'_>,
         place: Place,
         batch: Range<u64>,
+        progress: &mut Progress,
     ) -> Result<u32, RenderError> {
-        let before = place.iteration_of_half.wrapping_mul(settings.photons);
+        let before = place.iteration_of_half.wrapping_mul(on.settings.photons);
         loop {
             let stride = (batch.end - batch.start).div_ceil(progress.schedule.per_invocation());
             let push = PhotonPush {
@@ -204,11 +201,7 @@ impl Passes {
                 stride: stride as u32,
                 two: 2,
             };
-            let mut frame = device.frame()?;
-            frame.clear(&buffers.counters);
-            frame.dispatch(&self.photon, push, stride);
-            frame.run()?;
-            let counters = device.read(&buffers.counters)?[0];
+            let counters = on.run_counted(|frame| frame.dispatch(&self.photon, push, stride))?;
             let all = finished(&counters, "photon", "a smaller maximum depth");
             if all.is_ok() || !progress.schedule.interrupted() {
                 progress.tally.add(&counters);
@@ -218,14 +211,8 @@ impl Passes {
     }
 
     /// Adds the iteration to the image.
-    fn update(
-        &self,
-        device: &Device,
-        buffers: &Buffers,
-        settings: &Settings,
-        progress: &mut Progress,
-        place: Place,
-    ) -> Result<(), RenderError> {
+    fn update(&self, on: Stage<'_>, place: Place, progress: &mut Progress) -> Result<(), RenderError> {
+        let settings = on.settings;
         let alpha = match settings.radius_schedule {
             RadiusSchedule::Adaptive => settings.alpha,
             RadiusSchedule::Global => 1.0,
@@ -238,11 +225,8 @@ impl Passes {
             flux_scale: flux_scale as f32,
             half_of_rounds: place.half,
         };
-        let mut frame = device.frame()?;
-        frame.clear(&buffers.counters);
-        frame.dispatch(&self.update, push, settings.pixels);
-        frame.run()?;
-        progress.tally.add(&device.read(&buffers.counters)?[0]);
+        let counters = on.run_counted(|frame| frame.dispatch(&self.update, push, settings.pixels))?;
+        progress.tally.add(&counters);
         Ok(())
     }
 

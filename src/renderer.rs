@@ -10,7 +10,7 @@ use crate::checkpoint::{Checkpoint, CheckpointError, MadeBy};
 use crate::estimate::Estimate;
 use crate::film::Image;
 use crate::identity::Identity;
-use crate::iteration::{Passes, Progress, Settings};
+use crate::iteration::{Passes, Progress, Settings, Stage};
 use crate::kernels::{REQUIREMENTS, Specialization};
 use crate::options::{DirectLight, Options};
 use crate::pack::{PackError, pack};
@@ -133,7 +133,8 @@ impl Renderer {
     /// The device fails; earlier iterations are not lost while it still answers.
     pub fn step(&mut self) -> Result<(), RenderError> {
         let tally = self.progress.tally;
-        let outcome = self.passes.run(&self.device, &self.buffers, &self.settings, &mut self.progress);
+        let stage = Stage { device: &self.device, buffers: &self.buffers, settings: &self.settings };
+        let outcome = self.passes.run(stage, &mut self.progress);
         if outcome.is_err() {
             // Its photons are not in the image.
             self.progress.tally = tally;
