@@ -30,9 +30,9 @@ const PHOTONS: u64 = 65_536;
 const ROUND: u64 = 4;
 /// Cells of other widths, in diameters of the largest disc.
 const CELL_SCALES: [f64; 2] = [0.5, 2.0];
-/// Each way is measured so often, every second time in the opposite order, so that a machine
-/// that gets slower is fair to all.
-const REPEATS: u32 = 2;
+/// Ways take turns, every second time in the opposite order: what else the machine does then
+/// slows all of them alike. Each has so many turns.
+const TURNS: u32 = 8;
 
 /// A way to render.
 struct Way {
@@ -40,21 +40,11 @@ struct Way {
     options: Options,
 }
 
-/// What came of it, the mean over repeats.
-#[derive(Clone, Copy, Default)]
-struct Outcome {
-    seconds_per_iteration: f64,
-    iterations: f64,
-    relmse: f64,
-    energy: f64,
-    estimated_error: f64,
-}
-
 fn main() -> Result<()> {
     let seconds: f64 = env::args().nth(1).map_or(Ok(8.0), |text| text.parse())?;
     let device = Rc::new(open_device(None, false)?);
     println!("{}, {}", device.info().name, device.info().driver);
-    println!("{PHOTONS} photons an iteration; {seconds} s for each way, {REPEATS} times {} s\n", part(seconds));
+    println!("{PHOTONS} photons an iteration; {seconds} s for each way, in {TURNS} turns\n");
     for [path, reference] in SCENES {
         let scene = variants::boxed_scene(Path::new(path));
         let reference = variants::reference(Path::new(reference), 1);
@@ -62,11 +52,6 @@ fn main() -> Result<()> {
         println!("{}\n", measure_all(&device, &scene, &reference, seconds)?);
     }
     Ok(())
-}
-
-/// Seconds of one repeat.
-fn part(seconds: f64) -> f64 {
-    seconds / f64::from(REPEATS)
 }
 
 /// The 16 variants, and the default with the lookups that do not change the image.
@@ -83,69 +68,54 @@ fn ways(resolution: [u32; 2]) -> Vec<Way> {
     ways
 }
 
-/// A table of all ways.
+/// A table of all ways. Kernels are compiled before time counts.
 fn measure_all(device: &Rc<Device>, scene: &Scene, reference: &Image, seconds: f64) -> Result<String> {
     let ways = ways([reference.width, reference.height]);
-    let mut sums = vec![Outcome::default(); ways.len()];
-    for repeat in 0..REPEATS {
-        for i in 0..ways.len() {
-            let i = if repeat % 2 == 0 { i } else { ways.len() - 1 - i };
-            // Another seed, or both would have the same noise.
-            let options = Options { seed: Some(repeat), ..ways[i].options.clone() };
-            sums[i].add(&measure(device, scene, &options, reference, part(seconds))?);
+    let mut renders = Vec::new();
+    for way in &ways {
+        renders.push(Render { renderer: Renderer::new(Rc::clone(device), scene, &way.options)?, seconds: 0.0 });
+    }
+    for turn in 1..=TURNS {
+        let until = seconds * f64::from(turn) / f64::from(TURNS);
+        for i in 0..renders.len() {
+            let i = if turn % 2 == 0 { i } else { ways.len() - 1 - i };
+            renders[i].go_on(until)?;
         }
     }
     let mut table = String::from(
         "| way | ms/iteration | iterations | relMSE | mean energy | estimated error |\n\
          | --- | --- | --- | --- | --- | --- |",
     );
-    for (way, sum) in ways.iter().zip(&sums) {
-        table += &format!("\n| {} {}", way.name, sum.row());
+    for (way, render) in ways.iter().zip(&renders) {
+        table += &format!("\n| {} {}", way.name, render.row(reference)?);
     }
     Ok(table)
 }
 
-/// Renders for some time. Kernels are compiled before.
-fn measure(device: &Rc<Device>, scene: &Scene, options: &Options, reference: &Image, seconds: f64) -> Result<Outcome> {
-    let mut renderer = Renderer::new(Rc::clone(device), scene, options)?;
-    let start = Instant::now();
-    while start.elapsed().as_secs_f64() < seconds {
-        renderer.step()?;
-    }
-    let spent = start.elapsed().as_secs_f64();
-    let estimate = renderer.estimate()?;
-    let Comparison { relmse_trimmed, energy_ratio_trimmed, .. } = compare(&estimate.image(), reference)?;
-    let iterations = f64::from(renderer.iterations());
-    Ok(Outcome {
-        seconds_per_iteration: spent / iterations,
-        iterations,
-        relmse: relmse_trimmed,
-        energy: energy_ratio_trimmed,
-        // Nothing is known before two rounds are over.
-        estimated_error: estimate.relative_error().unwrap_or(f64::NAN),
-    })
+/// A render, and the time that it has taken.
+struct Render {
+    renderer: Renderer,
+    seconds: f64,
 }
 
-impl Outcome {
-    fn add(&mut self, other: &Self) {
-        self.seconds_per_iteration += other.seconds_per_iteration;
-        self.iterations += other.iterations;
-        self.relmse += other.relmse;
-        self.energy += other.energy;
-        self.estimated_error += other.estimated_error;
+impl Render {
+    fn go_on(&mut self, until: f64) -> Result<()> {
+        while self.seconds < until {
+            let start = Instant::now();
+            self.renderer.step()?;
+            self.seconds += start.elapsed().as_secs_f64();
+        }
+        Ok(())
     }
 
-    /// The rest of a table's row: means over the repeats.
-    fn row(&self) -> String {
-        let repeats = f64::from(REPEATS);
-        let Self { seconds_per_iteration, iterations, relmse, energy, estimated_error } = self;
-        format!(
-            "| {:.1} | {:.0} | {:.5} | {:.4} | {:.4} |",
-            1e3 * seconds_per_iteration / repeats,
-            iterations / repeats,
-            relmse / repeats,
-            energy / repeats,
-            estimated_error / repeats
-        )
+    /// The rest of a table's row.
+    fn row(&self, reference: &Image) -> Result<String> {
+        let iterations = self.renderer.iterations();
+        let estimate = self.renderer.estimate()?;
+        let Comparison { relmse_trimmed, energy_ratio_trimmed, .. } = compare(&estimate.image(), reference)?;
+        let milliseconds = 1e3 * self.seconds / f64::from(iterations);
+        // Nothing is known before two rounds are over.
+        let error = estimate.relative_error().map_or("-".into(), |error| format!("{error:.4}"));
+        Ok(format!("| {milliseconds:.1} | {iterations} | {relmse_trimmed:.5} | {energy_ratio_trimmed:.4} | {error} |"))
     }
 }
