@@ -8,13 +8,7 @@
 //! the device (Wald 2022, "GPU-friendly, Parallel, and (Almost-)In-Place Construction of
 //! Left-Balanced k-d Trees") sorts all points once a level, and this halves them once a level.
 
-use std::num::NonZero;
-use std::thread;
-
 use crate::kernels::{AXIS_SHIFT, PIXEL_MASK};
-
-/// Subtrees of fewer points are not worth a thread.
-const MIN_FOR_THREAD: usize = 1 << 14;
 
 /// A visible point; once it is a node, its pixel has the axis that it splits above it.
 #[derive(Clone, Copy)]
@@ -31,15 +25,14 @@ pub fn build(points: &[[f32; 4]]) -> Vec<u32> {
     let present = points.iter().enumerate().filter(|(_, point)| point[3] > 0.0);
     let mut points: Vec<Point> =
         present.map(|(pixel, &[x, y, z, _])| Point { position: [x, y, z], pixel: pixel as u32 & PIXEL_MASK }).collect();
-    let threads = thread::available_parallelism().map_or(1, NonZero::get);
-    arrange(&mut points, threads);
+    arrange(&mut points);
     let mut nodes = vec![0; points.len()];
     flatten(&points, 0, &mut nodes);
     nodes
 }
 
 /// Puts points in the order left subtree, node, right subtree, all the way down.
-fn arrange(points: &mut [Point], threads: usize) {
+fn arrange(points: &mut [Point]) {
     if points.is_empty() {
         return;
     }
@@ -49,15 +42,8 @@ fn arrange(points: &mut [Point], threads: usize) {
         a.position[axis].total_cmp(&b.position[axis]).then(a.pixel.cmp(&b.pixel))
     });
     node.pixel |= (axis as u32) << AXIS_SHIFT;
-    if threads > 1 && left.len() >= MIN_FOR_THREAD {
-        thread::scope(|scope| {
-            scope.spawn(|| arrange(left, threads / 2));
-            arrange(right, threads - threads / 2);
-        });
-    } else {
-        arrange(left, 1);
-        arrange(right, 1);
-    }
+    arrange(left);
+    arrange(right);
 }
 
 /// The axis along which points are farthest apart: visible points lie on surfaces, and to
@@ -167,23 +153,6 @@ mod tests {
     #[test]
     fn equal_points_make_a_tree() {
         assert_tree(&vec![[0.5, -0.25, 0.0, 0.01]; 5000]);
-    }
-
-    #[test]
-    fn threads_make_the_same_tree() {
-        let spread = |i: usize, prime: usize| ((i * prime) % 9973) as f32;
-        let points: Vec<Point> = (0..5 * MIN_FOR_THREAD)
-            .map(|i| Point { position: [7919, 6007, 4001].map(|prime| spread(i, prime)), pixel: i as u32 })
-            .collect();
-        let arranged = |threads| {
-            let mut points = points.clone();
-            arrange(&mut points, threads);
-            points.iter().map(|point| point.pixel).collect::<Vec<_>>()
-        };
-        let one = arranged(1);
-        for threads in [2, 3, 8] {
-            assert!(arranged(threads) == one, "{threads} threads");
-        }
     }
 
     proptest! {
