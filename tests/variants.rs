@@ -101,6 +101,8 @@ impl Case {
         let reference = variants::reference(&root(self.reference), self.factor);
         let brightness = brightness(&reference);
         let reference = without_glints(reference, &brightness, self.glint);
+        let left_out = brightness.iter().filter(|brightness| **brightness > self.glint).count();
+        println!("{}: {left_out} glints of {} pixels", self.scene, brightness.len());
         let mut failures = Vec::new();
         for (i, variant) in variants.iter().enumerate() {
             // Images do not depend on the lookup, as is shown elsewhere: a few suffice.
