@@ -21,9 +21,10 @@ layout(std430, set = 1, binding = 1) buffer PhotonWeightBlock { vec4 data[]; } p
 layout(std430, set = 1, binding = 2) buffer CounterBlock { Counters value; } counters;
 
 layout(push_constant) uniform Push {
-    uint before_low;     // photons of all iterations of this half before this one, 64 bits
+    uint before_low;     // photons before this iteration that are of its stream, 64 bits
     uint before_high;
     uint half_of_rounds; // 0 or 1
+    uint stream;         // photons of different streams are independent of each other
     uint first;       // photons first .. end of the iteration, stride apart
     uint end;
     uint stride;
@@ -42,12 +43,14 @@ struct Path {
     Random random;
 };
 
-// Photons of all iterations of a half are one sequence: its strata get finer as the render goes on.
+// Photons of all iterations of a stream are one sequence: its strata get finer as the render
+// goes on.
 Path start_path(uint photon) {
     uint index = before_low + photon;
     uint high = before_high + (index < photon ? 1u : 0u);
     // Eye paths hash the seed itself: its complement keeps the two apart.
-    Random random = Random(hash(~seed_of_half(scene_info.value.seed, half_of_rounds), high), index);
+    uint seed = hash(~seed_of_half(scene_info.value.seed, half_of_rounds), high);
+    Random random = Random(stream == 0u ? seed : hash(seed, stream), index);
     Emission emission = emit(random);
     return Path(emission.ray, emission.weight, 0u, 1.0, random);
 }

@@ -189,13 +189,21 @@ impl Passes {
         batch: Range<u64>,
         progress: &mut Progress,
     ) -> Result<u32, RenderError> {
-        let before = place.iteration_of_half.wrapping_mul(on.settings.photons);
+        // A disc that found many photons is smaller in the next iteration, in which a sequence
+        // that spreads its points evenly has fewer for it: the image would get darker. So the
+        // iterations that share visible points and look back have a sequence each.
+        let (stream, iterations_before) = match on.settings.radius_schedule {
+            RadiusSchedule::Adaptive => (place.step, place.turn.into()),
+            RadiusSchedule::Global => (0, place.iteration_of_half),
+        };
+        let before = on.settings.photons.wrapping_mul(iterations_before);
         loop {
             let stride = (batch.end - batch.start).div_ceil(progress.schedule.per_invocation());
             let push = PhotonPush {
                 before_low: before as u32,
                 before_high: (before >> 32) as u32,
                 half_of_rounds: place.half,
+                stream,
                 first: batch.start as u32,
                 end: batch.end as u32,
                 stride: stride as u32,

@@ -41,10 +41,7 @@ struct Case {
     max_relmse: [f64; 2],
 }
 
-/// All 16. Several photons in each disc, even of one iteration: where there are fewer, progressive
-/// photon mapping with adaptive radii and Sobol photons gets 0.9 % darker. A disc that many
-/// photons found has the smaller radius in the next iteration, where a sequence that spreads its
-/// points evenly has fewer photons for it.
+/// All 16.
 #[test]
 fn all_variants_converge_on_a_caustic_of_a_point_light() {
     let case = Case {
@@ -91,6 +88,32 @@ fn a_covering_half_of_the_variants_converges_on_the_wine_cup() {
         max_relmse: [0.035, 0.070],
     };
     case.check(&Variant::covering());
+}
+
+/// A disc that many photons find has a smaller radius in the next iteration. If that one's
+/// photons are where the last one's were not, there are fewer of them than there should be: the
+/// image was 1.9 % too dark when the iterations of a round shared one Sobol sequence.
+#[test]
+fn a_few_photons_in_a_disc_do_not_darken_a_round() {
+    let device = support::device();
+    let scene = variants::boxed_scene(&root("tests/reference/caustic-point.pbrt"));
+    let reference = variants::reference(&root("tests/reference/caustic-point.exr"), 2);
+    let photons = 65_536;
+    let base = Options { resolution: Some([64, 64]), photons: Some(photons), radius: Some(0.02), ..Options::default() };
+    let energy = |seed| {
+        let options = Options {
+            integrator: Integrator::Ppm,
+            photons_per_round: Some(4 * photons),
+            direct: DirectLight::Photons,
+            seed: Some(seed),
+            ..base.clone()
+        };
+        let rendered = support::render_scene(&device, &scene, &options, 64);
+        compare(&rendered.image, &reference).expect("images of one size").energy_ratio
+    };
+    let mean = (1..4).map(energy).sum::<f64>() / 3.0;
+    println!("energy {mean:.4}");
+    assert!((mean - 1.0).abs() < 0.006, "the energy is {mean}");
 }
 
 impl Case {
