@@ -27,6 +27,7 @@ layout(std430, set = 1, binding = 9) buffer SumSecondBlock { uvec4 data[]; } sum
 layout(std430, set = 1, binding = 10) buffer CounterBlock { Counters value; } counters;
 
 layout(push_constant) uniform Push {
+    vec3 luminance;      // what each channel adds to it
     uint pixel_count;
     float alpha;         // share of an iteration's photons that is kept
     float per_unit;      // one over the unit of the sums, m^2 sr/W
@@ -79,8 +80,7 @@ void main() {
     sum_blue.data[pixel] = add_exactly(sum_blue.data[pixel], to_term(radiance.b));
 
     if (half_of_rounds == 1u) {
-        float luminance = dot(radiance, vec3(0.2126, 0.7152, 0.0722));
-        sum_second.data[pixel] = add_exactly(sum_second.data[pixel], to_term(luminance));
+        sum_second.data[pixel] = add_exactly(sum_second.data[pixel], to_term(dot(radiance, luminance)));
     }
 
     if (count > 0u) {

@@ -8,6 +8,7 @@ use bytemuck::Zeroable;
 use goblet_host::{Device, Frame, Pass};
 
 use crate::buffers::Buffers;
+use crate::film::LUMINANCE;
 use crate::kernels::{
     Counters, Eye, EyePush, Photon, PhotonPush, Radius, RadiusPush, Specialization, Update, UpdatePush,
 };
@@ -85,7 +86,10 @@ pub fn finished(counters: &Counters, pass: &'static str, remedy: &'static str) -
 
 impl Stage<'_> {
     /// Runs what `record` records; what was counted meanwhile.
-    fn run_counted(&self, record: impl FnOnce(&mut Frame<'_>)) -> goblet_host::Result<Counters> {
+    ///
+    /// # Errors
+    /// The device fails.
+    pub fn run_counted(&self, record: impl FnOnce(&mut Frame<'_>)) -> goblet_host::Result<Counters> {
         let mut frame = self.device.frame()?;
         frame.clear(&self.buffers.counters);
         record(&mut frame);
@@ -106,14 +110,14 @@ impl Passes {
     /// # Errors
     /// The device fails, or the driver cannot finish a pass.
     pub fn run(&mut self, on: Stage<'_>, progress: &mut Progress) -> Result<(), RenderError> {
-        let Stage { device, buffers, settings } = on;
+        let settings = on.settings;
         let place = settings.sequence.place(progress.done);
         let new_points = progress.seen != Some(place.round);
         if new_points {
             self.look(on, place, progress)?;
         }
         self.shrink(on, place, progress)?;
-        self.lookup.build(device, buffers, new_points)?;
+        self.lookup.build(on, new_points)?;
 
         let mut first = 0;
         while first < settings.photons {
@@ -121,7 +125,7 @@ impl Passes {
             let start = Instant::now();
             let recorded = self.trace(on, place, first..end, progress)?;
             let per_invocation = progress.schedule.per_invocation();
-            let deposited = self.lookup.accumulate(device, buffers, recorded, per_invocation)?;
+            let deposited = self.lookup.accumulate(on, recorded, per_invocation)?;
             progress.tally.merge(&deposited);
             progress.schedule.observe(end - first, start.elapsed());
             first = end;
@@ -227,6 +231,7 @@ impl Passes {
         };
         let flux_scale = settings.mean_power / (settings.photons as f64 * std::f64::consts::PI * settings.unit);
         let push = UpdatePush {
+            luminance: LUMINANCE.map(|weight| weight as f32),
             pixel_count: settings.pixels as u32,
             alpha: alpha as f32,
             per_unit: (1.0 / settings.unit) as f32,

@@ -12,7 +12,7 @@ use grid::HashGrid;
 use tree::KdTree;
 
 use crate::buffers::Buffers;
-use crate::iteration::finished;
+use crate::iteration::{Stage, finished};
 use crate::kernels::Specialization;
 use crate::options::LookupKind;
 use crate::renderer::RenderError;
@@ -60,11 +60,11 @@ impl Lookup {
     ///
     /// # Errors
     /// The device fails.
-    pub fn build(&mut self, device: &Device, buffers: &Buffers, new: bool) -> Result<(), RenderError> {
+    pub fn build(&mut self, on: Stage<'_>, new: bool) -> Result<(), RenderError> {
         match self {
             // Cells are as wide as the largest radius.
-            Self::Grid(grid) => grid.build(device, buffers),
-            Self::Tree(tree) => tree.build(device, buffers, new),
+            Self::Grid(grid) => grid.build(on),
+            Self::Tree(tree) => tree.build(on, new),
         }
     }
 
@@ -73,17 +73,11 @@ impl Lookup {
     ///
     /// # Errors
     /// The device fails, or the driver ends the pass early.
-    pub fn accumulate(
-        &self,
-        device: &Device,
-        buffers: &Buffers,
-        recorded: u32,
-        per_invocation: u64,
-    ) -> Result<Tally, RenderError> {
+    pub fn accumulate(&self, on: Stage<'_>, recorded: u32, per_invocation: u64) -> Result<Tally, RenderError> {
         let stride = recorded.div_ceil(per_invocation as u32).min(MAX_INVOCATIONS);
         match self {
-            Self::Grid(grid) => grid.accumulate(device, buffers, recorded, stride),
-            Self::Tree(tree) => tree.accumulate(device, buffers, recorded, stride),
+            Self::Grid(grid) => grid.accumulate(on, recorded, stride),
+            Self::Tree(tree) => tree.accumulate(on, recorded, stride),
         }
     }
 
@@ -99,8 +93,7 @@ impl Lookup {
 /// Dispatches the pass that adds photons until no invocation is unfinished. `push` is told
 /// whether to go on from where the dispatch before has stopped.
 fn deposit<Push: Pod>(
-    device: &Device,
-    buffers: &Buffers,
+    on: Stage<'_>,
     (name, pass): (&'static str, &Pass<Push>),
     invocations: u32,
     push: impl Fn(u32) -> Push,
@@ -108,11 +101,7 @@ fn deposit<Push: Pod>(
     let mut total = Tally::default();
     let mut resumed = 0;
     loop {
-        let mut frame = device.frame()?;
-        frame.clear(&buffers.counters);
-        frame.dispatch(pass, push(resumed), invocations.into());
-        frame.run()?;
-        let counters = device.read(&buffers.counters)?[0];
+        let counters = on.run_counted(|frame| frame.dispatch(pass, push(resumed), invocations.into()))?;
         finished(&counters, name, "a smaller radius")?;
         total.add(&counters);
         if counters.unfinished == 0 {

@@ -51,8 +51,8 @@ fn plain() -> Scene {
 }
 
 const ITERATIONS: u32 = 32;
-/// Twice what two seeds differ by.
-const MAX_RELMSE: f64 = 0.085;
+/// A third more than what two seeds differ by.
+const MAX_RELMSE: f64 = 0.06;
 const MAX_ENERGY: f64 = 0.015;
 
 fn options() -> Options {
@@ -243,7 +243,7 @@ fn assert_rounded(what: &str, image: &Image, expected: &Image) {
 
 // ---- Chance
 
-/// Equal but for noise: no farther apart than twice what two seeds are, and of one mean.
+/// Equal but for noise: not much farther apart than two seeds are, and of one mean.
 fn assert_alike(what: &str, image: &Image, expected: &Image) {
     let comparison = compare(image, expected).expect("images of one size");
     println!("{}: relMSE {:.5}, energy {:.5}", what, comparison.relmse, comparison.energy_ratio);

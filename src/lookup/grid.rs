@@ -5,6 +5,7 @@ use goblet_host::{Buffer, Device, Frame, Pass};
 
 use super::{MAX_INVOCATIONS, deposit};
 use crate::buffers::Buffers;
+use crate::iteration::Stage;
 use crate::kernels::{
     AccumulateGrid, AccumulateGridPush, Cell, GridCount, GridCountPush, GridFill, GridFillPush, GridPlace, GridReserve,
     GridReservePush, Specialization,
@@ -82,11 +83,11 @@ impl HashGrid {
     ///
     /// # Errors
     /// The device fails.
-    pub fn build(&mut self, device: &Device, buffers: &Buffers) -> Result<(), RenderError> {
-        let pixels = buffers.visible_positions.len();
+    pub fn build(&self, on: Stage<'_>) -> Result<(), RenderError> {
+        let pixels = on.buffers.visible_positions.len();
         let cells = self.cells.len();
         let (pixel_count, cell_count) = (pixels as u32, cells as u32);
-        let mut frame = device.frame()?;
+        let mut frame = on.device.frame()?;
         frame.clear(&self.cells);
         frame.dispatch(&self.count, GridCountPush { pixel_count, cell_mask: cell_count - 1 }, pixels);
         frame.dispatch(&self.reserve, GridReservePush { cell_count }, cells);
@@ -100,15 +101,9 @@ impl HashGrid {
     ///
     /// # Errors
     /// The device fails, or the driver ends the pass early.
-    pub fn accumulate(
-        &self,
-        device: &Device,
-        buffers: &Buffers,
-        recorded: u32,
-        stride: u32,
-    ) -> Result<Tally, RenderError> {
+    pub fn accumulate(&self, on: Stage<'_>, recorded: u32, stride: u32) -> Result<Tally, RenderError> {
         let cell_mask = self.cells.len() as u32 - 1;
         let push = |resumed| AccumulateGridPush { recorded, stride, cell_mask, resumed, two: 2 };
-        deposit(device, buffers, ("accumulate_grid", &self.accumulate), stride, push)
+        deposit(on, ("accumulate_grid", &self.accumulate), stride, push)
     }
 }

@@ -7,6 +7,7 @@ use goblet_host::{Buffer, Device, Frame, Pass};
 
 use super::{MAX_INVOCATIONS, deposit};
 use crate::buffers::Buffers;
+use crate::iteration::Stage;
 use crate::kd_tree;
 use crate::kernels::{AccumulateTree, AccumulateTreePush, Specialization, TreeFill, TreeFillPush, TreePlace};
 use crate::renderer::RenderError;
@@ -80,7 +81,8 @@ impl KdTree {
     ///
     /// # Errors
     /// The device fails.
-    pub fn build(&mut self, device: &Device, buffers: &Buffers, new: bool) -> Result<(), RenderError> {
+    pub fn build(&mut self, on: Stage<'_>, new: bool) -> Result<(), RenderError> {
+        let Stage { device, buffers, .. } = on;
         if new {
             let start = Instant::now();
             let nodes = kd_tree::build(&device.read(&buffers.visible_positions)?);
@@ -99,16 +101,10 @@ impl KdTree {
     ///
     /// # Errors
     /// The device fails, or the driver ends the pass early.
-    pub fn accumulate(
-        &self,
-        device: &Device,
-        buffers: &Buffers,
-        recorded: u32,
-        stride: u32,
-    ) -> Result<Tally, RenderError> {
+    pub fn accumulate(&self, on: Stage<'_>, recorded: u32, stride: u32) -> Result<Tally, RenderError> {
         let node_count = self.node_count;
         let push = |resumed| AccumulateTreePush { recorded, stride, node_count, resumed, two: 2 };
-        deposit(device, buffers, ("accumulate_tree", &self.accumulate), stride, push)
+        deposit(on, ("accumulate_tree", &self.accumulate), stride, push)
     }
 
     /// Time that the host has spent on trees so far, to read the points and to write the
