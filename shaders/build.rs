@@ -11,6 +11,8 @@ mod compile;
 mod generate;
 #[path = "build/reflect.rs"]
 mod reflect;
+#[path = "build/texels.rs"]
+mod texels;
 
 use std::error::Error;
 use std::path::{Path, PathBuf};
@@ -42,16 +44,17 @@ fn build_kernels(root: &Path, folder: &str, out: &Path, module: &str) -> Result<
     sources.retain(|path| path.extension().is_some_and(|extension| extension == "comp"));
     sources.sort();
 
+    let types = fs::read_to_string(root.join("shaders/include/types.glsl"))?;
     let mut kernels = Vec::new();
     for source in &sources {
         let name = source.file_stem().and_then(|stem| stem.to_str()).ok_or("a kernel's file name is not UTF-8")?;
         let mut reflected = None;
         for size in WORKGROUP_SIZES {
-            let words = compile::compile(root, source, size)?;
+            let (words, elements) = compile::compile(root, source, &types, size)?;
             let bytes: Vec<u8> = words.iter().flat_map(|word| word.to_le_bytes()).collect();
             fs::write(out.join(format!("{name}.{size}.spv")), &bytes)?;
             let shown = source.strip_prefix(root)?.display().to_string();
-            let kernel = reflect::reflect(name, &bytes).map_err(|error| format!("{shown}: {error}"))?;
+            let kernel = reflect::reflect(name, &bytes, &elements, &types).map_err(|error| format!("{shown}: {error}"))?;
             if kernel.workgroup_size != [size, 1, 1] {
                 return Err(format!("{shown}: write layout(local_size_x = WORKGROUP_SIZE) in;").into());
             }
@@ -59,7 +62,6 @@ fn build_kernels(root: &Path, folder: &str, out: &Path, module: &str) -> Result<
         }
         kernels.extend(reflected);
     }
-    let types = fs::read_to_string(root.join("shaders/include/types.glsl"))?;
     fs::write(out.join(module), generate::generate(&kernels, &WORKGROUP_SIZES, &types)?)?;
     Ok(())
 }

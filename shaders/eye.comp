@@ -14,7 +14,8 @@
 #include "normal.glsl"
 #include "interruption.glsl"
 
-layout(std430, set = 1, binding = 0) readonly buffer CameraBlock { Camera value; } camera;
+TEXELS(1, 0, Camera, camera)
+TEXELS(1, 6, float, filter_offsets)
 layout(std430, set = 1, binding = 1) buffer PositionBlock { vec4 data[]; } visible_positions;
 layout(std430, set = 1, binding = 2) buffer VisibleNormalBlock { uint data[]; } visible_normals; // packed
 layout(std430, set = 1, binding = 3) buffer ThroughputBlock { vec4 data[]; } visible_throughputs; // bsdf times throughput; w: length of the path, 0 if there is no point
@@ -39,27 +40,29 @@ const uint PAIR_LOBE = 5u;
 // A length that is not 0, however near the camera a surface is.
 const float SHORTEST_PATH = 1.0e-12;
 
-// Offset from the pixel's centre, for axis 0 (x) or 1 (y).
+// Offset from the pixel's centre in pixels, for axis 0 (x) or 1 (y): the inverse distribution
+// of the pixel filter, a table of 64 for each.
 float filter_offset(uint axis, float u) {
     float scaled = u * 63.0;
     uint i = min(uint(scaled), 62u);
     uint entry = 64u * axis + i;
-    return mix(camera.value.offsets[entry], camera.value.offsets[entry + 1u], scaled - float(i));
+    return mix(filter_offsets_at(entry), filter_offsets_at(entry + 1u), scaled - float(i));
 }
 
 Ray camera_ray(uint pixel, Random random) {
+    Camera view = camera_at(0u);
     vec2 u = random_pair(random, PAIR_FILTER);
     vec2 offset = vec2(filter_offset(0u, u.x), filter_offset(1u, u.y));
-    vec2 at = vec2(pixel % camera.value.width, pixel / camera.value.width) + 0.5 + offset;
-    vec2 image = at / vec2(camera.value.width, camera.value.height);
-    vec3 direction = vec3(camera.value.image_lower + image * camera.value.image_extent, 1.0);
+    vec2 at = vec2(pixel % view.width, pixel / view.width) + 0.5 + offset;
+    vec2 image = at / vec2(view.width, view.height);
+    vec3 direction = vec3(view.image_lower + image * view.image_extent, 1.0);
     vec3 origin = vec3(0.0);
-    if (camera.value.lens_radius > 0.0) {
-        origin.xy = camera.value.lens_radius * sample_disk(random_pair(random, PAIR_LENS));
-        direction = direction * camera.value.focal_distance - origin;
+    if (view.lens_radius > 0.0) {
+        origin.xy = view.lens_radius * sample_disk(random_pair(random, PAIR_LENS));
+        direction = direction * view.focal_distance - origin;
     }
-    return Ray(transform_point(camera.value.render_from_camera, origin),
-               normalize(transform_vector(camera.value.render_from_camera, direction)));
+    return Ray(transform_point(view.render_from_camera, origin),
+               normalize(transform_vector(view.render_from_camera, direction)));
 }
 
 // Direct light at a diffuse point from a light chosen by power.
@@ -84,12 +87,12 @@ vec3 direct_from_bsdf(Surface surface, vec3 n, Random random) {
     Ray ray = Ray(offset_origin(surface, wi), wi);
     Hit hit = intersect(ray);
     if (hit.primitive == NONE) {
-        return PI * scene_info.value.infinite;
+        return PI * scene_info_at(0u).infinite;
     }
     if (HAS_AREA_LIGHTS) {
         Surface found = surface_at(ray, hit);
         if (found.light != NONE) {
-            Light light = lights.data[found.light];
+            Light light = lights_at(found.light);
             float weight = mis_weight(dot(wi, n) / PI, direct_pdf(light, surface.position, found, wi));
             return emitted_radiance(light, found.normal, -wi) * (PI * weight);
         }
@@ -118,17 +121,17 @@ void main() {
     if (pixel >= pixel_count) {
         return;
     }
-    Random random = Random(hash(seed_of_half(scene_info.value.seed, half_of_rounds), pixel), turn);
+    Random random = Random(hash(seed_of_half(scene_info_at(0u).seed, half_of_rounds), pixel), turn);
     Ray ray = camera_ray(pixel, random);
     vec3 throughput = vec3(1.0);
     vec3 radiance = vec3(0.0);
     float index = 1.0; // of the medium the path is in, over the camera's
     float path_length = 0.0;
     visible_throughputs.data[pixel] = vec4(0.0);
-    for (uint depth = 0u; depth < scene_info.value.max_depth; depth++) {
+    for (uint depth = 0u; depth < scene_info_at(0u).max_depth; depth++) {
         Hit hit = intersect(ray);
         if (hit.primitive == NONE) {
-            radiance += throughput * scene_info.value.infinite;
+            radiance += throughput * scene_info_at(0u).infinite;
             if (is_in_glass(index)) {
                 atomicAdd(counters.value.eye_lost_in_glass, 1u);
             }
@@ -136,10 +139,10 @@ void main() {
         }
         path_length += hit.t;
         Surface surface = surface_at(ray, hit);
-        Material material = materials.data[surface.material];
+        Material material = materials_at(surface.material);
         vec3 wo = -ray.direction;
         if (HAS_AREA_LIGHTS && surface.light != NONE) {
-            radiance += throughput * emitted_radiance(lights.data[surface.light], surface.normal, wo);
+            radiance += throughput * emitted_radiance(lights_at(surface.light), surface.normal, wo);
         }
         if (!is_specular(material)) {
             if (is_in_glass(index)) {

@@ -49,7 +49,7 @@ Path start_path(uint photon) {
     uint index = before_low + photon;
     uint high = before_high + (index < photon ? 1u : 0u);
     // Eye paths hash the seed itself: its complement keeps the two apart.
-    uint seed = hash(~seed_of_half(scene_info.value.seed, half_of_rounds), high);
+    uint seed = hash(~seed_of_half(scene_info_at(0u).seed, half_of_rounds), high);
     Random random = Random(stream == 0u ? seed : hash(seed, stream), index);
     Emission emission = emit(random);
     return Path(emission.ray, emission.weight, 0u, 1.0, random);
@@ -80,7 +80,7 @@ uint advance(inout Path path) {
         return is_in_glass(path.index) ? LOST_IN_GLASS : ESCAPED;
     }
     Surface surface = surface_at(path.ray, hit);
-    Material material = materials.data[surface.material];
+    Material material = materials_at(surface.material);
     vec3 wo = -path.ray.direction;
     bool specular = is_specular(material);
     if (!specular && is_in_glass(path.index)) {
@@ -93,7 +93,7 @@ uint advance(inout Path path) {
         record(surface, wo, path.weight);
     }
     path.depth++;
-    if (path.depth >= scene_info.value.max_depth) {
+    if (path.depth >= scene_info_at(0u).max_depth) {
         return TRUNCATED;
     }
     // Where shading and geometric normal disagree about the photon's side, a diffuse

@@ -11,7 +11,7 @@ pub fn table(weights: &[f64], indices: &[u32]) -> Vec<AliasEntry> {
     }
     let mut scaled: Vec<f64> = weights.iter().map(|weight| weight * weights.len() as f64 / total).collect();
     let mut entries: Vec<AliasEntry> =
-        indices.iter().map(|index| AliasEntry { threshold: 1.0, keep: *index, alias: *index }).collect();
+        indices.iter().map(|index| AliasEntry { threshold: 1.0, keep: *index, alias: *index, pad: 0 }).collect();
     let (mut small, mut large): (Vec<usize>, Vec<usize>) = (0..scaled.len()).partition(|i| scaled[*i] < 1.0);
     while let (Some(less), Some(more)) = (small.pop(), large.last().copied()) {
         entries[less].threshold = scaled[less] as f32;

@@ -1,9 +1,10 @@
 //! Every buffer of the algorithm, with its one size formula.
 
-use goblet_host::{Buffer, Device};
+use goblet_host::{Buffer, Device, Texels};
 
 use crate::estimate::Sum;
 use crate::kernels::{Camera, Counters, GridInfo, PixelState};
+use crate::view::View;
 
 /// The most photons that one batch can record: 64 MiB a buffer, half of what the
 /// smallest devices bind at once.
@@ -35,7 +36,8 @@ impl Sizes {
 /// Device memory of a render; `shaders/` documents the contents. Four-component arrays are split by field, since a device
 /// may bind no more than 128 MiB at once.
 pub struct Buffers {
-    pub camera: Buffer<Camera>,
+    pub camera: Texels<Camera>,
+    pub filter_offsets: Texels<f32>,
     pub counters: Buffer<Counters>,
 
     // Visible points of this round, by pixel.
@@ -66,10 +68,11 @@ impl Buffers {
     ///
     /// # Errors
     /// Out of device memory, or the image is larger than the device can bind.
-    pub fn new(device: &Device, sizes: Sizes, camera: Camera) -> goblet_host::Result<Self> {
+    pub fn new(device: &Device, sizes: Sizes, view: &View) -> goblet_host::Result<Self> {
         let Sizes { pixels, recorded } = sizes;
         let buffers = Self {
-            camera: device.upload("camera", &[camera])?,
+            camera: device.upload_texels("camera", &[view.camera])?,
+            filter_offsets: device.upload_texels("filter_offsets", &view.filter_offsets)?,
             counters: device.buffer("counters", 1)?,
             visible_positions: device.buffer("visible_positions", pixels)?,
             visible_normals: device.buffer("visible_normals", pixels)?,

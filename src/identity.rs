@@ -9,7 +9,7 @@ use serde::{Deserialize, Serialize};
 use sha2::{Digest, Sha256};
 
 use crate::checkpoint::CheckpointError;
-use crate::kernels::Camera;
+use crate::view::View;
 use crate::options::{Options, Resolved};
 use crate::pack::PackedScene;
 
@@ -27,14 +27,14 @@ const PARTS: [&str; 4] = ["the shapes", "the materials", "the lights", "the came
 
 impl Identity {
     /// Of a render with these options.
-    pub(crate) fn new(scene: &PackedScene, camera: &Camera, options: &Options, resolved: &Resolved) -> Self {
+    pub(crate) fn new(scene: &PackedScene, view: &View, options: &Options, resolved: &Resolved) -> Self {
         let Resolved { resolution: [width, height], photons, radius, alpha, max_depth, seed, sequence, .. } = resolved;
         let name = |value: Option<clap::builder::PossibleValue>| value.map(|value| value.get_name().to_owned());
         let values = [
             (PARTS[0], shapes(scene)),
             (PARTS[1], digest(&[bytes(&scene.materials)])),
             (PARTS[2], digest(&[bytes(&scene.lights), bytes(&[scene.infinite.to_array()])])),
-            (PARTS[3], digest(&[bytes(&[*camera])])),
+            (PARTS[3], digest(&[bytes(&[view.camera]), bytes(&view.filter_offsets)])),
             ("resolution", format!("{width}x{height}")),
             ("photons per iteration", photons.to_string()),
             ("radius", radius.map_or_else(|| "automatic".to_owned(), |radius| radius.to_string())),

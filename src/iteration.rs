@@ -257,7 +257,7 @@ impl Passes {
         workgroup_size: u32,
     ) -> goblet_host::Result<Self> {
         let scene = scene.bindings();
-        let Buffers { camera, counters, grid_info, pixel_states, .. } = buffers;
+        let Buffers { camera, filter_offsets, counters, grid_info, pixel_states, .. } = buffers;
         let Buffers { visible_positions, visible_normals, visible_throughputs, visible_radiances, .. } = buffers;
         let Buffers { photon_positions, photon_weights, flux_low, flux_high, .. } = buffers;
         let Buffers { sum_red, sum_green, sum_blue, sum_second, .. } = buffers;
@@ -268,6 +268,7 @@ impl Passes {
             eye: pass!(Eye {
                 scene,
                 camera,
+                filter_offsets,
                 visible_positions,
                 visible_normals,
                 visible_throughputs,

@@ -124,6 +124,9 @@ pub struct PackedScene {
     pub specialization: Specialization,
 }
 
+/// Scenes of so few primitives have no use for a hierarchy: see docs/performance.md.
+const MAX_FLAT: usize = 24;
+
 /// Packs a scene for a solver.
 ///
 /// # Errors
@@ -198,19 +201,19 @@ impl Packer {
         match &shape.geometry {
             Geometry::Mesh(mesh) => self.add_mesh(shape, mesh, &render_from_object),
             Geometry::Sphere { radius, z_min, z_max, phi_max } => {
-                let mut quadric = quadric(shape, render_from_object * DAffine3::from_scale(DVec3::splat(*radius)));
+                let mut quadric = quadric(shape, render_from_object * DAffine3::from_scale(DVec3::splat(*radius)), SPHERE);
                 quadric.z_min = (z_min / radius) as f32;
                 quadric.z_max = (z_max / radius) as f32;
                 quadric.phi_max = *phi_max as f32;
-                self.add_quadric(shape, quadric, SPHERE);
+                self.add_quadric(shape, quadric);
             }
             Geometry::Disk { height, radius, inner_radius, phi_max } => {
                 let raise = DAffine3::from_translation(DVec3::new(0.0, 0.0, *height));
                 let widen = DAffine3::from_scale(DVec3::splat(*radius));
-                let mut quadric = quadric(shape, render_from_object * raise * widen);
+                let mut quadric = quadric(shape, render_from_object * raise * widen, DISK);
                 quadric.inner_radius = (inner_radius / radius) as f32;
                 quadric.phi_max = *phi_max as f32;
-                self.add_quadric(shape, quadric, DISK);
+                self.add_quadric(shape, quadric);
             }
             Geometry::Revolution(profile) => self.add_revolution(shape, profile, &render_from_object),
         }
@@ -256,13 +259,13 @@ impl Packer {
         }
     }
 
-    fn add_quadric(&mut self, shape: &Shape, mut quadric: Quadric, kind: u32) {
-        let reference = kind << KIND_SHIFT | self.quadrics.len() as u32;
-        let area = quadric_area(&quadric, kind);
+    fn add_quadric(&mut self, shape: &Shape, mut quadric: Quadric) {
+        let reference = quadric.kind << KIND_SHIFT | self.quadrics.len() as u32;
+        let area = quadric_area(&quadric);
         if let Some(emission) = shape.emission {
             quadric.light = self.add_emitter(&emission, reference, area);
         }
-        self.add_primitive(reference, quadric_bounds(&quadric, kind));
+        self.add_primitive(reference, quadric_bounds(&quadric));
         self.quadrics.push(quadric);
     }
 
@@ -368,6 +371,7 @@ impl Packer {
         };
         let has_conductors = used(|material| matches!(material, Material::Conductor { .. }));
         let has_dielectrics = used(|material| matches!(material, Material::Dielectric { .. }));
+        let is_flat = self.references.len() <= MAX_FLAT && !has_kind(REVOLUTION);
         Specialization {
             has_triangles: has_kind(TRIANGLE),
             has_spheres: has_kind(SPHERE),
@@ -388,6 +392,9 @@ impl Packer {
             has_area_lights: has_light(AREA),
             has_locatable_lights: !direct_table.is_empty(),
             has_hittable_lights: has_light(AREA) || has_light(INFINITE),
+            is_flat,
+            flat_triangles: if is_flat { self.triangles.len() as u32 } else { 0 },
+            flat_quadrics: if is_flat { self.quadrics.len() as u32 } else { 0 },
             ..Specialization::default()
         }
     }

@@ -81,10 +81,10 @@ impl Renderer {
         let resolved = options.resolve(scene, packed.space.radius * scene_unit)?;
 
         let sizes = Sizes::new(resolved.pixels, resolved.photons, resolved.max_depth);
-        let camera = pack_camera(&scene.camera, &scene.film, resolved.resolution, &packed.space.from_world());
-        let identity = Identity::new(&packed, &camera, options, &resolved);
+        let view = pack_camera(&scene.camera, &scene.film, resolved.resolution, &packed.space.from_world());
+        let identity = Identity::new(&packed, &view, options, &resolved);
         let gpu_scene = GpuScene::new(&device, &packed, resolved.max_depth, resolved.seed)?;
-        let buffers = Buffers::new(&device, sizes, camera)?;
+        let buffers = Buffers::new(&device, sizes, &view)?;
         let build_time = start.elapsed();
 
         let start = Instant::now();
@@ -103,7 +103,7 @@ impl Renderer {
                 photons: resolved.photons,
                 alpha: resolved.alpha,
                 radius_schedule: options.radius_schedule,
-                pixel_width: f64::from(camera.image_extent[0]).abs() / f64::from(camera.width),
+                pixel_width: f64::from(view.camera.image_extent[0]).abs() / f64::from(view.camera.width),
                 sequence: resolved.sequence,
                 mean_power: packed.mean_power,
                 // What all lights would make of the inside of a sphere as large as the scene.

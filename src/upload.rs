@@ -1,6 +1,6 @@
 //! A packed scene in device memory.
 
-use goblet_host::{Buffer, Device};
+use goblet_host::{Buffer, Device, Texels};
 
 use crate::kernels::{
     AliasEntry, BvhPair, Light, Material, NewtonStart, Quadric, Revolution, RevolutionPiece, RevolutionSegment,
@@ -8,29 +8,29 @@ use crate::kernels::{
 };
 use crate::pack::PackedScene;
 
-/// The scene's buffers, in the order of `shaders/include/scene.glsl`.
+/// The scene's arrays, in the order of `shaders/include/scene.glsl`.
 pub struct GpuScene {
-    scene_info: Buffer<SceneInfo>,
-    bvh_pairs: Buffer<BvhPair>,
-    primitives: Buffer<u32>,
-    triangles: Buffer<Triangle>,
-    triangle_normals: Buffer<TriangleNormals>,
-    quadrics: Buffer<Quadric>,
-    revolutions: Buffer<Revolution>,
-    revolution_pieces: Buffer<RevolutionPiece>,
+    scene_info: Texels<SceneInfo>,
+    bvh_pairs: Texels<BvhPair>,
+    primitives: Texels<u32>,
+    triangles: Texels<Triangle>,
+    triangle_normals: Texels<TriangleNormals>,
+    quadrics: Texels<Quadric>,
+    revolutions: Texels<Revolution>,
+    revolution_pieces: Texels<RevolutionPiece>,
     revolution_segments: Buffer<RevolutionSegment>,
     newton_starts: Buffer<NewtonStart>,
-    materials: Buffer<Material>,
-    lights: Buffer<Light>,
-    emission_table: Buffer<AliasEntry>,
-    direct_table: Buffer<AliasEntry>,
+    materials: Texels<Material>,
+    lights: Texels<Light>,
+    emission_table: Texels<AliasEntry>,
+    direct_table: Texels<AliasEntry>,
 }
 
 impl GpuScene {
     /// Copies a scene to the device.
     ///
     /// # Errors
-    /// Out of device memory, or a buffer is larger than the device can bind.
+    /// Out of device memory, or an array is larger than the device can bind.
     pub fn new(device: &Device, scene: &PackedScene, max_depth: u32, seed: u32) -> goblet_host::Result<Self> {
         let info = SceneInfo {
             center: [0.0; 3],
@@ -44,24 +44,24 @@ impl GpuScene {
             seed,
         };
         Ok(Self {
-            scene_info: device.upload("scene_info", &[info])?,
-            bvh_pairs: device.upload("bvh_pairs", &scene.bvh_pairs)?,
-            primitives: device.upload("primitives", &scene.primitives)?,
-            triangles: device.upload("triangles", &scene.triangles)?,
-            triangle_normals: device.upload("triangle_normals", &scene.triangle_normals)?,
-            quadrics: device.upload("quadrics", &scene.quadrics)?,
-            revolutions: device.upload("revolutions", &scene.revolutions)?,
-            revolution_pieces: device.upload("revolution_pieces", &scene.revolution_pieces)?,
+            scene_info: device.upload_texels("scene_info", &[info])?,
+            bvh_pairs: device.upload_texels("bvh_pairs", &scene.bvh_pairs)?,
+            primitives: device.upload_texels("primitives", &scene.primitives)?,
+            triangles: device.upload_texels("triangles", &scene.triangles)?,
+            triangle_normals: device.upload_texels("triangle_normals", &scene.triangle_normals)?,
+            quadrics: device.upload_texels("quadrics", &scene.quadrics)?,
+            revolutions: device.upload_texels("revolutions", &scene.revolutions)?,
+            revolution_pieces: device.upload_texels("revolution_pieces", &scene.revolution_pieces)?,
             revolution_segments: device.upload("revolution_segments", &scene.revolution_segments)?,
             newton_starts: device.upload("newton_starts", &scene.newton_starts)?,
-            materials: device.upload("materials", &scene.materials)?,
-            lights: device.upload("lights", &scene.lights)?,
-            emission_table: device.upload("emission_table", &scene.emission_table)?,
-            direct_table: device.upload("direct_table", &scene.direct_table)?,
+            materials: device.upload_texels("materials", &scene.materials)?,
+            lights: device.upload_texels("lights", &scene.lights)?,
+            emission_table: device.upload_texels("emission_table", &scene.emission_table)?,
+            direct_table: device.upload_texels("direct_table", &scene.direct_table)?,
         })
     }
 
-    /// The buffers as kernels bind them.
+    /// The arrays as kernels bind them.
     pub fn bindings(&self) -> SceneBindings<'_> {
         SceneBindings {
             scene_info: &self.scene_info,

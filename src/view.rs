@@ -9,20 +9,28 @@ use crate::scene::{Camera, Film, FilterKind};
 /// Entries of a filter's table along one axis.
 const TABLE: usize = 64;
 
+/// What the eye pass reads.
+pub struct View {
+    /// The camera.
+    pub camera: kernels::Camera,
+    /// Inverse distribution of the pixel filter: for x, then for y.
+    pub filter_offsets: [f32; 2 * TABLE],
+}
+
 /// Packs a camera for an image of `resolution` pixels. Camera space keeps scene units.
 pub fn pack_camera(
     camera: &Camera,
     film: &Film,
     resolution: [u32; 2],
     render_from_world: &DAffine3,
-) -> kernels::Camera {
+) -> View {
     let window = fit_window(camera.screen_window, film.resolution, resolution);
     let [left, right, bottom, top] = window.map(|edge| edge * camera.tan_half_fov);
-    let mut offsets = [0.0; 2 * TABLE];
-    let (x, y) = offsets.split_at_mut(TABLE);
+    let mut filter_offsets = [0.0; 2 * TABLE];
+    let (x, y) = filter_offsets.split_at_mut(TABLE);
     fill_offsets(x, film.filter.kind, film.filter.radius.x);
     fill_offsets(y, film.filter.kind, film.filter.radius.y);
-    kernels::Camera {
+    let camera = kernels::Camera {
         render_from_camera: rows(&(*render_from_world * camera.world_from_camera)),
         image_lower: [left as f32, top as f32],
         image_extent: [(right - left) as f32, (bottom - top) as f32],
@@ -30,8 +38,8 @@ pub fn pack_camera(
         focal_distance: camera.focal_distance as f32,
         width: resolution[0],
         height: resolution[1],
-        offsets,
-    }
+    };
+    View { camera, filter_offsets }
 }
 
 /// The screen window for another image size: a window that was the default for the film

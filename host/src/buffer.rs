@@ -2,14 +2,13 @@
 
 use std::marker::PhantomData;
 use std::sync::Arc;
-use std::sync::atomic::Ordering;
 
 use ash::vk;
 use bytemuck::Pod;
 
 use crate::device::DeviceShared;
 use crate::error::{Context, Error, Result};
-use crate::instance::DeviceKind;
+use crate::memory::Memory;
 
 /// An array of `T` in device memory.
 pub struct Buffer<T> {
@@ -59,7 +58,7 @@ pub(crate) struct RawBuffer {
     pub name: &'static str,
     pub handle: vk::Buffer,
     pub bytes: u64,
-    memory: vk::DeviceMemory,
+    memory: Option<Memory>,
     /// Where the host sees it; null for device-local buffers.
     mapped: *mut u8,
     device: Arc<DeviceShared>,
@@ -77,9 +76,11 @@ impl RawBuffer {
         let usage = vk::BufferUsageFlags::TRANSFER_SRC | vk::BufferUsageFlags::TRANSFER_DST;
         let visible = vk::MemoryPropertyFlags::HOST_VISIBLE | vk::MemoryPropertyFlags::HOST_COHERENT;
         let mut buffer = Self::new(device, name, bytes, usage, visible)?;
-        // SAFETY: the memory is host visible and not mapped yet.
-        let mapped = unsafe { device.raw.map_memory(buffer.memory, 0, vk::WHOLE_SIZE, vk::MemoryMapFlags::empty()) };
-        buffer.mapped = mapped.context("vkMapMemory")?.cast();
+        if let Some(memory) = &buffer.memory {
+            // SAFETY: the memory is host visible and not mapped yet.
+            let mapped = unsafe { device.raw.map_memory(memory.handle, 0, vk::WHOLE_SIZE, vk::MemoryMapFlags::empty()) };
+            buffer.mapped = mapped.context("vkMapMemory")?.cast();
+        }
         Ok(buffer)
     }
 
@@ -97,26 +98,16 @@ impl RawBuffer {
             name,
             handle,
             bytes,
-            memory: vk::DeviceMemory::null(),
+            memory: None,
             mapped: std::ptr::null_mut(),
             device: Arc::clone(device),
         };
         // SAFETY: the buffer was just made by this device.
         let needs = unsafe { device.raw.get_buffer_memory_requirements(handle) };
-        let held = device.allocated.load(Ordering::Relaxed);
-        let out_of_memory =
-            || Error::OutOfMemory { buffer: name.to_owned(), bytes: needs.size, held, total: device.info.memory_bytes };
-        // Software devices report a heap that has little to do with the machine's memory.
-        if device.info.kind != DeviceKind::Cpu && held + needs.size > device.info.memory_bytes {
-            return Err(out_of_memory());
-        }
-        let index = memory_type(device, needs.memory_type_bits, properties).ok_or_else(out_of_memory)?;
-        let allocate = vk::MemoryAllocateInfo::default().allocation_size(needs.size).memory_type_index(index);
-        // SAFETY: the memory type is one that the buffer allows.
-        buffer.memory = unsafe { device.raw.allocate_memory(&allocate, None) }.map_err(|_| out_of_memory())?;
-        device.allocated.fetch_add(bytes, Ordering::Relaxed);
+        let memory = Memory::new(device, name, needs, properties)?;
         // SAFETY: fresh memory of the required size, bound once.
-        unsafe { device.raw.bind_buffer_memory(handle, buffer.memory, 0) }.context("vkBindBufferMemory")?;
+        unsafe { device.raw.bind_buffer_memory(handle, memory.handle, 0) }.context("vkBindBufferMemory")?;
+        buffer.memory = Some(memory);
         Ok(buffer)
     }
 
@@ -138,19 +129,6 @@ impl RawBuffer {
 impl Drop for RawBuffer {
     fn drop(&mut self) {
         // SAFETY: frames wait for the device before they return, so nothing uses it.
-        unsafe {
-            self.device.raw.destroy_buffer(self.handle, None);
-            if self.memory != vk::DeviceMemory::null() {
-                self.device.raw.free_memory(self.memory, None);
-                self.device.allocated.fetch_sub(self.bytes, Ordering::Relaxed);
-            }
-        }
+        unsafe { self.device.raw.destroy_buffer(self.handle, None) };
     }
-}
-
-/// The first memory type that the buffer allows and that has the properties.
-fn memory_type(device: &DeviceShared, allowed: u32, properties: vk::MemoryPropertyFlags) -> Option<u32> {
-    let types = device.memory.memory_types_as_slice();
-    (0..types.len() as u32)
-        .find(|index| allowed & (1 << index) != 0 && types[*index as usize].property_flags.contains(properties))
 }

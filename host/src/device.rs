@@ -12,7 +12,7 @@ use crate::buffer::{Buffer, RawBuffer};
 use crate::error::{Context, Error, Result};
 use crate::instance::{DeviceInfo, Instance};
 use crate::timing::Timer;
-use crate::{Frame, Kernel, Pass};
+use crate::{Frame, Kernel, Pass, Texels};
 
 /// Bytes moved between host and device at once.
 const STAGING_BYTES: u64 = 16 << 20;
@@ -20,6 +20,7 @@ const STAGING_BYTES: u64 = 16 << 20;
 pub(crate) struct DeviceShared {
     pub raw: ash::Device,
     pub info: DeviceInfo,
+    pub texels_per_row: u32,
     pub queue: vk::Queue,
     pub command_pool: vk::CommandPool,
     pub memory: vk::PhysicalDeviceMemoryProperties,
@@ -38,7 +39,7 @@ pub struct Device {
 }
 
 impl Device {
-    pub(crate) fn open(instance: Instance, physical: vk::PhysicalDevice, info: DeviceInfo) -> Result<Self> {
+    pub(crate) fn open(instance: Instance, physical: vk::PhysicalDevice, info: DeviceInfo, texels_per_row: u32) -> Result<Self> {
         let vulkan = &instance.shared.raw;
         let (family, timestamp_bits) = compute_family(vulkan, physical)
             .ok_or_else(|| Error::Unfit { device: info.name.clone(), reason: "it has no compute queue".into() })?;
@@ -63,6 +64,7 @@ impl Device {
             allocated: AtomicU64::new(0),
             raw,
             info,
+            texels_per_row,
             queue,
             command_pool,
             memory,
@@ -134,6 +136,40 @@ impl Device {
             self.staging.map_read(chunk);
         }
         Ok(data)
+    }
+
+    /// Texels for `length` elements (at least one), their contents undefined.
+    ///
+    /// # Errors
+    /// Too large for one image, or out of device memory.
+    pub fn texels<T: Pod>(&self, name: &'static str, length: u64) -> Result<Texels<T>> {
+        let texels = Texels::new(&self.shared, name, length)?;
+        let mut frame = self.frame()?;
+        frame.prepare(texels.raw());
+        frame.run()?;
+        Ok(texels)
+    }
+
+    /// Texels that hold `data`.
+    ///
+    /// # Errors
+    /// As [`Device::texels`], or the transfer fails.
+    pub fn upload_texels<T: Pod>(&self, name: &'static str, data: &[T]) -> Result<Texels<T>> {
+        let texels = self.texels(name, data.len() as u64)?;
+        let raw = texels.raw();
+        let rows = (STAGING_BYTES / raw.row_bytes()).max(1);
+        let bytes: &[u8] = bytemuck::cast_slice(data);
+        for (index, chunk) in bytes.chunks((rows * raw.row_bytes()) as usize).enumerate() {
+            self.staging.map_write(chunk);
+            // A last row may be part of one, with a region of its own.
+            let whole = chunk.len() as u64 / raw.row_bytes() * raw.row_bytes();
+            let first_row = index as u64 * rows;
+            let mut frame = self.frame()?;
+            frame.copy_rows(&self.staging, 0, raw, first_row, whole);
+            frame.copy_rows(&self.staging, whole, raw, first_row + whole / raw.row_bytes(), chunk.len() as u64 - whole);
+            frame.run()?;
+        }
+        Ok(texels)
     }
 
     /// Compiles a kernel for a workgroup size and binds its buffers, which the pass

@@ -5,6 +5,7 @@ use bytemuck::Pod;
 
 use crate::buffer::RawBuffer;
 use crate::error::{Context, Error, Result};
+use crate::texels::{RawTexels, WHOLE};
 use crate::timing::MAX_TIMED;
 use crate::{Buffer, Device, Pass};
 
@@ -90,6 +91,39 @@ impl<'a> Frame<'a> {
         let region = [vk::BufferCopy { src_offset: from_offset, dst_offset: to_offset, size: bytes }];
         // SAFETY: both ranges are inside their buffers, which outlive the run.
         unsafe { self.device.shared.raw.cmd_copy_buffer(self.commands, from.handle, to.handle, &region) };
+        self.barrier();
+    }
+
+    /// Copies bytes to rows of texels: whole ones, or part of one.
+    pub(crate) fn copy_rows(&mut self, from: &RawBuffer, from_offset: u64, to: &RawTexels, first_row: u64, bytes: u64) {
+        if bytes == 0 {
+            return;
+        }
+        let region = [to.region(first_row, bytes).buffer_offset(from_offset)];
+        let layout = vk::ImageLayout::GENERAL;
+        let vulkan = &self.device.shared.raw;
+        // SAFETY: both places are inside what they are in, which outlives the run.
+        unsafe { vulkan.cmd_copy_buffer_to_image(self.commands, from.handle, to.image, layout, &region) };
+        self.barrier();
+    }
+
+    /// Gives new texels the layout that they keep.
+    pub(crate) fn prepare(&mut self, texels: &RawTexels) {
+        let barrier = [vk::ImageMemoryBarrier::default()
+            .dst_access_mask(vk::AccessFlags::SHADER_READ | vk::AccessFlags::SHADER_WRITE)
+            .old_layout(vk::ImageLayout::UNDEFINED)
+            .new_layout(vk::ImageLayout::GENERAL)
+            .src_queue_family_index(vk::QUEUE_FAMILY_IGNORED)
+            .dst_queue_family_index(vk::QUEUE_FAMILY_IGNORED)
+            .image(texels.image)
+            .subresource_range(WHOLE)];
+        let (before, after) = (vk::PipelineStageFlags::TOP_OF_PIPE, vk::PipelineStageFlags::COMPUTE_SHADER);
+        let vulkan = &self.device.shared.raw;
+        // SAFETY: the frame is being recorded, and nothing has used the image.
+        unsafe {
+            let none = vk::DependencyFlags::empty();
+            vulkan.cmd_pipeline_barrier(self.commands, before, after, none, &[], &[], &barrier);
+        }
         self.barrier();
     }
 

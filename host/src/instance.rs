@@ -16,6 +16,10 @@ const API_VERSION: u32 = vk::API_VERSION_1_2;
 pub struct Requirements {
     /// Storage buffers bound to one kernel.
     pub storage_buffers: u32,
+    /// Storage images bound to one kernel.
+    pub images: u32,
+    /// Texels in a row of them.
+    pub texels_per_row: u32,
     /// Bytes of push constants.
     pub push_constant_bytes: u32,
     /// Descriptor sets bound at once.
@@ -54,6 +58,8 @@ pub struct DeviceInfo {
     pub memory_bytes: u64,
     /// Bytes that one storage buffer binding can have.
     pub max_buffer_bytes: u64,
+    /// Rows that an image can have.
+    pub max_image_rows: u32,
     /// Why it cannot be used, if it cannot.
     pub unfit: Option<String>,
 }
@@ -143,7 +149,7 @@ impl Instance {
         };
         match &info.unfit {
             Some(reason) => Err(Error::Unfit { device: info.name.clone(), reason: reason.clone() }),
-            None => Device::open(self.clone(), *physical, info.clone()),
+            None => Device::open(self.clone(), *physical, info.clone(), requirements.texels_per_row),
         }
     }
 
@@ -238,6 +244,7 @@ fn describe(instance: &ash::Instance, physical: vk::PhysicalDevice, requirements
         kind,
         memory_bytes: device::local_memory(instance, physical),
         max_buffer_bytes: u64::from(properties.limits.max_storage_buffer_range),
+        max_image_rows: properties.limits.max_image_dimension2_d,
         unfit: unfit(instance, physical, &properties, requirements),
     }
 }
@@ -252,6 +259,8 @@ fn unfit(
     let limits = &properties.limits;
     let needs = [
         ("storage buffers per stage", limits.max_per_stage_descriptor_storage_buffers, requirements.storage_buffers),
+        ("storage images per stage", limits.max_per_stage_descriptor_storage_images, requirements.images),
+        ("texels in a row", limits.max_image_dimension2_d, requirements.texels_per_row),
         ("bytes of push constants", limits.max_push_constants_size, requirements.push_constant_bytes),
         ("descriptor sets", limits.max_bound_descriptor_sets, requirements.descriptor_sets),
         ("invocations per workgroup", limits.max_compute_work_group_invocations, requirements.workgroup_size),

@@ -9,8 +9,9 @@ use bytemuck::Pod;
 use crate::buffer::{Buffer, RawBuffer};
 use crate::device::DeviceShared;
 use crate::error::{Context, Error, Result};
+use crate::texels::{RawTexels, Texels};
 
-/// A kernel with its buffers. Implemented by generated code only.
+/// A kernel with its arrays. Implemented by generated code only.
 pub trait Kernel {
     /// The file stem of its source: its label, its timer and its crash marker.
     const NAME: &'static str;
@@ -22,7 +23,7 @@ pub trait Kernel {
     type Push: Pod;
     /// Values for its specialization constants.
     type Specialization: SpecializationValues;
-    /// Its buffers, by set and binding.
+    /// Its arrays, by set and binding.
     fn bindings(&self) -> Vec<Binding<'_>>;
 }
 
@@ -32,24 +33,63 @@ pub trait SpecializationValues {
     fn value(&self, id: u32) -> Option<[u8; 4]>;
 }
 
-/// A buffer at its place.
+/// An array at its place.
 pub struct Binding<'a> {
     set: u32,
     binding: u32,
-    buffer: &'a Arc<RawBuffer>,
+    resource: Resource<'a>,
+}
+
+enum Resource<'a> {
+    Buffer(&'a Arc<RawBuffer>),
+    Texels(&'a Arc<RawTexels>),
 }
 
 impl<'a> Binding<'a> {
     /// `buffer` at `set` and `binding`.
-    pub fn new<T>(set: u32, binding: u32, buffer: &'a Buffer<T>) -> Self
-    where
-        T: Pod,
-    {
-        Self { set, binding, buffer: buffer.raw() }
+    pub fn buffer<T: Pod>(set: u32, binding: u32, buffer: &'a Buffer<T>) -> Self {
+        Self { set, binding, resource: Resource::Buffer(buffer.raw()) }
+    }
+
+    /// `texels` at `set` and `binding`.
+    pub fn texels<T: Pod>(set: u32, binding: u32, texels: &'a Texels<T>) -> Self {
+        Self { set, binding, resource: Resource::Texels(texels.raw()) }
+    }
+
+    fn descriptor_type(&self) -> vk::DescriptorType {
+        match self.resource {
+            Resource::Buffer(_) => vk::DescriptorType::STORAGE_BUFFER,
+            Resource::Texels(_) => vk::DescriptorType::STORAGE_IMAGE,
+        }
+    }
+
+    /// What a descriptor points to; the other kind's is not looked at.
+    fn descriptor(&self) -> ([vk::DescriptorBufferInfo; 1], [vk::DescriptorImageInfo; 1]) {
+        let buffer = vk::DescriptorBufferInfo::default();
+        let image = vk::DescriptorImageInfo::default();
+        match self.resource {
+            Resource::Buffer(raw) => ([buffer.buffer(raw.handle).range(raw.bytes)], [image]),
+            Resource::Texels(raw) => {
+                ([buffer], [image.image_view(raw.view).image_layout(vk::ImageLayout::GENERAL)])
+            }
+        }
+    }
+
+    fn keep(&self) -> Kept {
+        match self.resource {
+            Resource::Buffer(raw) => Kept::Buffer(Arc::clone(raw)),
+            Resource::Texels(raw) => Kept::Texels(Arc::clone(raw)),
+        }
     }
 }
 
-/// A compiled kernel with its buffers bound; `Push` are its push constants.
+/// What lives as long as the pass that it is bound to.
+enum Kept {
+    Buffer(#[expect(dead_code, reason = "held, not used")] Arc<RawBuffer>),
+    Texels(#[expect(dead_code, reason = "held, not used")] Arc<RawTexels>),
+}
+
+/// A compiled kernel with its arrays bound; `Push` are its push constants.
 pub struct Pass<Push> {
     pub(crate) name: &'static str,
     pub(crate) pipeline: vk::Pipeline,
@@ -58,8 +98,7 @@ pub struct Pass<Push> {
     pub(crate) workgroup_size: u32,
     set_layouts: Vec<vk::DescriptorSetLayout>,
     pool: vk::DescriptorPool,
-    /// The bound buffers live as long as the pass.
-    _buffers: Vec<Arc<RawBuffer>>,
+    _kept: Vec<Kept>,
     device: Arc<DeviceShared>,
     push: PhantomData<Push>,
 }
@@ -80,7 +119,7 @@ impl<Push: Pod> Pass<Push> {
             workgroup_size,
             set_layouts: Vec::new(),
             pool: vk::DescriptorPool::null(),
-            _buffers: bindings.iter().map(|binding| Arc::clone(binding.buffer)).collect(),
+            _kept: bindings.iter().map(Binding::keep).collect(),
             device: Arc::clone(device),
             push: PhantomData,
         };
@@ -99,7 +138,7 @@ impl<Push: Pod> Pass<Push> {
                 .map(|binding| {
                     vk::DescriptorSetLayoutBinding::default()
                         .binding(binding.binding)
-                        .descriptor_type(vk::DescriptorType::STORAGE_BUFFER)
+                        .descriptor_type(binding.descriptor_type())
                         .descriptor_count(1)
                         .stage_flags(vk::ShaderStageFlags::COMPUTE)
                 })
@@ -160,19 +199,14 @@ impl<Push: Pod> Pass<Push> {
         if bindings.is_empty() {
             return Ok(());
         }
-        let sizes = [vk::DescriptorPoolSize {
-            ty: vk::DescriptorType::STORAGE_BUFFER,
-            descriptor_count: bindings.len() as u32,
-        }];
-        let create = vk::DescriptorPoolCreateInfo::default().max_sets(self.set_layouts.len() as u32).pool_sizes(&sizes);
-        let buffers: Vec<_> = bindings
+        let sizes: Vec<_> = bindings
             .iter()
-            .map(|binding| {
-                [vk::DescriptorBufferInfo::default().buffer(binding.buffer.handle).range(binding.buffer.bytes)]
-            })
+            .map(|binding| vk::DescriptorPoolSize { ty: binding.descriptor_type(), descriptor_count: 1 })
             .collect();
+        let create = vk::DescriptorPoolCreateInfo::default().max_sets(self.set_layouts.len() as u32).pool_sizes(&sizes);
+        let descriptors: Vec<_> = bindings.iter().map(Binding::descriptor).collect();
         // SAFETY: the pool has room for exactly these sets and is destroyed with the
-        // pass; the buffers are kept alive by the pass.
+        // pass; what they point to is kept alive by the pass.
         unsafe {
             self.pool = self.device.raw.create_descriptor_pool(&create, None).context("vkCreateDescriptorPool")?;
             let allocate =
@@ -180,13 +214,16 @@ impl<Push: Pod> Pass<Push> {
             self.sets = self.device.raw.allocate_descriptor_sets(&allocate).context("vkAllocateDescriptorSets")?;
             let writes: Vec<_> = bindings
                 .iter()
-                .zip(&buffers)
-                .map(|(binding, buffer)| {
-                    vk::WriteDescriptorSet::default()
+                .zip(&descriptors)
+                .map(|(binding, (buffer, image))| {
+                    let write = vk::WriteDescriptorSet::default()
                         .dst_set(self.sets[binding.set as usize])
                         .dst_binding(binding.binding)
-                        .descriptor_type(vk::DescriptorType::STORAGE_BUFFER)
-                        .buffer_info(buffer)
+                        .descriptor_type(binding.descriptor_type());
+                    match binding.resource {
+                        Resource::Buffer(_) => write.buffer_info(buffer),
+                        Resource::Texels(_) => write.image_info(image),
+                    }
                 })
                 .collect();
             self.device.raw.update_descriptor_sets(&writes, &[]);

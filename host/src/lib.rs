@@ -1,8 +1,9 @@
 //! The Vulkan compute layer of goblet. It knows Vulkan and no physics.
 //!
 //! An [`Instance`] lists devices; [`Instance::open`] makes a [`Device`]; the device
-//! makes [`Buffer`]s and [`Pass`]es (a compiled kernel with its buffers bound) and
-//! records them into a [`Frame`], which runs them in order.
+//! makes [`Buffer`]s, [`Texels`] (arrays that kernels read faster) and [`Pass`]es (a
+//! compiled kernel with its arrays bound) and records them into a [`Frame`], which runs
+//! them in order.
 //!
 //! Synchronisation: one global memory barrier after every command of a frame, and
 //! [`Frame::run`] returns when the device has finished. All `unsafe` of the project
@@ -14,6 +15,8 @@ mod error;
 mod frame;
 mod instance;
 mod kernel;
+mod memory;
+mod texels;
 mod timing;
 
 pub use buffer::Buffer;
@@ -22,3 +25,4 @@ pub use error::{Error, Result};
 pub use frame::Frame;
 pub use instance::{DeviceInfo, DeviceKind, Instance, Requirements};
 pub use kernel::{Binding, Kernel, Pass, SpecializationValues};
+pub use texels::Texels;

@@ -1,5 +1,7 @@
 //! GLSL with includes to SPIR-V.
 
+use std::cell::RefCell;
+use std::collections::BTreeMap;
 use std::error::Error;
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -11,22 +13,34 @@ use glslang::{
     Target, VulkanVersion,
 };
 
+use crate::texels;
+
+/// SPIR-V, and the element type of each array in texels.
+pub type Compiled = (Vec<u32>, BTreeMap<String, String>);
+
 /// Finds `#include "name.glsl"` in `shaders/include/`.
-struct Includes {
+struct Includes<'a> {
     folder: PathBuf,
+    types: &'a str,
+    elements: &'a RefCell<BTreeMap<String, String>>,
 }
 
-impl IncludeHandler for Includes {
+impl IncludeHandler for Includes<'_> {
     fn include(&mut self, _: IncludeType, header: &str, _: &str, _: usize) -> Option<IncludeResult> {
-        let data = fs::read_to_string(self.folder.join(header)).ok()?;
+        let text = fs::read_to_string(self.folder.join(header)).ok()?;
+        // The compiler has no way to hear of an error but in the text.
+        let data = texels::expand(&text, self.types, &mut self.elements.borrow_mut())
+            .unwrap_or_else(|error| format!("#error {error}\n"));
         Some(IncludeResult { name: format!("shaders/include/{header}"), data })
     }
 }
 
-/// The SPIR-V of one kernel. Errors name the file and line of the GLSL.
-pub fn compile(root: &Path, source: &Path, workgroup_size: u32) -> Result<Vec<u32>, Box<dyn Error>> {
+/// Compiles one kernel. Errors name the file and line of the GLSL.
+pub fn compile(root: &Path, source: &Path, types: &str, workgroup_size: u32) -> Result<Compiled, Box<dyn Error>> {
     let shown = source.strip_prefix(root)?.display().to_string();
-    let text = ShaderSource::from(fs::read_to_string(source)?);
+    let elements = RefCell::new(BTreeMap::new());
+    let text = texels::expand(&fs::read_to_string(source)?, types, &mut elements.borrow_mut())?;
+    let text = ShaderSource::from(text);
     let options = CompilerOptions {
         source_language: SourceLanguage::GLSL,
         // naga cannot read whole-struct copies as SPIR-V 1.4 and later write them.
@@ -36,7 +50,7 @@ pub fn compile(root: &Path, source: &Path, workgroup_size: u32) -> Result<Vec<u3
     };
     let size = workgroup_size.to_string();
     let defines = [("WORKGROUP_SIZE", Some(size.as_str()))];
-    let mut includes = Includes { folder: root.join("shaders/include") };
+    let mut includes = Includes { folder: root.join("shaders/include"), types, elements: &elements };
     let explain = |error: GlslangError| located(&error.to_string(), &shown);
     let compiler = Compiler::acquire().ok_or("the GLSL compiler does not start")?;
     let input = ShaderInput::new(&text, ShaderStage::Compute, &options, Some(&defines), Some(&mut includes))
@@ -45,7 +59,9 @@ pub fn compile(root: &Path, source: &Path, workgroup_size: u32) -> Result<Vec<u3
     let mut program = compiler.create_program();
     program.add_shader(&shader);
     program.link().map_err(explain)?;
-    Ok(shader.compile().map_err(explain)?)
+    let words = shader.compile().map_err(explain)?;
+    drop(shader);
+    Ok((words, elements.take()))
 }
 
 /// glslang calls the main file `0`; people want its name.

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::error::Error;
 use std::fmt::Write;
 
-use crate::reflect::{Binding, Kernel, SpecializationConstant, Struct};
+use crate::reflect::{Binding, Kernel, Resource, SpecializationConstant, Struct};
 
 /// Bindings of this set are the same in every kernel that has them: the scene.
 const SHARED_SET: u32 = 0;
@@ -127,20 +127,26 @@ fn write_specialization(out: &mut String, constants: &[SpecializationConstant]) 
 
 /// What a device needs to run all kernels.
 fn write_requirements(out: &mut String, kernels: &[Kernel], sizes: &[u32]) -> Result<()> {
-    let buffers = kernels.iter().map(|kernel| kernel.bindings.len()).max().unwrap_or(0);
+    let most = |resource: Resource| {
+        let count = |kernel: &Kernel| kernel.bindings.iter().filter(|binding| binding.resource == resource).count();
+        kernels.iter().map(count).max().unwrap_or(0)
+    };
+    let (buffers, images) = (most(Resource::Buffer), most(Resource::Texels));
     let sets = kernels.iter().flat_map(|kernel| &kernel.bindings).map(|b| b.set + 1).max().unwrap_or(0);
     let push = kernels.iter().flat_map(|kernel| &kernel.push).map(|push| push.bytes).max().unwrap_or(0);
     let size = sizes.iter().max().unwrap_or(&1);
     writeln!(out, "/// What a device needs to run every kernel.")?;
     writeln!(out, "pub const REQUIREMENTS: goblet_host::Requirements = goblet_host::Requirements {{")?;
-    writeln!(out, "    storage_buffers: {buffers},\n    push_constant_bytes: {push},")?;
+    writeln!(out, "    storage_buffers: {buffers},\n    images: {images},")?;
+    writeln!(out, "    texels_per_row: TEXELS_PER_ROW,\n    push_constant_bytes: {push},")?;
     writeln!(out, "    descriptor_sets: {sets},\n    workgroup_size: {size},\n}};")?;
     Ok(())
 }
 
 fn write_fields(out: &mut String, bindings: &[&Binding]) -> Result<()> {
     for binding in bindings {
-        writeln!(out, "    pub {}: &'a goblet_host::Buffer<{}>,", binding.name, binding.element)?;
+        let array = if binding.resource == Resource::Buffer { "Buffer" } else { "Texels" };
+        writeln!(out, "    pub {}: &'a goblet_host::{array}<{}>,", binding.name, binding.element)?;
     }
     Ok(())
 }
@@ -181,9 +187,13 @@ fn write_kernel(out: &mut String, kernel: &Kernel, sizes: &[u32]) -> Result<()> 
     writeln!(out, "    fn bindings(&self) -> Vec<goblet_host::Binding<'_>> {{\n        vec![")?;
     for binding in &kernel.bindings {
         let owner = if binding.set == SHARED_SET { "scene." } else { "" };
+        let made = match binding.resource {
+            Resource::Buffer => "buffer",
+            Resource::Texels => "texels",
+        };
         writeln!(
             out,
-            "            goblet_host::Binding::new({}, {}, self.{owner}{}),",
+            "            goblet_host::Binding::{made}({}, {}, self.{owner}{}),",
             binding.set, binding.binding, binding.name
         )?;
     }

@@ -2,9 +2,11 @@
 //!
 //! Whatever naga or a `#[repr(C)]` twin cannot express is an error with a remedy.
 
+use std::collections::BTreeMap;
 use std::error::Error;
 
-use naga::{AddressSpace, ArraySize, Handle, Literal, Module, Scalar, ScalarKind, Type, TypeInner};
+use crate::texels;
+use naga::{AddressSpace, ArraySize, GlobalVariable, Handle, Literal, Module, Scalar, ScalarKind, Type, TypeInner};
 
 /// A kernel as Rust needs to know it.
 pub struct Kernel {
@@ -16,17 +18,27 @@ pub struct Kernel {
     pub constants: Vec<SpecializationConstant>,
 }
 
-/// A storage buffer: `Element name[]` or one `Element`.
+/// An array of elements, or one.
 #[derive(Clone, PartialEq)]
 pub struct Binding {
     pub set: u32,
     pub binding: u32,
     pub name: String,
     pub element: String,
+    pub resource: Resource,
+}
+
+/// What the elements are in.
+#[derive(Clone, Copy, PartialEq)]
+pub enum Resource {
+    /// `Element name[]` or one `Element`.
+    Buffer,
+    /// `TEXELS` or `STORED_TEXELS`.
+    Texels,
 }
 
 /// A `#[repr(C)]` struct of 4-byte scalars.
-#[derive(Clone, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct Struct {
     pub name: String,
     pub fields: Vec<(String, String)>,
@@ -43,8 +55,9 @@ pub struct SpecializationConstant {
 
 type Result<T> = std::result::Result<T, Box<dyn Error>>;
 
-/// Reflects one kernel.
-pub fn reflect(name: &str, spirv: &[u8]) -> Result<Kernel> {
+/// Reflects one kernel, given the element type of each of its arrays in texels and the text of
+/// types.glsl.
+pub fn reflect(name: &str, spirv: &[u8], elements: &BTreeMap<String, String>, types: &str) -> Result<Kernel> {
     let module = naga::front::spv::parse_u8_slice(spirv, &naga::front::spv::Options::default())
         .map_err(|error| format!("naga cannot read the SPIR-V: {error}; the limits of naga's front end apply: no buffer references, no umulExtended, no combined samplers, no arrays sized by specialization constants, no operations on specialization constants alone"))?;
     let entry = module.entry_points.first().ok_or("there is no main()")?;
@@ -67,21 +80,52 @@ pub fn reflect(name: &str, spirv: &[u8]) -> Result<Kernel> {
                     )
                 })?;
                 let element = element(&module, variable.ty, &name, &mut kernel.structs)?;
-                kernel.bindings.push(Binding { set: place.group, binding: place.binding, name, element });
+                let resource = Resource::Buffer;
+                kernel.bindings.push(Binding { set: place.group, binding: place.binding, name, element, resource });
             }
+            AddressSpace::Handle => kernel.bindings.push(texel_array(&module, variable, elements, types, &mut kernel.structs)?),
             AddressSpace::Immediate => {
                 let mut push = gpu_struct(&module, variable.ty, &mut kernel.structs)?;
                 push.name = format!("{}Push", crate::generate::camel_case(name));
                 kernel.push = Some(push);
             }
-            AddressSpace::Uniform | AddressSpace::Handle => {
-                return Err("use storage buffers: uniform buffers and images are not generated".into());
+            AddressSpace::Uniform => {
+                return Err("use storage buffers or texels: uniform buffers are not generated".into());
             }
             _ => {}
         }
     }
     kernel.bindings.sort_by_key(|binding| (binding.set, binding.binding));
     Ok(kernel)
+}
+
+/// An image that TEXELS or STORED_TEXELS declared.
+fn texel_array(
+    module: &Module,
+    variable: &GlobalVariable,
+    elements: &BTreeMap<String, String>,
+    types: &str,
+    structs: &mut Vec<Struct>,
+) -> Result<Binding> {
+    let name = variable.name.clone().unwrap_or_default();
+    let element = elements.get(&name).ok_or_else(|| format!("{name}: declare images by TEXELS or STORED_TEXELS"))?;
+    let place = variable.binding.as_ref().ok_or("texels have no place")?;
+    if !matches!(module.types[variable.ty].inner, TypeInner::Image { .. }) {
+        return Err(format!("{name} is not an image").into());
+    }
+    let resource = Resource::Texels;
+    let element = match element.as_str() {
+        "uint" => "u32".to_owned(),
+        "float" => "f32".to_owned(),
+        element => {
+            let twin = texels::twin(element, types)?;
+            if !structs.contains(&twin) {
+                structs.push(twin);
+            }
+            element.to_owned()
+        }
+    };
+    Ok(Binding { set: place.group, binding: place.binding, name, element, resource })
 }
 
 /// The element type of a block `{ T data[]; }` or `{ T value; }`.

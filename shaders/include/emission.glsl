@@ -45,7 +45,7 @@ Emission emit_area(Light light, vec2 u_position, vec2 u_direction, float u_side)
     float area = light.area;
     Surface surface;
     if (HAS_SPHERES && light.primitive >> KIND_SHIFT == SPHERE) {
-        surface = sample_sphere_area(quadrics.data[light.primitive & INDEX_MASK], u_position, area);
+        surface = sample_sphere_area(quadrics_at(light.primitive & INDEX_MASK), u_position, area);
     } else if (HAS_REVOLUTIONS && light.primitive >> KIND_SHIFT == REVOLUTION) {
         surface = sample_revolution(light, u_position);
         area = 1.0 / surface.area_pdf;
@@ -60,9 +60,9 @@ Emission emit_area(Light light, vec2 u_position, vec2 u_direction, float u_side)
 
 // Parallel light through the disk that the scene's bounding sphere shows it.
 Emission emit_parallel(vec3 direction, vec3 irradiance, vec2 u) {
-    float radius = scene_info.value.radius;
+    float radius = scene_info_at(0u).radius;
     vec3 offset = to_world(vec3(sample_disk(u), -1.0), direction);
-    Ray ray = Ray(scene_info.value.center + radius * offset, direction);
+    Ray ray = Ray(scene_info_at(0u).center + radius * offset, direction);
     return Emission(ray, irradiance * (PI * radius * radius));
 }
 
@@ -90,12 +90,12 @@ Emission emit_from(Light light, vec2 u_position, vec2 u_direction, float u_side)
 // The photon that a path's first numbers make: a light by its power, a point, a direction.
 Emission emit(Random random) {
     vec2 u_light = random_pair(random, 0u);
-    uint count = scene_info.value.emission_count;
+    uint count = scene_info_at(0u).emission_count;
     float scaled = u_light.x * float(count);
     uint entry = min(uint(scaled), count - 1u);
-    AliasEntry chosen = emission_table.data[entry];
-    Light light = lights.data[scaled - float(entry) < chosen.threshold ? chosen.keep : chosen.alias];
+    AliasEntry chosen = emission_table_at(entry);
+    Light light = lights_at(scaled - float(entry) < chosen.threshold ? chosen.keep : chosen.alias);
     Emission emission = emit_from(light, random_pair(random, 1u), random_pair(random, 2u), u_light.y);
-    emission.weight /= light.emission_pmf * scene_info.value.mean_power;
+    emission.weight /= light.emission_pmf * scene_info_at(0u).mean_power;
     return emission;
 }

@@ -15,42 +15,51 @@ struct Hit {
 #include "revolution.glsl"
 #include "revolution_newton.glsl"
 
-// A triangle is tested where the ray is the z axis: in a shear along the longest axis of
-// the ray's direction. A corner goes to the same point in all of its triangles, and the
-// sign of an edge function is right or 0, since rounding keeps the order of the two
-// products: no ray slips through an edge or a corner of a closed mesh. Contracted
-// multiply-adds would break both, hence `precise`. Woop and others, "Watertight
-// Ray/Triangle Intersection", JCGT 2013.
-bool intersect_triangle(Triangle triangle, Ray ray, inout Hit hit) {
-    vec3 d = ray.direction;
+// A ray as triangles see it: where it is the z axis, in a shear along the longest axis of its
+// direction.
+struct Shear {
+    bool along_z;
+    bool along_y; // else along x
+    float inverse;
+    vec2 shear;
+};
+
+Shear shear_of(vec3 d) {
     vec3 size = abs(d);
-    bool along_z = size.z >= size.x && size.z >= size.y;
-    bool along_y = !along_z && size.y >= size.x;
-    bool along_x = !along_z && !along_y;
-    float inverse = 1.0 / (along_z ? d.z : along_y ? d.y : d.x);
-    vec2 shear = (along_z ? d.xy : along_y ? d.zx : d.yz) * inverse;
-    vec3 v0 = triangle.p0 - ray.origin;
-    vec3 v1 = triangle.p1 - ray.origin;
-    vec3 v2 = triangle.p2 - ray.origin;
-    // Cyclic, so that z is along the ray.
-    v0 = along_z ? v0 : along_y ? v0.zxy : v0.yzx;
-    v1 = along_z ? v1 : along_y ? v1.zxy : v1.yzx;
-    v2 = along_z ? v2 : along_y ? v2.zxy : v2.yzx;
-    precise vec2 a = v0.xy - shear * v0.z;
-    precise vec2 b = v1.xy - shear * v1.z;
-    precise vec2 c = v2.xy - shear * v2.z;
+    Shear shear;
+    shear.along_z = size.z >= size.x && size.z >= size.y;
+    shear.along_y = !shear.along_z && size.y >= size.x;
+    shear.inverse = 1.0 / (shear.along_z ? d.z : shear.along_y ? d.y : d.x);
+    shear.shear = (shear.along_z ? d.xy : shear.along_y ? d.zx : d.yz) * shear.inverse;
+    return shear;
+}
+
+// Cyclic, so that z is along the ray.
+vec3 turn_axes(Shear shear, vec3 v) {
+    return shear.along_z ? v : shear.along_y ? v.zxy : v.yzx;
+}
+
+// A corner goes to the same point in all of its triangles, and the sign of an edge function is
+// right or 0, since rounding keeps the order of the two products: no ray slips through an edge
+// or a corner of a closed mesh. Contracted multiply-adds would break both, hence `precise`.
+// Woop and others, "Watertight Ray/Triangle Intersection", JCGT 2013.
+bool intersect_triangle(Triangle triangle, vec3 origin, Shear shear, inout Hit hit) {
+    vec3 v0 = turn_axes(shear, triangle.p0 - origin);
+    vec3 v1 = turn_axes(shear, triangle.p1 - origin);
+    vec3 v2 = turn_axes(shear, triangle.p2 - origin);
+    precise vec2 a = v0.xy - shear.shear * v0.z;
+    precise vec2 b = v1.xy - shear.shear * v1.z;
+    precise vec2 c = v2.xy - shear.shear * v2.z;
     precise float u = c.x * a.y - c.y * a.x;
     precise float v = a.x * b.y - a.y * b.x;
     precise float w = b.x * c.y - b.y * c.x;
-    if (min(min(u, v), w) < 0.0 && max(max(u, v), w) > 0.0) {
-        return false;
-    }
+    bool inside = !(min(min(u, v), w) < 0.0 && max(max(u, v), w) > 0.0);
     // u belongs to the edge p2 p0, opposite to p1; v to p0 p1, opposite to p2. The distance
     // is a mean of the corners' distances, so that slivers give no nonsense; the sum is 0,
     // and t no number, where the ray is in the plane.
     float sum = u + v + w;
-    float t = (w * v0.z + u * v1.z + v * v2.z) * inverse / sum;
-    if (!(t > 0.0 && t < hit.t)) {
+    float t = (w * v0.z + u * v1.z + v * v2.z) * shear.inverse / sum;
+    if (!(inside && t > 0.0 && t < hit.t)) {
         return false;
     }
     hit.t = t;
@@ -58,21 +67,28 @@ bool intersect_triangle(Triangle triangle, Ray ray, inout Hit hit) {
     return true;
 }
 
+bool intersect_quadric(uint index, bool sphere, Ray ray, inout Hit hit) {
+    Quadric quadric = quadrics_at(index);
+    vec3 o = transform_point(quadric.object_from_render, ray.origin);
+    vec3 d = transform_vector(quadric.object_from_render, ray.direction);
+    return sphere ? intersect_sphere(quadric, o, d, hit.t) : intersect_disk(quadric, o, d, hit.t);
+}
+
 // Makes `turned` the ray as the body of a piece sees it, unless the last piece was of the same
 // one: a body's pieces come together.
 void turn(uint piece, Ray ray, inout RevolutionRay turned) {
-    uint body = revolution_pieces.data[piece].body;
+    uint body = revolution_pieces_at(piece).body;
     if (body != turned.body) {
         turned = revolution_ray(body, ray);
     }
 }
 
-bool intersect_primitive(uint primitive, Ray ray, inout RevolutionRay turned, inout Hit hit) {
+bool intersect_primitive(uint primitive, Ray ray, Shear shear, inout RevolutionRay turned, inout Hit hit) {
     uint kind = primitive >> KIND_SHIFT;
     uint index = primitive & INDEX_MASK;
     bool found = false;
     if (is_triangle(kind)) {
-        found = intersect_triangle(triangles.data[index], ray, hit);
+        found = intersect_triangle(triangles_at(index), ray.origin, shear, hit);
     } else if (is_revolution(kind)) {
         if (REVOLUTION_NEWTON) {
             found = meet_segment(index, ray, hit, primitive);
@@ -81,14 +97,7 @@ bool intersect_primitive(uint primitive, Ray ray, inout RevolutionRay turned, in
             found = intersect_revolution(index, turned, 0.0, hit.t, hit.barycentric.x);
         }
     } else if (HAS_QUADRICS) {
-        Quadric quadric = quadrics.data[index];
-        vec3 o = transform_point(quadric.object_from_render, ray.origin);
-        vec3 d = transform_vector(quadric.object_from_render, ray.direction);
-        if (is_sphere(kind)) {
-            found = intersect_sphere(quadric, o, d, hit.t);
-        } else {
-            found = intersect_disk(quadric, o, d, hit.t);
-        }
+        found = intersect_quadric(index, is_sphere(kind), ray, hit);
     }
     if (found) {
         hit.primitive = primitive;
@@ -105,12 +114,12 @@ bool is_missed(uint node, Ray ray, inout RevolutionRay turned, float t_max) {
     uint count = node >> COUNT_SHIFT;
     bool missed = count > 0u;
     for (uint i = first; i < first + count && missed; i++) {
-        uint primitive = primitives.data[i];
+        uint primitive = primitives_at(i);
         missed = !is_triangle(primitive >> KIND_SHIFT) && is_revolution(primitive >> KIND_SHIFT);
         if (missed) {
             uint index = primitive & INDEX_MASK;
             turn(index, ray, turned);
-            missed = misses_ring(turned, revolution_pieces.data[index].ends, k_of(turned, 0.0), k_of(turned, t_max));
+            missed = misses_ring(turned, revolution_pieces_at(index).ends, k_of(turned, 0.0), k_of(turned, t_max));
         }
     }
     return missed;
@@ -128,9 +137,32 @@ float enter_box(vec3 lower, vec3 upper, Ray ray, vec3 inverse, float t_max) {
     return t_near <= t_far ? t_near : INFINITY_T;
 }
 
+// The same without a hierarchy, for scenes of a few primitives: every lane tests all of them,
+// and none waits for another's path through a tree.
+Hit test_all(Ray ray, float t_max, bool any_hit) {
+    Hit hit = Hit(t_max, NONE, vec2(0.0));
+    Shear shear = shear_of(ray.direction);
+    for (uint i = 0u; i < FLAT_TRIANGLES; i++) {
+        if (intersect_triangle(triangles_at(i), ray.origin, shear, hit)) {
+            hit.primitive = TRIANGLE << KIND_SHIFT | i;
+        }
+    }
+    for (uint i = 0u; i < FLAT_QUADRICS; i++) {
+        uint kind = quadrics_at(i).kind;
+        if (intersect_quadric(i, is_sphere(kind), ray, hit)) {
+            hit.primitive = kind << KIND_SHIFT | i;
+        }
+    }
+    return hit;
+}
+
 // The nearest hit with 0 < t < t_max; with any_hit, some hit. All lanes walk inner nodes
 // until each has a leaf, then all test primitives (Aila and Laine 2009, "while-while").
 Hit traverse(Ray ray, float t_max, bool any_hit) {
+    if (IS_FLAT) {
+        return test_all(ray, t_max, any_hit);
+    }
+    Shear shear = shear_of(ray.direction);
     Hit hit = Hit(t_max, NONE, vec2(0.0));
     // No component is zero, so that no slab computes zero times infinity.
     vec3 direction = mix(ray.direction, vec3(1.0e-20), equal(ray.direction, vec3(0.0)));
@@ -147,7 +179,7 @@ Hit traverse(Ray ray, float t_max, bool any_hit) {
                 node = height > 0u ? stack[--height] : NONE;
                 continue;
             }
-            BvhPair pair = bvh_pairs.data[node];
+            BvhPair pair = bvh_pairs_at(node);
             float t_left = enter_box(pair.left_lower.xyz, pair.left_upper.xyz, ray, inverse, hit.t);
             float t_right = enter_box(pair.right_lower.xyz, pair.right_upper.xyz, ray, inverse, hit.t);
             uint left = floatBitsToUint(pair.left_lower.w);
@@ -166,7 +198,7 @@ Hit traverse(Ray ray, float t_max, bool any_hit) {
         uint first = node & FIRST_MASK;
         uint end = first + (node >> COUNT_SHIFT);
         for (uint i = first; i < end; i++) {
-            if (intersect_primitive(primitives.data[i], ray, turned, hit) && any_hit) {
+            if (intersect_primitive(primitives_at(i), ray, shear, turned, hit) && any_hit) {
                 return hit;
             }
         }

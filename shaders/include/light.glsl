@@ -51,7 +51,7 @@ float sphere_pdf(Quadric quadric, vec3 from, vec3 wi) {
 // Pdf, selection included, with which direct_sample finds a point on an area light.
 float direct_pdf(Light light, vec3 from, Surface surface, vec3 wi) {
     if (HAS_SPHERES && light.primitive >> KIND_SHIFT == SPHERE) {
-        return light.direct_pmf * sphere_pdf(quadrics.data[light.primitive & INDEX_MASK], from, wi);
+        return light.direct_pmf * sphere_pdf(quadrics_at(light.primitive & INDEX_MASK), from, wi);
     }
     vec3 to_light = surface.position - from;
     float cos_light = abs(dot(surface.normal, wi));
@@ -64,7 +64,7 @@ float direct_pdf(Light light, vec3 from, Surface surface, vec3 wi) {
 
 // A point on a sphere in the cone it fills as seen from a point.
 bool sample_sphere(Light light, vec3 from, vec2 u, out Surface surface) {
-    Quadric quadric = quadrics.data[light.primitive & INDEX_MASK];
+    Quadric quadric = quadrics_at(light.primitive & INDEX_MASK);
     vec3 o = transform_point(quadric.object_from_render, from);
     float d2 = dot(o, o);
     vec3 axis = d2 > ON_SPHERE ? -o * inversesqrt(d2) : vec3(0.0, 0.0, 1.0);
@@ -80,9 +80,9 @@ bool sample_sphere(Light light, vec3 from, vec2 u, out Surface surface) {
 Surface sample_flat(Light light, vec2 u) {
     uint index = light.primitive & INDEX_MASK;
     if (HAS_TRIANGLES && light.primitive >> KIND_SHIFT == TRIANGLE) {
-        return triangle_surface(triangles.data[index], sample_triangle(u));
+        return triangle_surface(triangles_at(index), sample_triangle(u));
     }
-    Quadric disk = quadrics.data[index];
+    Quadric disk = quadrics_at(index);
     float inner2 = disk.inner_radius * disk.inner_radius;
     // A whole disk keeps strata together; a cut one is sampled in polar coordinates.
     float radius = sqrt(mix(inner2, 1.0, u.x));
@@ -93,7 +93,7 @@ Surface sample_flat(Light light, vec2 u) {
 // A point on a piece of a body of revolution, with surface.area_pdf.
 Surface sample_revolution(Light light, vec2 u) {
     uint piece = light.primitive & INDEX_MASK;
-    vec4 ends = revolution_pieces.data[piece].ends;
+    vec4 ends = revolution_pieces_at(piece).ends;
     // Inverts the distribution of piece_pdf.
     float x = 2.0 * u.x * (ends.x + ends.z) / (ends.x + sqrt(mix(ends.x * ends.x, ends.z * ends.z, u.x))) - 1.0;
     float phi = 2.0 * PI * u.y;
@@ -123,16 +123,16 @@ LightSample sample_area(Light light, vec3 from, vec2 u) {
 
 // A light chosen by the direct table, and a direction to it.
 LightSample sample_direct(vec3 from, float u_light, vec2 u) {
-    uint count = scene_info.value.direct_count;
+    uint count = scene_info_at(0u).direct_count;
     float scaled = u_light * float(count);
     uint entry = min(uint(scaled), count - 1u);
-    AliasEntry chosen = direct_table.data[entry];
-    Light light = lights.data[scaled - float(entry) < chosen.threshold ? chosen.keep : chosen.alias];
+    AliasEntry chosen = direct_table_at(entry);
+    Light light = lights_at(scaled - float(entry) < chosen.threshold ? chosen.keep : chosen.alias);
     if (HAS_AREA_LIGHTS && light.kind == AREA) {
         return sample_area(light, from, u);
     }
     if (HAS_DISTANT_LIGHTS && light.kind == DISTANT) {
-        vec3 target = from - 2.0 * scene_info.value.radius * light.direction;
+        vec3 target = from - 2.0 * scene_info_at(0u).radius * light.direction;
         return LightSample(target, -light.direction, light.emission, light.direct_pmf, true);
     }
     vec3 to_light = light.position - from;

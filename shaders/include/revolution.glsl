@@ -60,12 +60,12 @@ struct RevolutionRay {
 
 Profile load_profile(uint piece) {
     Profile profile;
-    profile.ends = revolution_pieces.data[piece].ends;
-    profile.end_slopes = revolution_pieces.data[piece].end_slopes;
-    profile.slopes = revolution_pieces.data[piece].slopes;
-    profile.curvature = revolution_pieces.data[piece].curvature;
+    profile.ends = revolution_pieces_at(piece).ends;
+    profile.end_slopes = revolution_pieces_at(piece).end_slopes;
+    profile.slopes = revolution_pieces_at(piece).slopes;
+    profile.curvature = revolution_pieces_at(piece).curvature;
     [[unroll]] for (uint i = 0u; i < REVOLUTION_PAIRS; i++) {
-        profile.c[i] = revolution_pieces.data[piece].coefficients[i];
+        profile.c[i] = revolution_pieces_at(piece).coefficients[i];
     }
     return profile;
 }
@@ -181,8 +181,8 @@ vec3 product_error(vec3 a, float b, vec3 product) {
 }
 
 RevolutionRay revolution_ray(uint body, Ray world) {
-    vec3 o = transform_point(revolutions.data[body].unit_from_render, world.origin);
-    vec3 d = transform_vector(revolutions.data[body].unit_from_render, world.direction);
+    vec3 o = transform_point(revolutions_at(body).unit_from_render, world.origin);
+    vec3 d = transform_vector(revolutions_at(body).unit_from_render, world.direction);
     RevolutionRay ray;
     ray.body = body;
     ray.size = length(d);
@@ -407,7 +407,7 @@ void judge(Profile profile, RevolutionRay ray, float k_min, float k_max, inout S
 bool intersect_revolution(uint piece, RevolutionRay ray, float t_min, inout float t_max, inout float hit_x) {
     float k_min = k_of(ray, t_min);
     float k_max = k_of(ray, t_max);
-    if (misses_ring(ray, revolution_pieces.data[piece].ends, k_min, k_max)) {
+    if (misses_ring(ray, revolution_pieces_at(piece).ends, k_min, k_max)) {
         return false;
     }
     Profile profile = load_profile(piece);

@@ -125,10 +125,10 @@ uint piece_at(uint segment, float t, out float x) {
     float along = mix(ends.x, ends.y, t);
     uint piece = revolution_segments.data[segment].first_piece;
     uint last = piece + revolution_segments.data[segment].piece_count - 1u;
-    while (piece < last && revolution_pieces.data[piece].along.y < along) {
+    while (piece < last && revolution_pieces_at(piece).along.y < along) {
         piece++;
     }
-    vec2 range = revolution_pieces.data[piece].along;
+    vec2 range = revolution_pieces_at(piece).along;
     // Rounding may leave a piece no range.
     x = clamp((2.0 * along - range.x - range.y) / max(range.y - range.x, 1.0e-30), -1.0, 1.0);
     return piece;
@@ -168,7 +168,7 @@ bool intersect_segment(uint segment, vec3 o, vec3 d, float t_min, inout float t_
 // The same for a ray in render space, which goes on behind the surface that it leaves.
 bool meet_segment(uint segment, Ray ray, inout Hit hit, inout uint primitive) {
     uint body = revolution_segments.data[segment].body;
-    vec3 o = transform_point(revolutions.data[body].unit_from_render, ray.origin);
-    vec3 d = transform_vector(revolutions.data[body].unit_from_render, ray.direction);
+    vec3 o = transform_point(revolutions_at(body).unit_from_render, ray.origin);
+    vec3 d = transform_vector(revolutions_at(body).unit_from_render, ray.direction);
     return intersect_segment(segment, o, d, NEWTON_BEGIN, hit.t, hit.barycentric.x, primitive);
 }

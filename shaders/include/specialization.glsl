@@ -21,6 +21,9 @@ layout(constant_id = 16) const bool HAS_CURVED = true;          // any but trian
 layout(constant_id = 17) const uint REVOLUTION_PAIRS = 5u;      // of powers in the highest polynomial of any profile
 layout(constant_id = 18) const bool REVOLUTION_NEWTON = false;  // rays meet whole segments, by the classical solver
 layout(constant_id = 19) const bool DIRECT_NEE = true;          // direct light is not the photons' affair
+layout(constant_id = 22) const bool IS_FLAT = false;            // so few primitives that a hierarchy costs more than it saves
+layout(constant_id = 23) const uint FLAT_TRIANGLES = 0u;        // how many, then
+layout(constant_id = 24) const uint FLAT_QUADRICS = 0u;
 
 // Which kind of primitive a reference names; decided at compile time where it can be. Ask
 // in this order.

@@ -27,7 +27,7 @@ Surface triangle_surface(Triangle triangle, vec2 barycentric) {
     surface.material = triangle.material;
     surface.light = triangle.light;
     if (HAS_SHADING_NORMALS && triangle.normals != NONE) {
-        TriangleNormals normals = triangle_normals.data[triangle.normals];
+        TriangleNormals normals = triangle_normals_at(triangle.normals);
         vec3 n = b0 * normals.n0.xyz + barycentric.x * normals.n1.xyz + barycentric.y * normals.n2.xyz;
         float length2 = dot(n, n);
         if (length2 > 0.0) {
@@ -65,7 +65,7 @@ float piece_pdf(vec2 radii, float x) {
 // the axis, of unit length.
 Surface revolution_surface(uint piece, float x, vec2 azimuth) {
     Profile profile = load_profile(piece);
-    Revolution body = revolutions.data[revolution_pieces.data[piece].body];
+    Revolution body = revolutions_at(revolution_pieces_at(piece).body);
     ProfilePoint point = evaluate(profile, x);
     Surface surface;
     surface.position = transform_point(body.render_from_unit, vec3(point.p.x * azimuth, point.p.y));
@@ -78,7 +78,7 @@ Surface revolution_surface(uint piece, float x, vec2 azimuth) {
     surface.normal = n * ((body.flipped != 0u ? -1.0 : 1.0) / growth);
     surface.shading_normal = surface.normal;
     surface.material = body.material;
-    surface.light = revolution_pieces.data[piece].light;
+    surface.light = revolution_pieces_at(piece).light;
     surface.area_pdf = 0.0;
     if (HAS_AREA_LIGHTS && surface.light != NONE) {
         // A ring of x and x + dx has the area 2 pi u |(u', v')| dx in unit space.
@@ -91,7 +91,7 @@ Surface revolution_surface(uint piece, float x, vec2 azimuth) {
 // Texture coordinates of a point of a body of revolution: around from the x axis, and along
 // the profile; both in [0, 1].
 vec2 revolution_uv(uint piece, float x, vec2 around) {
-    vec2 along = revolution_pieces.data[piece].along;
+    vec2 along = revolution_pieces_at(piece).along;
     return vec2(azimuth(around) / (2.0 * PI), mix(along.x, along.y, 0.5 + 0.5 * x));
 }
 
@@ -99,17 +99,17 @@ Surface surface_at(Ray ray, Hit hit) {
     uint kind = hit.primitive >> KIND_SHIFT;
     uint index = hit.primitive & INDEX_MASK;
     if (is_triangle(kind)) {
-        return triangle_surface(triangles.data[index], hit.barycentric);
+        return triangle_surface(triangles_at(index), hit.barycentric);
     }
     if (is_revolution(kind)) {
-        uint body = revolution_pieces.data[index].body;
-        vec3 o = transform_point(revolutions.data[body].unit_from_render, ray.origin);
-        vec3 d = transform_vector(revolutions.data[body].unit_from_render, ray.direction);
+        uint body = revolution_pieces_at(index).body;
+        vec3 o = transform_point(revolutions_at(body).unit_from_render, ray.origin);
+        vec3 d = transform_vector(revolutions_at(body).unit_from_render, ray.direction);
         vec2 q = o.xy + hit.t * d.xy;
         float rho = length(q);
         return revolution_surface(index, hit.barycentric.x, rho > 0.0 ? q / rho : vec2(1.0, 0.0));
     }
-    Quadric quadric = quadrics.data[index];
+    Quadric quadric = quadrics_at(index);
     vec3 o = transform_point(quadric.object_from_render, ray.origin);
     vec3 d = transform_vector(quadric.object_from_render, ray.direction);
     return quadric_surface(quadric, is_sphere(kind), o + hit.t * d);

@@ -7,6 +7,9 @@ const float INFINITY_T = 3.0e38; // t of a ray that nothing bounds
 // Half a unit in the last place of 1: the largest relative rounding error.
 const float ROUNDING = 5.9604644775390625e-8; // 2^-24
 
+// Arrays that are read at random are in images of so many texels a row.
+const uint TEXELS_PER_ROW = 4096u;
+
 // Kinds of primitive: the top two bits of a primitive reference, the rest is an index.
 const uint KIND_SHIFT = 30u;
 const uint INDEX_MASK = 0x3fffffffu;
@@ -62,6 +65,10 @@ struct Quadric {
     float phi_max;      // radians
     float inner_radius; // of a disk
     float determinant;  // of render_from_object, positive
+    uint kind;          // SPHERE or DISK
+    uint pad0;
+    uint pad1;
+    uint pad2;
 };
 
 // A body of revolution about z, in unit space: radii up to 1, heights in [-1, 1].
@@ -150,6 +157,7 @@ struct AliasEntry {
     float threshold; // below it take keep, above it alias
     uint keep;       // index into lights
     uint alias;      // index into lights
+    uint pad;
 };
 
 struct SceneInfo {
@@ -172,7 +180,6 @@ struct Camera {
     float focal_distance;
     uint width;
     uint height;
-    float offsets[128]; // inverse distribution of the pixel filter, pixels: 64 for x, 64 for y
 };
 
 // What happened, since it was last cleared. Each photon path ends in one of the five.

@@ -7,8 +7,8 @@ use super::rows;
 use crate::kernels::{DISK, NONE, Quadric};
 use crate::scene::Shape;
 
-/// A quadric with this transform from its unit object space.
-pub(super) fn quadric(shape: &Shape, render_from_object: DAffine3) -> Quadric {
+/// A quadric of a kind with this transform from its unit object space.
+pub(super) fn quadric(shape: &Shape, render_from_object: DAffine3, kind: u32) -> Quadric {
     let determinant = render_from_object.matrix3.determinant();
     Quadric {
         object_from_render: rows(&render_from_object.inverse()),
@@ -22,6 +22,8 @@ pub(super) fn quadric(shape: &Shape, render_from_object: DAffine3) -> Quadric {
         phi_max: std::f32::consts::TAU,
         inner_radius: 0.0,
         determinant: determinant.abs() as f32,
+        kind,
+        ..bytemuck::Zeroable::zeroed()
     }
 }
 
@@ -35,10 +37,10 @@ fn linear_part(quadric: &Quadric) -> DMat3 {
 
 /// Area of a quadric in render units. An affine sphere has no closed form: the growth of
 /// area is averaged over directions, exactly for similarities.
-pub(super) fn quadric_area(quadric: &Quadric, kind: u32) -> f64 {
+pub(super) fn quadric_area(quadric: &Quadric) -> f64 {
     let linear = linear_part(quadric);
     let (phi, z_min, z_max) = (f64::from(quadric.phi_max), f64::from(quadric.z_min), f64::from(quadric.z_max));
-    if kind == DISK {
+    if quadric.kind == DISK {
         let inner = f64::from(quadric.inner_radius);
         return linear.x_axis.cross(linear.y_axis).length() * 0.5 * phi * (1.0 - inner * inner);
     }
@@ -57,9 +59,9 @@ pub(super) fn quadric_area(quadric: &Quadric, kind: u32) -> f64 {
 }
 
 /// The box around a transformed unit sphere or disk, widened by rounding.
-pub(super) fn quadric_bounds(quadric: &Quadric, kind: u32) -> Aabb {
+pub(super) fn quadric_bounds(quadric: &Quadric) -> Aabb {
     let extent = |row: [f32; 4]| {
-        let z = if kind == DISK { 0.0 } else { row[2] };
+        let z = if quadric.kind == DISK { 0.0 } else { row[2] };
         DVec3::new(row[0].into(), row[1].into(), z.into()).length() as f32
     };
     let [x, y, z] = quadric.render_from_object;

@@ -4,7 +4,7 @@ use std::rc::Rc;
 
 use bytemuck::Pod;
 use glam::{DVec3, Vec3};
-use goblet_host::{Buffer, Device, Kernel};
+use goblet_host::{Buffer, Device, Kernel, Texels};
 
 use crate::generated::Specialization;
 use crate::support;
@@ -31,6 +31,10 @@ impl Bench {
 
     pub fn upload<T: Pod>(&self, data: &[T]) -> Buffer<T> {
         self.device.upload("input", data).expect("an upload")
+    }
+
+    pub fn upload_texels<T: Pod>(&self, data: &[T]) -> Texels<T> {
+        self.device.upload_texels("input", data).expect("an upload")
     }
 
     pub fn output<T: Pod>(&self, length: usize) -> Buffer<T> {

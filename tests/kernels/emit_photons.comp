@@ -26,6 +26,6 @@ void main() {
     if (i >= emitted.data.length()) {
         return;
     }
-    Emission emission = emit(Random(scene_info.value.seed, i));
+    Emission emission = emit(Random(scene_info_at(0u).seed, i));
     emitted.data[i] = Emitted(emission.ray.origin, 0.0, emission.ray.direction, 0.0, emission.weight, 0.0);
 }

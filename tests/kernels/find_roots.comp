@@ -25,8 +25,10 @@ layout(std430, set = 1, binding = 0) readonly buffer RayBlock { BodyRay data[]; 
 layout(std430, set = 1, binding = 1) buffer RootBlock { FoundRoot data[]; } roots; // MOST_ROOTS for each ray
 layout(std430, set = 1, binding = 2) buffer CountBlock { uint data[]; } root_counts; // of all, kept or not
 
+layout(std430, set = 1, binding = 3) readonly buffer PieceCountBlock { uint value; } piece_count;
+
 void main() {
-    uint pieces = revolution_pieces.data.length();
+    uint pieces = piece_count.value;
     uint i = invocation_index() / pieces;
     uint piece = invocation_index() % pieces;
     if (i >= rays.data.length()) {

@@ -26,7 +26,7 @@ void main() {
         return;
     }
     ObjectRay ray = rays.data[i];
-    Quadric quadric = quadrics.data[ray.quadric & INDEX_MASK];
+    Quadric quadric = quadrics_at(ray.quadric & INDEX_MASK);
     float t = ray.t_max;
     bool found = false;
     if (ray.quadric >> KIND_SHIFT == SPHERE) {

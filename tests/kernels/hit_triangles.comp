@@ -28,6 +28,7 @@ void main() {
     }
     TriangleRay input_ray = rays.data[i];
     Hit hit = Hit(input_ray.t_max, NONE, vec2(0.0));
-    bool found = intersect_triangle(triangles.data[input_ray.triangle], Ray(input_ray.origin, input_ray.direction), hit);
+    bool found = intersect_triangle(triangles_at(input_ray.triangle), input_ray.origin,
+                                    shear_of(input_ray.direction), hit);
     hits.data[i] = TriangleHit(hit.barycentric, hit.t, found ? 1u : 0u);
 }

@@ -39,7 +39,7 @@ void main() {
     if (view.light == NONE) {
         direct = sample_direct(view.from, view.u_light, view.u);
     } else {
-        direct = sample_area(lights.data[view.light], view.from, view.u);
+        direct = sample_area(lights_at(view.light), view.from, view.u);
     }
     float pdf_of_hit = 0.0;
     if (view.light != NONE && direct.pdf > 0.0) {
@@ -47,8 +47,8 @@ void main() {
         Hit hit = Hit(INFINITY_T, NONE, vec2(0.0));
         RevolutionRay turned;
         turned.body = NONE;
-        if (intersect_primitive(lights.data[view.light].primitive, ray, turned, hit)) {
-            pdf_of_hit = direct_pdf(lights.data[view.light], view.from, surface_at(ray, hit), direct.wi);
+        if (intersect_primitive(lights_at(view.light).primitive, ray, shear_of(ray.direction), turned, hit)) {
+            pdf_of_hit = direct_pdf(lights_at(view.light), view.from, surface_at(ray, hit), direct.wi);
         }
     }
     seen.data[i] = Seen(direct.target, direct.pdf, direct.wi, direct.delta ? 1u : 0u, direct.radiance, pdf_of_hit);

@@ -5,12 +5,12 @@ use std::path::Path;
 use bytemuck::{Pod, Zeroable, cast_slice};
 use goblet::scene::Scene;
 use goblet::{RevolutionSolver, pack};
-use goblet_host::Buffer;
+use goblet_host::{Buffer, Texels};
 
 use crate::bench::Bench;
 use crate::generated::{
     AliasEntry, BvhPair, COUNT_SHIFT, Light, MAX_LEAF_COUNT, Material, NONE, NewtonStart, Quadric, Revolution,
-    RevolutionPiece, RevolutionSegment, SceneBindings, SceneInfo, Triangle, TriangleNormals,
+    RevolutionPiece, RevolutionSegment, SPHERE, SceneBindings, SceneInfo, Triangle, TriangleNormals,
 };
 use glam::{DAffine3, DMat3, DVec3};
 
@@ -119,40 +119,40 @@ impl World {
 
     pub fn upload(&self, bench: &Bench) -> GpuWorld {
         GpuWorld {
-            scene_info: bench.upload(&[self.info]),
-            bvh_pairs: bench.upload(&self.bvh_pairs),
-            primitives: bench.upload(&self.primitives),
-            triangles: bench.upload(&self.triangles),
-            triangle_normals: bench.upload(&self.triangle_normals),
-            quadrics: bench.upload(&self.quadrics),
-            revolutions: bench.upload(&self.revolutions),
-            revolution_pieces: bench.upload(&self.revolution_pieces),
+            scene_info: bench.upload_texels(&[self.info]),
+            bvh_pairs: bench.upload_texels(&self.bvh_pairs),
+            primitives: bench.upload_texels(&self.primitives),
+            triangles: bench.upload_texels(&self.triangles),
+            triangle_normals: bench.upload_texels(&self.triangle_normals),
+            quadrics: bench.upload_texels(&self.quadrics),
+            revolutions: bench.upload_texels(&self.revolutions),
+            revolution_pieces: bench.upload_texels(&self.revolution_pieces),
             revolution_segments: bench.upload(&self.revolution_segments),
             newton_starts: bench.upload(&self.newton_starts),
-            materials: bench.upload(&self.materials),
-            lights: bench.upload(&self.lights),
-            emission_table: bench.upload(&self.emission_table),
-            direct_table: bench.upload(&self.direct_table),
+            materials: bench.upload_texels(&self.materials),
+            lights: bench.upload_texels(&self.lights),
+            emission_table: bench.upload_texels(&self.emission_table),
+            direct_table: bench.upload_texels(&self.direct_table),
         }
     }
 }
 
 /// Set 0 on the device.
 pub struct GpuWorld {
-    scene_info: Buffer<SceneInfo>,
-    bvh_pairs: Buffer<BvhPair>,
-    primitives: Buffer<u32>,
-    triangles: Buffer<Triangle>,
-    triangle_normals: Buffer<TriangleNormals>,
-    quadrics: Buffer<Quadric>,
-    revolutions: Buffer<Revolution>,
-    revolution_pieces: Buffer<RevolutionPiece>,
+    scene_info: Texels<SceneInfo>,
+    bvh_pairs: Texels<BvhPair>,
+    primitives: Texels<u32>,
+    triangles: Texels<Triangle>,
+    triangle_normals: Texels<TriangleNormals>,
+    quadrics: Texels<Quadric>,
+    revolutions: Texels<Revolution>,
+    revolution_pieces: Texels<RevolutionPiece>,
     revolution_segments: Buffer<RevolutionSegment>,
     newton_starts: Buffer<NewtonStart>,
-    materials: Buffer<Material>,
-    lights: Buffer<Light>,
-    emission_table: Buffer<AliasEntry>,
-    direct_table: Buffer<AliasEntry>,
+    materials: Texels<Material>,
+    lights: Texels<Light>,
+    emission_table: Texels<AliasEntry>,
+    direct_table: Texels<AliasEntry>,
 }
 
 impl GpuWorld {
@@ -200,5 +200,7 @@ pub fn quadric(render_from_object: &DAffine3) -> Quadric {
         phi_max: std::f32::consts::TAU,
         inner_radius: 0.0,
         determinant: render_from_object.matrix3.determinant().abs() as f32,
+        kind: SPHERE,
+        ..Quadric::zeroed()
     }
 }

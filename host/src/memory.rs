@@ -1,0 +1,57 @@
+//! Device memory of one buffer or image.
+
+use std::sync::Arc;
+use std::sync::atomic::Ordering;
+
+use ash::vk;
+
+use crate::device::DeviceShared;
+use crate::error::{Error, Result};
+use crate::instance::DeviceKind;
+
+/// An allocation, freed on drop: after what is bound to it.
+pub(crate) struct Memory {
+    pub handle: vk::DeviceMemory,
+    bytes: u64,
+    device: Arc<DeviceShared>,
+}
+
+impl Memory {
+    /// Memory for what is called `name` in messages.
+    pub fn new(
+        device: &Arc<DeviceShared>,
+        name: &'static str,
+        needs: vk::MemoryRequirements,
+        properties: vk::MemoryPropertyFlags,
+    ) -> Result<Self> {
+        let bytes = needs.size;
+        let held = device.allocated.load(Ordering::Relaxed);
+        let out_of_memory =
+            || Error::OutOfMemory { buffer: name.to_owned(), bytes, held, total: device.info.memory_bytes };
+        // Software devices report a heap that has little to do with the machine's memory.
+        if device.info.kind != DeviceKind::Cpu && held + bytes > device.info.memory_bytes {
+            return Err(out_of_memory());
+        }
+        let index = memory_type(device, needs.memory_type_bits, properties).ok_or_else(out_of_memory)?;
+        let allocate = vk::MemoryAllocateInfo::default().allocation_size(bytes).memory_type_index(index);
+        // SAFETY: the memory type is one that its user allows.
+        let handle = unsafe { device.raw.allocate_memory(&allocate, None) }.map_err(|_| out_of_memory())?;
+        device.allocated.fetch_add(bytes, Ordering::Relaxed);
+        Ok(Self { handle, bytes, device: Arc::clone(device) })
+    }
+}
+
+impl Drop for Memory {
+    fn drop(&mut self) {
+        // SAFETY: frames wait for the device before they return, so nothing uses it.
+        unsafe { self.device.raw.free_memory(self.handle, None) };
+        self.device.allocated.fetch_sub(self.bytes, Ordering::Relaxed);
+    }
+}
+
+/// The first memory type that a resource allows and that has the properties.
+fn memory_type(device: &DeviceShared, allowed: u32, properties: vk::MemoryPropertyFlags) -> Option<u32> {
+    let types = device.memory.memory_types_as_slice();
+    (0..types.len() as u32)
+        .find(|index| allowed & (1 << index) != 0 && types[*index as usize].property_flags.contains(properties))
+}

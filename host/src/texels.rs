@@ -1,0 +1,150 @@
+//! Arrays in images, for kernels that read them at random: software devices load from images
+//! many times faster than from buffers.
+
+use std::marker::PhantomData;
+use std::sync::Arc;
+
+use ash::vk;
+use bytemuck::Pod;
+
+use crate::device::DeviceShared;
+use crate::error::{Context, Error, Result};
+use crate::memory::Memory;
+
+/// An array of `T` in an image, row by row. An element is one word of four bytes, or as many
+/// texels of four words as it fills.
+pub struct Texels<T> {
+    raw: Arc<RawTexels>,
+    length: u64,
+    element: PhantomData<T>,
+}
+
+impl<T: Pod> Texels<T> {
+    pub(crate) fn new(device: &Arc<DeviceShared>, name: &'static str, length: u64) -> Result<Self> {
+        let size = size_of::<T>() as u64;
+        let texel_bytes = if size == 4 { 4 } else { 16 };
+        assert!(size > 0 && size.is_multiple_of(texel_bytes), "an element of {name} is not made of texels");
+        let texels = length.max(1).saturating_mul(size / texel_bytes);
+        let raw = RawTexels::new(device, name, texels, texel_bytes as u32)?;
+        Ok(Self { raw: Arc::new(raw), length, element: PhantomData })
+    }
+}
+
+impl<T> Texels<T> {
+    /// Number of elements.
+    pub fn len(&self) -> u64 {
+        self.length
+    }
+
+    /// Whether it was made for no element.
+    pub fn is_empty(&self) -> bool {
+        self.length == 0
+    }
+
+    /// Its name in messages.
+    pub fn name(&self) -> &'static str {
+        self.raw.name
+    }
+
+    pub(crate) fn raw(&self) -> &Arc<RawTexels> {
+        &self.raw
+    }
+}
+
+/// An image with memory of its own, always in the general layout.
+pub(crate) struct RawTexels {
+    pub name: &'static str,
+    pub image: vk::Image,
+    pub view: vk::ImageView,
+    pub texel_bytes: u32,
+    pub per_row: u32,
+    memory: Option<Memory>,
+    device: Arc<DeviceShared>,
+}
+
+impl RawTexels {
+    fn new(device: &Arc<DeviceShared>, name: &'static str, texels: u64, texel_bytes: u32) -> Result<Self> {
+        let per_row = device.texels_per_row;
+        let rows = texels.div_ceil(u64::from(per_row));
+        let bytes_per_row = u64::from(per_row) * u64::from(texel_bytes);
+        let limit = u64::from(device.info.max_image_rows) * bytes_per_row;
+        if rows > u64::from(device.info.max_image_rows) {
+            return Err(Error::BufferTooLarge { buffer: name.to_owned(), bytes: rows * bytes_per_row, limit });
+        }
+        let format = if texel_bytes == 4 { vk::Format::R32_UINT } else { vk::Format::R32G32B32A32_UINT };
+        let usage = vk::ImageUsageFlags::STORAGE | vk::ImageUsageFlags::TRANSFER_DST;
+        let create = vk::ImageCreateInfo::default()
+            .image_type(vk::ImageType::TYPE_2D)
+            .format(format)
+            .extent(vk::Extent3D { width: per_row, height: rows as u32, depth: 1 })
+            .mip_levels(1)
+            .array_layers(1)
+            .samples(vk::SampleCountFlags::TYPE_1)
+            .usage(usage);
+        // SAFETY: both formats and usages are mandatory; destroyed on drop.
+        let image = unsafe { device.raw.create_image(&create, None) }.context("vkCreateImage")?;
+        let device = Arc::clone(device);
+        let view = vk::ImageView::null();
+        let mut texels = Self { name, image, view, texel_bytes, per_row, memory: None, device };
+        texels.bind(format)?;
+        Ok(texels)
+    }
+
+    fn bind(&mut self, format: vk::Format) -> Result<()> {
+        let vulkan = &self.device.raw;
+        // SAFETY: the image was just made by this device.
+        let needs = unsafe { vulkan.get_image_memory_requirements(self.image) };
+        let memory = Memory::new(&self.device, self.name, needs, vk::MemoryPropertyFlags::DEVICE_LOCAL)?;
+        // SAFETY: fresh memory of the required size, bound once, as long-lived as the image.
+        unsafe { vulkan.bind_image_memory(self.image, memory.handle, 0) }.context("vkBindImageMemory")?;
+        self.memory = Some(memory);
+        let create = vk::ImageViewCreateInfo::default()
+            .image(self.image)
+            .view_type(vk::ImageViewType::TYPE_2D)
+            .format(format)
+            .subresource_range(WHOLE);
+        // SAFETY: the image has memory; the view is destroyed on drop.
+        self.view = unsafe { vulkan.create_image_view(&create, None) }.context("vkCreateImageView")?;
+        Ok(())
+    }
+
+    /// Bytes of a row.
+    pub fn row_bytes(&self) -> u64 {
+        u64::from(self.per_row) * u64::from(self.texel_bytes)
+    }
+
+    /// The place of `bytes` bytes from a row on: whole rows, or part of one.
+    pub fn region(&self, first_row: u64, bytes: u64) -> vk::BufferImageCopy {
+        let rows = (bytes / self.row_bytes()) as u32;
+        let (width, height) = match rows {
+            0 => ((bytes / u64::from(self.texel_bytes)) as u32, 1),
+            rows => (self.per_row, rows),
+        };
+        vk::BufferImageCopy::default()
+            .image_subresource(
+                vk::ImageSubresourceLayers::default().aspect_mask(vk::ImageAspectFlags::COLOR).layer_count(1),
+            )
+            .image_offset(vk::Offset3D { x: 0, y: first_row as i32, z: 0 })
+            .image_extent(vk::Extent3D { width, height, depth: 1 })
+    }
+}
+
+/// All of an image.
+pub(crate) const WHOLE: vk::ImageSubresourceRange = vk::ImageSubresourceRange {
+    aspect_mask: vk::ImageAspectFlags::COLOR,
+    base_mip_level: 0,
+    level_count: 1,
+    base_array_layer: 0,
+    layer_count: 1,
+};
+
+impl Drop for RawTexels {
+    fn drop(&mut self) {
+        // SAFETY: frames wait for the device before they return, so nothing uses it;
+        // destroying a null handle does nothing.
+        unsafe {
+            self.device.raw.destroy_image_view(self.view, None);
+            self.device.raw.destroy_image(self.image, None);
+        }
+    }
+}
