@@ -1,143 +1,167 @@
-// accumulate_grid: add each photon's weight to the visible points whose disc it is inside,
-// found by the hash grid.
-// Each invocation takes every stride-th recorded photon; one that has met many points
+// accumulate_grid: each visible point gathers the photons inside its disc, from the hash grid.
+// One invocation per pixel; those of a subgroup see neighbouring points and look at the same
+// photons together: each loads one, and all test it. A subgroup that has met many photons
 // leaves its place in `places` and counts as unfinished, so that no dispatch is long. Reads
-// photon_*, cells, grid_*. Updates flux_low, flux_high (atomic, fixed point, w of flux_low
+// visible_*, cells, grid_photons. Updates flux_low, flux_high (fixed point, w of flux_low
 // counts photons), places.
 // Hachisuka and Jensen 2009, eq. 5.
 #version 460
 #extension GL_GOOGLE_include_directive : require
+#extension GL_KHR_shader_subgroup_basic : require
+#extension GL_KHR_shader_subgroup_ballot : require
+#extension GL_KHR_shader_subgroup_shuffle : require
 #include "invocation.glsl"
 #include "types.glsl"
 #include "grid.glsl"
-#include "flux.glsl"
 #include "normal.glsl"
+#include "tile.glsl"
 #include "interruption.glsl"
 
-layout(std430, set = 1, binding = 0) readonly buffer PhotonPositionBlock { vec4 data[]; } photon_positions;
-layout(std430, set = 1, binding = 1) readonly buffer PhotonWeightBlock { vec4 data[]; } photon_weights;
-layout(std430, set = 1, binding = 2) readonly buffer GridInfoBlock { GridInfo value; } grid_info;
+layout(std430, set = 1, binding = 0) readonly buffer PositionBlock { vec4 data[]; } visible_positions; // w: squared radius
+layout(std430, set = 1, binding = 1) readonly buffer VisibleNormalBlock { uint data[]; } visible_normals;
+layout(std430, set = 1, binding = 2) readonly buffer MaxRadiusBlock { uint value; } max_radius2;
 layout(std430, set = 1, binding = 3) readonly buffer CellBlock { Cell data[]; } cells;
-layout(std430, set = 1, binding = 4) readonly buffer GridPositionBlock { vec4 data[]; } grid_positions;
-layout(std430, set = 1, binding = 5) readonly buffer GridOwnerBlock { uvec2 data[]; } grid_owners;
-layout(std430, set = 1, binding = 6) buffer FluxLowBlock { uint data[]; } flux_low; // r, g, b, count of each pixel
-layout(std430, set = 1, binding = 7) buffer FluxHighBlock { uint data[]; } flux_high; // r, g, b, unused
-layout(std430, set = 1, binding = 8) buffer CounterBlock { Counters value; } counters;
+TEXELS(1, 4, PhotonRecord, grid_photons)
+layout(std430, set = 1, binding = 5) buffer FluxLowBlock { uint data[]; } flux_low; // r, g, b, count of each pixel
+layout(std430, set = 1, binding = 6) buffer FluxHighBlock { uint data[]; } flux_high; // r, g, b, unused
+layout(std430, set = 1, binding = 7) buffer CounterBlock { Counters value; } counters;
+layout(std430, set = 1, binding = 8) buffer PlaceBlock { GridPlace data[]; } places; // of invocations that go on
 
-#include "deposit.glsl"
-
-layout(std430, set = 1, binding = 9) buffer PlaceBlock { GridPlace data[]; } places; // of invocations that go on
+#include "gather.glsl"
 
 layout(push_constant) uniform Push {
-    uint recorded;
-    uint stride;
+    uint width;
+    uint height;
     uint cell_mask;
     uint resumed; // 1 to go on from `places`
     uint two;     // 2, see interruption.glsl
 };
 
-// Rounds of an invocation in one dispatch. llvmpipe counts those of eight lanes together,
-// which may all be busy in turn, and a round of the inner loop more for each of the outer
-// one: 2 * 8 * 4000 stay below what it allows.
-const uint MAX_ROUNDS = 4000u;
+// Photons that a subgroup loads at once, times this, are tested in one dispatch. llvmpipe
+// allows an invocation 65,535 rounds in all, and each of these may cost 8 + 2.
+const uint MAX_ROUNDS = 6000u;
 
-// The cells that may hold a point which reaches a photon: a box of them, one after the other.
-struct Walk {
-    ivec3 lower;
-    ivec3 upper;
-    ivec3 cell; // the last one taken
-};
-
-Walk walk_around(vec3 position, float radius, float inverse_size) {
-    ivec3 lower = cell_of(position - radius, inverse_size);
-    ivec3 upper = cell_of(position + radius, inverse_size);
-    return Walk(lower, upper, ivec3(lower.x - 1, lower.yz));
+// Lanes of a subgroup: a power of two.
+uint lanes() {
+    return min(gl_SubgroupSize, gl_WorkGroupSize.x);
 }
 
-// Goes on to the next cell; false if there is none.
-bool next_cell(inout Walk walk) {
-    walk.cell.x++;
-    if (walk.cell.x > walk.upper.x) {
-        walk.cell.x = walk.lower.x;
-        walk.cell.y++;
+vec3 least_of_lanes(vec3 v) {
+    for (uint step = 1u; step < lanes(); step *= 2u) {
+        v = min(v, subgroupShuffle(v, gl_SubgroupInvocationID ^ step));
     }
-    if (walk.cell.y > walk.upper.y) {
-        walk.cell.y = walk.lower.y;
-        walk.cell.z++;
+    return v;
+}
+
+uint first_bit(uvec4 bits) {
+    return bits.x != 0u ? findLSB(bits.x) : bits.y != 0u ? 32u + findLSB(bits.y)
+         : bits.z != 0u ? 64u + findLSB(bits.z) : 96u + findLSB(bits.w);
+}
+
+bool has_bits(uvec4 bits) {
+    return (bits.x | bits.y | bits.z | bits.w) != 0u;
+}
+
+// Clears the lowest bit.
+uvec4 without_first(uvec4 bits) {
+    uvec4 rest = bits & (bits - 1u);
+    return bits.x != 0u ? uvec4(rest.x, bits.yzw) : bits.y != 0u ? uvec4(0u, rest.y, bits.zw)
+         : bits.z != 0u ? uvec4(0u, 0u, rest.z, bits.w) : uvec4(0u, 0u, 0u, rest.w);
+}
+
+struct Point {
+    vec3 position;
+    float radius2; // 0 if it gathers nothing now
+    vec3 normal;
+};
+
+// Each lane has a photon, some of them wanted; each point takes those on its disc.
+void gather_from(PhotonRecord photon, bool wanted, Point point, inout Gathered sum) {
+    vec3 normal = unpack_normal(photon.normal);
+    uvec2 red = to_fixed(photon.weight.x);
+    uvec2 green = to_fixed(photon.weight.y);
+    uvec2 blue = to_fixed(photon.weight.z);
+    for (uvec4 left = subgroupBallot(wanted); has_bits(left); left = without_first(left)) {
+        uint lane = first_bit(left);
+        vec3 d = subgroupShuffle(photon.position, lane) - point.position;
+        bool hit = dot(d, d) < point.radius2
+                && is_on_disc(d, subgroupShuffle(normal, lane), point.normal, point.radius2);
+        gather(sum, uvec3(subgroupShuffle(red.x, lane), subgroupShuffle(green.x, lane), subgroupShuffle(blue.x, lane)),
+               uvec3(subgroupShuffle(red.y, lane), subgroupShuffle(green.y, lane), subgroupShuffle(blue.y, lane)), hit);
     }
-    return walk.cell.z <= walk.upper.z;
 }
 
 void main() {
-    uint invocation = invocation_index();
-    if (invocation >= stride) {
-        return; // its photons are another invocation's
+    uint pixel = pixel_of(invocation_index(), width, height);
+    uint lane = gl_SubgroupInvocationID;
+    float inverse_size = 1.0 / cell_size(max_radius2.value);
+    vec4 visible = vec4(0.0);
+    GridPlace place = GridPlace(0u, 0u, 0u, 0u);
+    vec3 normal = vec3(0.0);
+    if (pixel != NONE) {
+        visible = visible_positions.data[pixel];
+        normal = unpack_normal(visible_normals.data[pixel]);
     }
-    // Wide enough that rounding leaves no cell out.
-    float radius = 1.000001 * sqrt(uintBitsToFloat(grid_info.value.max_radius2));
-    float inverse_size = 1.0 / cell_size(grid_info.value.max_radius2);
-    GridPlace place = GridPlace(ivec3(0), invocation, 0u, 0u, 0u, 0u);
-    bool resumes = resumed != 0u;
-    if (resumes) {
-        place = places.data[invocation];
+    if (resumed != 0u) {
+        place = places.data[invocation_index()];
     }
+    ivec3 home = cell_of(visible.xyz, inverse_size);
+    // Wide enough that rounding leaves no photon out.
+    float radius = 1.000001 * sqrt(visible.w);
+    Gathered sum = nothing_gathered();
     uint left = MAX_ROUNDS;
-    for (; place.photon < recorded && left > 0u; place.photon += left > 0u ? stride : 0u) {
-        vec4 record = photon_positions.data[place.photon];
-        vec3 photon_normal = unpack_normal(floatBitsToUint(record.w));
-        vec3 weight = photon_weights.data[place.photon].xyz;
-        uvec2 red = to_fixed(weight.x);
-        uvec2 green = to_fixed(weight.y);
-        uvec2 blue = to_fixed(weight.z);
-        Walk walk = walk_around(record.xyz, radius, inverse_size);
-        uint entry = 0u;
-        uint last = 0u;
-        if (resumes) {
-            walk.cell = place.cell;
-            entry = place.entry;
-            last = place.last;
-            resumes = false;
-        }
-        // Lanes run ahead to their next point in reach before any adds to it, so that few of
-        // them are idle while one adds.
-        while (left > 0u) {
-            vec4 point;
-            vec3 d;
-            uint begin = entry;
-            uint stop = min(last, entry + left);
-            while (entry < stop) {
-                point = grid_positions.data[entry];
-                d = record.xyz - point.xyz;
-                if (dot(d, d) < point.w) {
-                    break;
-                }
-                entry++;
-            }
-            left -= entry - begin;
-            if (left == 0u) {
-                break;
+    // Points near the first one that waits are served together.
+    for (uvec4 waiting = subgroupBallot(visible.w > 0.0 && place.served == 0u); has_bits(waiting) && left > 0u;
+         waiting = subgroupBallot(visible.w > 0.0 && place.served == 0u)) {
+        ivec3 first_home = subgroupShuffle(home, first_bit(waiting));
+        bool member = visible.w > 0.0 && place.served == 0u && all(lessThanEqual(abs(home - first_home), ivec3(1)));
+        Point point = Point(visible.xyz, member ? visible.w : 0.0, normal);
+        vec3 lower = least_of_lanes(member ? visible.xyz - radius : vec3(INFINITY_T));
+        vec3 upper = -least_of_lanes(member ? -(visible.xyz + radius) : vec3(INFINITY_T));
+        ivec3 corner = cell_of(lower, inverse_size);
+        uvec3 size = uvec3(cell_of(upper, inverse_size) - corner + 1);
+        uint total = size.x * size.y * size.z;
+        for (; place.cell < total && left > 0u; place.cell += left > 0u ? lanes() : 0u) {
+            // Each lane looks up a cell.
+            uint i = place.cell + lane;
+            ivec3 cell = corner + ivec3(i % size.x, (i / size.x) % size.y, i / (size.x * size.y));
+            Cell range = Cell(0u, 0u);
+            if (i < total) {
+                range = cells.data[cell_hash(cell, cell_mask)];
             }
             left--;
-            if (entry < last) {
-                uvec2 owner = grid_owners.data[entry];
-                // Cells that share a hash share entries: take those of this cell only.
-                if (is_on_disc(d, photon_normal, unpack_normal(owner.x), point.w)
-                    && cell_of(point.xyz, inverse_size) == walk.cell) {
-                    deposit(owner.y, red, green, blue);
+            for (uvec4 occupied = subgroupBallot(range.count > 0u && lane >= place.lane); has_bits(occupied) && left > 0u;) {
+                uint k = first_bit(occupied);
+                ivec3 visited = subgroupShuffle(cell, k);
+                uint first = subgroupShuffle(range.first, k);
+                uint count = subgroupShuffle(range.count, k);
+                place.lane = k;
+                for (; place.entry < count && left > 0u; place.entry += lanes()) {
+                    left--;
+                    PhotonRecord photon = grid_photons_at(first + min(place.entry + lane, count - 1u));
+                    // Cells that share a hash share entries: take those of this cell only.
+                    bool wanted = place.entry + lane < count && cell_of(photon.position, inverse_size) == visited
+                               && all(greaterThanEqual(photon.position, lower)) && all(lessThanEqual(photon.position, upper));
+                    gather_from(photon, wanted, point, sum);
                 }
-                entry++;
-            } else if (next_cell(walk)) {
-                Cell range = cells.data[cell_hash(walk.cell, cell_mask)];
-                entry = range.first;
-                last = range.first + range.count;
-            } else {
-                break;
+                if (place.entry >= count) {
+                    place.entry = 0u;
+                    place.lane = k + 1u;
+                    occupied = without_first(occupied);
+                }
             }
+            place.lane = left > 0u ? 0u : place.lane;
         }
-        place = GridPlace(walk.cell, place.photon, entry, last, 0u, 0u);
+        if (left > 0u) {
+            place.served = member ? 1u : place.served;
+            place.cell = 0u;
+        }
     }
-    places.data[invocation] = place;
-    if (place.photon < recorded) {
+    if (sum.count > 0u) {
+        keep(sum, pixel);
+    }
+    places.data[invocation_index()] = place;
+    if (left == 0u && visible.w > 0.0 && place.served == 0u) {
         atomicAdd(counters.value.unfinished, 1u);
     }
     if (interrupted(two)) {

@@ -2,23 +2,20 @@
 // found by the kd-tree.
 // Each invocation takes every stride-th recorded photon; one that has met many points
 // leaves its place in `places` and counts as unfinished, so that no dispatch is long. Reads
-// photon_*, tree_positions, tree_owners. Updates flux_low, flux_high (atomic, fixed point, w
+// photons, tree_points. Updates flux_low, flux_high (atomic, fixed point, w
 // of flux_low counts photons), places.
 // Hachisuka and Jensen 2009, eq. 5.
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #include "invocation.glsl"
 #include "types.glsl"
-#include "flux.glsl"
 #include "normal.glsl"
 #include "interruption.glsl"
 #include "tree.glsl"
 
-layout(std430, set = 1, binding = 0) readonly buffer PhotonPositionBlock { vec4 data[]; } photon_positions;
-layout(std430, set = 1, binding = 1) readonly buffer PhotonWeightBlock { vec4 data[]; } photon_weights;
-layout(std430, set = 1, binding = 2) readonly buffer GridInfoBlock { GridInfo value; } grid_info;
-layout(std430, set = 1, binding = 3) readonly buffer TreePositionBlock { vec4 data[]; } tree_positions;
-layout(std430, set = 1, binding = 4) readonly buffer TreeOwnerBlock { uvec2 data[]; } tree_owners;
+TEXELS(1, 0, PhotonRecord, photons)
+layout(std430, set = 1, binding = 2) readonly buffer MaxRadiusBlock { uint value; } max_radius2;
+TEXELS(1, 3, TreePoint, tree_points)
 layout(std430, set = 1, binding = 5) buffer FluxLowBlock { uint data[]; } flux_low; // r, g, b, count of each pixel
 layout(std430, set = 1, binding = 6) buffer FluxHighBlock { uint data[]; } flux_high; // r, g, b, unused
 layout(std430, set = 1, binding = 7) buffer CounterBlock { Counters value; } counters;
@@ -48,10 +45,9 @@ struct Photon {
 };
 
 Photon load_photon(uint index) {
-    vec4 record = photon_positions.data[index];
-    vec4 weight = photon_weights.data[index];
-    return Photon(record.xyz, unpack_normal(floatBitsToUint(record.w)), to_fixed(weight.x), to_fixed(weight.y),
-        to_fixed(weight.z));
+    PhotonRecord record = photons_at(index);
+    return Photon(record.position, unpack_normal(record.normal), to_fixed(record.weight.x),
+        to_fixed(record.weight.y), to_fixed(record.weight.z));
 }
 
 void main() {
@@ -68,23 +64,21 @@ void main() {
     }
     Photon photon = load_photon(place.photon);
     // Wide enough that rounding leaves no node out.
-    float radius = 1.000001 * sqrt(uintBitsToFloat(grid_info.value.max_radius2));
+    float radius = 1.000001 * sqrt(uintBitsToFloat(max_radius2.value));
     for (uint round = 0u; round < MAX_ROUNDS && place.photon < recorded; round++) {
         // Lanes run ahead to their next point in reach before any adds to it, so that few of
         // them are idle while one adds.
         bool found = false;
-        vec4 point;
-        uvec2 owner;
+        TreePoint point;
         vec3 d;
         for (uint i = 0u; i < MAX_STEPS && place.node != 0u && !found; i++) {
-            point = tree_positions.data[place.node - 1u];
-            owner = tree_owners.data[place.node - 1u];
-            d = photon.position - point.xyz;
-            found = dot(d, d) < point.w;
-            next_node(place, d, owner.y >> AXIS_SHIFT, radius, node_count);
+            point = tree_points_at(place.node - 1u);
+            d = photon.position - point.position;
+            found = dot(d, d) < point.radius2;
+            next_node(place, d, point.owner >> AXIS_SHIFT, radius, node_count);
         }
-        if (found && is_on_disc(d, photon.normal, unpack_normal(owner.x), point.w)) {
-            deposit(owner.y & PIXEL_MASK, photon.red, photon.green, photon.blue);
+        if (found && is_on_disc(d, photon.normal, unpack_normal(point.normal), point.radius2)) {
+            deposit(point.owner & PIXEL_MASK, photon.red, photon.green, photon.blue);
         }
         if (place.node == 0u) {
             place = TreePlace(place.photon + stride, 1u, 0u);

@@ -1,13 +1,12 @@
 // grid_reserve: give each cell its range of entries.
-// One invocation per cell. Updates cells (first set, count back to 0) and grid_info.filled
-// (atomic). A prefix sum would order the ranges by cell; sums of integers do not ask for
+// One invocation per cell. Updates cells (first set, count back to 0) and grid_filled (atomic). A prefix sum would order the ranges by cell; sums of integers do not ask for
 // an order, so that one atomic per occupied cell serves.
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #include "invocation.glsl"
 #include "types.glsl"
 
-layout(std430, set = 1, binding = 0) buffer GridInfoBlock { GridInfo value; } grid_info;
+layout(std430, set = 1, binding = 0) buffer FilledBlock { uint value; } grid_filled; // entries handed out
 layout(std430, set = 1, binding = 1) buffer CellBlock { Cell data[]; } cells;
 
 layout(push_constant) uniform Push {
@@ -21,6 +20,6 @@ void main() {
     }
     uint count = cells.data[cell].count;
     if (count > 0u) {
-        cells.data[cell] = Cell(atomicAdd(grid_info.value.filled, count), 0u);
+        cells.data[cell] = Cell(atomicAdd(grid_filled.value, count), 0u);
     }
 }

@@ -1,6 +1,6 @@
 // photon: emit photons, trace them, and record them where they meet diffuse surfaces.
 // Each invocation traces every stride-th photon of the batch, starting the next where a
-// path ends, so that lanes stay busy (path regeneration). Writes photon_*, counters
+// path ends, so that lanes stay busy (path regeneration). Writes photons, counters
 // (atomic). Weights are in units of the mean flux of a photon. Jensen 1996.
 #version 460
 #extension GL_GOOGLE_include_directive : require
@@ -16,8 +16,7 @@
 #include "normal.glsl"
 #include "interruption.glsl"
 
-layout(std430, set = 1, binding = 0) buffer PhotonPositionBlock { vec4 data[]; } photon_positions; // w: packed normal
-layout(std430, set = 1, binding = 1) buffer PhotonWeightBlock { vec4 data[]; } photon_weights;
+STORED_TEXELS(1, 0, PhotonRecord, photons)
 layout(std430, set = 1, binding = 2) buffer CounterBlock { Counters value; } counters;
 
 layout(push_constant) uniform Push {
@@ -28,6 +27,7 @@ layout(push_constant) uniform Push {
     uint first;       // photons first .. end of the iteration, stride apart
     uint end;
     uint stride;
+    uint capacity;    // of photons
     uint two;         // 2, see interruption.glsl
 };
 
@@ -55,12 +55,13 @@ Path start_path(uint photon) {
     return Path(emission.ray, emission.weight, 0u, 1.0, random);
 }
 
-// The normal is kept on the side that the photon came from.
+// Those past the end of the array count, so that the host hears of them.
 void record(Surface surface, vec3 wo, vec3 weight) {
     uint slot = atomicAdd(counters.value.recorded, 1u);
     vec3 facing = dot(wo, surface.normal) < 0.0 ? -surface.normal : surface.normal;
-    photon_positions.data[slot] = vec4(surface.position, uintBitsToFloat(pack_normal(facing)));
-    photon_weights.data[slot] = vec4(weight, 0.0);
+    if (slot < capacity) {
+        store_photons(slot, PhotonRecord(surface.position, pack_normal(facing), weight, 0u));
+    }
 }
 
 // Ways for a path to end, in the order of the counters; ALIVE if it goes on.

@@ -1,6 +1,6 @@
 // radius: give each visible point its radius for this iteration.
 // One invocation per pixel. Reads visible_throughputs, pixel_states. Writes the w of
-// visible_positions; raises grid_info.max_radius2. The first radius follows the length of
+// visible_positions; raises max_radius2. The first radius follows the length of
 // the eye path, as the footprint of a pixel does; how much of it is left is either the
 // pixel's own affair (Hachisuka and Jensen 2009, eq. 7) or the same for all (Knaus and
 // Zwicker 2011, eq. 15).
@@ -12,7 +12,7 @@
 layout(std430, set = 1, binding = 0) buffer PositionBlock { vec4 data[]; } visible_positions; // w: squared radius, 0 if there is no point
 layout(std430, set = 1, binding = 1) readonly buffer ThroughputBlock { vec4 data[]; } visible_throughputs; // w: length of the path
 layout(std430, set = 1, binding = 2) buffer PixelStateBlock { PixelState data[]; } pixel_states;
-layout(std430, set = 1, binding = 3) buffer GridInfoBlock { GridInfo value; } grid_info;
+layout(std430, set = 1, binding = 3) buffer MaxRadiusBlock { uint value; } max_radius2; // bits of a float
 
 layout(push_constant) uniform Push {
     uint pixel_count;
@@ -35,7 +35,7 @@ void main() {
     float radius = clamp(per_length * path_length, least, most);
     float radius2 = path_length > 0.0 ? radius * radius * shrink * pixel_states.data[pixel].shrink : 0.0;
     visible_positions.data[pixel].w = radius2;
-    if (floatBitsToUint(radius2) > grid_info.value.max_radius2) {
-        atomicMax(grid_info.value.max_radius2, floatBitsToUint(radius2));
+    if (floatBitsToUint(radius2) > max_radius2.value) {
+        atomicMax(max_radius2.value, floatBitsToUint(radius2));
     }
 }

@@ -3,39 +3,41 @@
 use goblet_host::{Buffer, Device, Texels};
 
 use crate::estimate::Sum;
-use crate::kernels::{Camera, Counters, GridInfo, PixelState};
+use crate::kernels::{Camera, Counters, PhotonRecord, PixelState};
 use crate::view::View;
 
-/// The most photons that one batch can record: 64 MiB a buffer, half of what the
-/// smallest devices bind at once.
-const MAX_RECORDED: u64 = 4 << 20;
+/// The most photons that one batch can record: 32 MiB.
+const MAX_RECORDED: u64 = 1 << 20;
+
+/// Pixels along an edge of the tiles by which invocations take pixels: `tile.glsl`.
+const TILE: u32 = 8;
 
 /// Sizes of a render's buffers.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Sizes {
-    /// Pixels of the image, and so visible points of an iteration.
-    pub pixels: u64,
+    /// Width and height of the image, which has a visible point per pixel.
+    pub resolution: [u32; 2],
     /// Photons that a batch has room to record.
     pub recorded: u64,
 }
 
 impl Sizes {
-    /// Sizes for an image and an iteration. No batch can overflow: a path records at
-    /// most one photon per segment.
-    pub fn new(pixels: u64, photons_per_iteration: u64, max_depth: u32) -> Self {
+    /// Sizes for an image and an iteration. A path records at most one photon per segment.
+    pub fn new(resolution: [u32; 2], photons_per_iteration: u64, max_depth: u32) -> Self {
         let most = photons_per_iteration.saturating_mul(u64::from(max_depth)).min(MAX_RECORDED);
-        Self { pixels, recorded: most.max(u64::from(max_depth)) }
+        Self { resolution, recorded: most.max(u64::from(max_depth)) }
     }
+}
 
-    /// Photons of the largest batch whose records surely fit.
-    pub fn max_batch(&self, max_depth: u32) -> u64 {
-        (self.recorded / u64::from(max_depth)).max(1)
-    }
+/// Invocations that have a pixel each, and some that have none: whole tiles.
+pub fn invocations_by_tile(resolution: [u32; 2]) -> u64 {
+    resolution.map(|pixels| u64::from(pixels.next_multiple_of(TILE))).iter().product()
 }
 
 /// Device memory of a render; `shaders/` documents the contents. Four-component arrays are split by field, since a device
 /// may bind no more than 128 MiB at once.
 pub struct Buffers {
+    pub resolution: [u32; 2],
     pub camera: Texels<Camera>,
     pub filter_offsets: Texels<f32>,
     pub counters: Buffer<Counters>,
@@ -45,11 +47,11 @@ pub struct Buffers {
     pub visible_normals: Buffer<u32>,
     pub visible_throughputs: Buffer<[f32; 4]>,
     pub visible_radiances: Buffer<[f32; 4]>,
-    pub grid_info: Buffer<GridInfo>,
+    /// Bits of the largest squared radius.
+    pub max_radius2: Buffer<u32>,
 
     // Photons of this batch.
-    pub photon_positions: Buffer<[f32; 4]>,
-    pub photon_weights: Buffer<[f32; 4]>,
+    pub photons: Texels<PhotonRecord>,
 
     // Fixed-point sums of this iteration, four words a pixel.
     pub flux_low: Buffer<u32>,
@@ -69,8 +71,10 @@ impl Buffers {
     /// # Errors
     /// Out of device memory, or the image is larger than the device can bind.
     pub fn new(device: &Device, sizes: Sizes, view: &View) -> goblet_host::Result<Self> {
-        let Sizes { pixels, recorded } = sizes;
+        let Sizes { resolution, recorded } = sizes;
+        let pixels = resolution.map(u64::from).iter().product();
         let buffers = Self {
+            resolution,
             camera: device.upload_texels("camera", &[view.camera])?,
             filter_offsets: device.upload_texels("filter_offsets", &view.filter_offsets)?,
             counters: device.buffer("counters", 1)?,
@@ -78,9 +82,8 @@ impl Buffers {
             visible_normals: device.buffer("visible_normals", pixels)?,
             visible_throughputs: device.buffer("visible_throughputs", pixels)?,
             visible_radiances: device.buffer("visible_radiances", pixels)?,
-            grid_info: device.buffer("grid_info", 1)?,
-            photon_positions: device.buffer("photon_positions", recorded)?,
-            photon_weights: device.buffer("photon_weights", recorded)?,
+            max_radius2: device.buffer("max_radius2", 1)?,
+            photons: device.texels("photons", recorded)?,
             flux_low: device.buffer("flux_low", 4 * pixels)?,
             flux_high: device.buffer("flux_high", 4 * pixels)?,
             pixel_states: device.buffer("pixel_states", pixels)?,

@@ -123,7 +123,9 @@ impl Passes {
         while first < settings.photons {
             let end = progress.schedule.end(first, settings.photons);
             let start = Instant::now();
-            let recorded = self.trace(on, place, first..end, progress)?;
+            let Some(recorded) = self.trace(on, place, first..end, progress)? else {
+                continue; // with a smaller batch
+            };
             let per_invocation = progress.schedule.per_invocation();
             let deposited = self.lookup.accumulate(on, recorded, per_invocation)?;
             progress.tally.merge(&deposited);
@@ -178,21 +180,22 @@ impl Passes {
         let begins = progress.done == 0 || (rounds_are_long && place.step == 0);
         let push = first_radius.push(settings.pixels as u32, shrink, begins);
         let mut frame = device.frame()?;
-        frame.clear(&buffers.grid_info);
+        frame.clear(&buffers.max_radius2);
         frame.dispatch(&self.radius, push, settings.pixels);
         frame.run()?;
         Ok(())
     }
 
-    /// Traces some of an iteration's photons; how many records they left. Where the driver
-    /// ends invocations early, their photons are traced again, fewer by each.
+    /// Traces some of an iteration's photons; how many records they left, or nothing if that
+    /// was more than there is room for. Where the driver ends invocations early, their photons
+    /// are traced again, fewer by each.
     fn trace(
         &self,
         on: Stage<'_>,
         place: Place,
         batch: Range<u64>,
         progress: &mut Progress,
-    ) -> Result<u32, RenderError> {
+    ) -> Result<Option<u32>, RenderError> {
         // A disc that found many photons is smaller in the next iteration, in which a sequence
         // that spreads its points evenly has fewer for it: the image would get darker. So the
         // iterations that share visible points and look back have a sequence each.
@@ -211,13 +214,17 @@ impl Passes {
                 first: batch.start as u32,
                 end: batch.end as u32,
                 stride: stride as u32,
+                capacity: on.buffers.photons.len() as u32,
                 two: 2,
             };
             let counters = on.run_counted(|frame| frame.dispatch(&self.photon, push, stride))?;
             let all = finished(&counters, "photon", "a smaller maximum depth");
+            if u64::from(counters.recorded) > on.buffers.photons.len() && progress.schedule.overflowed() {
+                return Ok(None);
+            }
             if all.is_ok() || !progress.schedule.interrupted() {
                 progress.tally.add(&counters);
-                return all.map(|()| counters.recorded);
+                return all.map(|()| Some(counters.recorded));
             }
         }
     }
@@ -257,9 +264,9 @@ impl Passes {
         workgroup_size: u32,
     ) -> goblet_host::Result<Self> {
         let scene = scene.bindings();
-        let Buffers { camera, filter_offsets, counters, grid_info, pixel_states, .. } = buffers;
+        let Buffers { camera, filter_offsets, counters, max_radius2, pixel_states, .. } = buffers;
         let Buffers { visible_positions, visible_normals, visible_throughputs, visible_radiances, .. } = buffers;
-        let Buffers { photon_positions, photon_weights, flux_low, flux_high, .. } = buffers;
+        let Buffers { photons, flux_low, flux_high, .. } = buffers;
         let Buffers { sum_red, sum_green, sum_blue, sum_second, .. } = buffers;
         macro_rules! pass {
             ($($kernel:tt)*) => { device.pass(&$($kernel)*, specialization, workgroup_size)? };
@@ -275,9 +282,9 @@ impl Passes {
                 visible_radiances,
                 counters
             }),
-            radius: pass!(Radius { visible_positions, visible_throughputs, pixel_states, grid_info }),
+            radius: pass!(Radius { visible_positions, visible_throughputs, pixel_states, max_radius2 }),
             lookup: Lookup::new(device, buffers, lookup, specialization, workgroup_size)?,
-            photon: pass!(Photon { scene, photon_positions, photon_weights, counters }),
+            photon: pass!(Photon { scene, photons, counters }),
             update: pass!(Update {
                 visible_positions,
                 visible_throughputs,

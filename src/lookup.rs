@@ -1,5 +1,5 @@
-//! How photons find the visible points that they reach: the passes that index the points,
-//! and the pass that adds photons to them.
+//! How photons and the visible points that they reach find each other: the passes that index
+//! one or the other, and the pass that adds photons to points.
 
 mod grid;
 mod tree;
@@ -17,9 +17,6 @@ use crate::kernels::Specialization;
 use crate::options::LookupKind;
 use crate::renderer::RenderError;
 use crate::tally::Tally;
-
-/// Invocations of one dispatch that adds photons, at most: each has a place to go on from.
-const MAX_INVOCATIONS: u32 = 1 << 18;
 
 /// One way or the other; both give the same sums.
 pub enum Lookup {
@@ -56,28 +53,26 @@ impl Lookup {
         }
     }
 
-    /// Indexes the visible points, which are `new` or have other radii only.
+    /// Indexes the visible points, which are `new` or have other radii only. The grid is over
+    /// photons, and built when there are some.
     ///
     /// # Errors
     /// The device fails.
     pub fn build(&mut self, on: Stage<'_>, new: bool) -> Result<(), RenderError> {
         match self {
-            // Cells are as wide as the largest radius.
-            Self::Grid(grid) => grid.build(on),
+            Self::Grid(_) => Ok(()),
             Self::Tree(tree) => tree.build(on, new),
         }
     }
 
-    /// Adds `recorded` photons to the points that they reach, at most `per_invocation` by
-    /// each invocation where that makes no more than [`MAX_INVOCATIONS`].
+    /// Adds `recorded` photons to the points that they reach.
     ///
     /// # Errors
     /// The device fails, or the driver ends the pass early.
     pub fn accumulate(&self, on: Stage<'_>, recorded: u32, per_invocation: u64) -> Result<Tally, RenderError> {
-        let stride = recorded.div_ceil(per_invocation as u32).min(MAX_INVOCATIONS);
         match self {
-            Self::Grid(grid) => grid.accumulate(on, recorded, stride),
-            Self::Tree(tree) => tree.accumulate(on, recorded, stride),
+            Self::Grid(grid) => grid.accumulate(on, recorded),
+            Self::Tree(tree) => tree.accumulate(on, recorded, per_invocation),
         }
     }
 
@@ -95,13 +90,13 @@ impl Lookup {
 fn deposit<Push: Pod>(
     on: Stage<'_>,
     (name, pass): (&'static str, &Pass<Push>),
-    invocations: u32,
+    invocations: u64,
     push: impl Fn(u32) -> Push,
 ) -> Result<Tally, RenderError> {
     let mut total = Tally::default();
     let mut resumed = 0;
     loop {
-        let counters = on.run_counted(|frame| frame.dispatch(pass, push(resumed), invocations.into()))?;
+        let counters = on.run_counted(|frame| frame.dispatch(pass, push(resumed), invocations))?;
         finished(&counters, name, "a smaller radius")?;
         total.add(&counters);
         if counters.unfinished == 0 {

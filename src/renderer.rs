@@ -80,7 +80,7 @@ impl Renderer {
         let scene_unit = 1.0 / packed.space.scale;
         let resolved = options.resolve(scene, packed.space.radius * scene_unit)?;
 
-        let sizes = Sizes::new(resolved.pixels, resolved.photons, resolved.max_depth);
+        let sizes = Sizes::new(resolved.resolution, resolved.photons, resolved.max_depth);
         let view = pack_camera(&scene.camera, &scene.film, resolved.resolution, &packed.space.from_world());
         let identity = Identity::new(&packed, &view, options, &resolved);
         let gpu_scene = GpuScene::new(&device, &packed, resolved.max_depth, resolved.seed)?;
@@ -117,7 +117,7 @@ impl Renderer {
                 first_radius: resolved.radius.map(|radius| FirstRadius::constant(radius / scene_unit)),
                 seen: None,
                 shrink: GlobalShrink::new(resolved.alpha),
-                schedule: Schedule::new(options.batch_size, sizes.max_batch(resolved.max_depth), device.info().kind),
+                schedule: Schedule::new(options.batch_size, resolved.photons, device.info().kind),
                 tally: Tally::default(),
             },
             build_time,

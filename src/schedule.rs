@@ -10,6 +10,8 @@ const TARGET: Duration = Duration::from_millis(300);
 /// The first batch, before anything is known: should every visible point lie under one
 /// focus, each photon costs as much as the image has pixels.
 const FIRST: u64 = 1 << 12;
+/// No CPU has a watchdog, and every batch visits every visible point.
+const FIRST_OF_CPU: u64 = 1 << 18;
 
 /// SIMD lanes of a CPU want many photons each, to start the next where a path ends; a GPU
 /// wants many invocations.
@@ -28,7 +30,8 @@ pub struct Schedule {
 impl Schedule {
     /// Batches of at most `max` photons; of `asked` photons, where that is less.
     pub fn new(asked: Option<u64>, max: u64, kind: DeviceKind) -> Self {
-        let photons = asked.unwrap_or(FIRST).clamp(1, max);
+        let first = if kind == DeviceKind::Cpu { FIRST_OF_CPU } else { FIRST };
+        let photons = asked.unwrap_or(first).clamp(1, max);
         let per_invocation = if kind == DeviceKind::Cpu { PER_INVOCATION_OF_CPU } else { PER_INVOCATION };
         Self { photons, max, fixed: asked.is_some(), per_invocation }
     }
@@ -43,6 +46,15 @@ impl Schedule {
     pub fn interrupted(&mut self) -> bool {
         let divisible = self.per_invocation > 1;
         self.per_invocation = (self.per_invocation / 2).max(1);
+        divisible
+    }
+
+    /// Learns that a batch left more records than there is room for. False if it cannot be
+    /// smaller.
+    pub fn overflowed(&mut self) -> bool {
+        let divisible = self.photons > 1;
+        self.photons = (self.photons / 2).max(1);
+        self.max = self.photons;
         divisible
     }
 

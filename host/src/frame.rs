@@ -76,9 +76,19 @@ impl<'a> Frame<'a> {
 
     /// Fills a buffer with zeros.
     pub fn clear<T: Pod>(&mut self, buffer: &Buffer<T>) {
-        // SAFETY: the buffer outlives the run; a storage buffer's size is a multiple of 4.
+        self.clear_first(buffer, buffer.len());
+    }
+
+    /// Fills the first elements of a buffer with zeros. Panics if it has not so many.
+    pub fn clear_first<T: Pod>(&mut self, buffer: &Buffer<T>, count: u64) {
+        assert!(count <= buffer.len(), "buffer {} is too short", buffer.name());
+        let bytes = count * size_of::<T>() as u64;
+        if bytes == 0 {
+            return;
+        }
+        // SAFETY: the buffer outlives the run and is long enough; elements are whole words.
         unsafe {
-            self.device.shared.raw.cmd_fill_buffer(self.commands, buffer.raw().handle, 0, vk::WHOLE_SIZE, 0);
+            self.device.shared.raw.cmd_fill_buffer(self.commands, buffer.raw().handle, 0, bytes, 0);
         }
         self.barrier();
     }

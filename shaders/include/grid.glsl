@@ -1,4 +1,4 @@
-// The hash grid over visible points.
+// The hash grid over photons.
 
 // Width of a cell, in diameters of the largest disc.
 layout(constant_id = 21) const float CELL_SCALE = 1.0;

@@ -205,30 +205,42 @@ struct PixelState {
     float shrink;  // of the squared radius so far
 };
 
-// The hash grid over visible points.
-struct GridInfo {
-    uint max_radius2; // bits of the largest squared radius
-    uint filled;      // entries handed out to cells
+// A photon where it met a diffuse surface.
+struct PhotonRecord {
+    vec3 position;
+    uint normal;  // packed, on the side that the photon came from
+    vec3 weight;  // flux over the mean flux of a photon
+    uint pad;
 };
 
+// A cell of the hash grid over photons.
 struct Cell {
-    uint first; // into grid_positions and grid_normals
+    uint first; // into grid_photons
     uint count;
 };
 
-// Where an invocation of accumulate_grid has got to.
+// Where an invocation of accumulate_grid has got to. Those of a subgroup differ in the first
+// only.
 struct GridPlace {
-    ivec3 cell;  // of the photon's neighbourhood
-    uint photon;
-    uint entry;  // next one of that cell
-    uint last;   // end of the cell's entries
-    uint pad0;
-    uint pad1;
+    uint served; // 1 if its point has met all photons
+    uint cell;   // of the neighbourhood: the first of those that the lanes look up together
+    uint lane;   // whose cell is next
+    uint entry;  // of that cell
 };
 
 // A node of the kd-tree: the pixel of its visible point, and above it the axis it splits.
 const uint AXIS_SHIFT = 28u;
 const uint PIXEL_MASK = 0x0fffffffu;
+
+// A visible point as a node of the kd-tree.
+struct TreePoint {
+    vec3 position;
+    float radius2;
+    uint normal; // packed
+    uint owner;  // pixel, and the axis above it
+    uint pad0;
+    uint pad1;
+};
 
 // Where an invocation of accumulate_tree has got to.
 struct TreePlace {

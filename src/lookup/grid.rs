@@ -1,10 +1,10 @@
-//! The hash grid over visible points.
+//! The hash grid over photons.
 
 use bytemuck::Zeroable;
 use goblet_host::{Buffer, Device, Frame, Pass};
 
-use super::{MAX_INVOCATIONS, deposit};
-use crate::buffers::Buffers;
+use super::deposit;
+use crate::buffers::{Buffers, invocations_by_tile};
 use crate::iteration::Stage;
 use crate::kernels::{
     AccumulateGrid, AccumulateGridPush, Cell, GridCount, GridCountPush, GridFill, GridFillPush, GridPlace, GridReserve,
@@ -16,6 +16,7 @@ use crate::tally::Tally;
 /// A hash grid, and the passes that build and use it.
 pub struct HashGrid {
     cells: Buffer<Cell>,
+    filled: Buffer<u32>,
     count: Pass<GridCountPush>,
     reserve: Pass<GridReservePush>,
     fill: Pass<GridFillPush>,
@@ -23,7 +24,7 @@ pub struct HashGrid {
 }
 
 impl HashGrid {
-    /// Compiles the passes and allocates the grid for as many points as there are pixels.
+    /// Compiles the passes and allocates the grid for as many photons as a batch may record.
     ///
     /// # Errors
     /// Out of memory, or the driver refuses a kernel.
@@ -33,39 +34,31 @@ impl HashGrid {
         specialization: &Specialization,
         workgroup_size: u32,
     ) -> goblet_host::Result<Self> {
-        let pixels = buffers.visible_positions.len();
-        let cells = device.buffer("cells", pixels.next_power_of_two())?;
-        let grid_positions = &device.buffer("grid_positions", pixels)?;
-        let grid_owners = &device.buffer("grid_owners", pixels)?;
-        let Buffers { visible_positions, visible_normals, grid_info, counters, .. } = buffers;
-        let Buffers { photon_positions, photon_weights, flux_low, flux_high, .. } = buffers;
+        let Buffers { photons, visible_positions, visible_normals, max_radius2, .. } = buffers;
+        let Buffers { flux_low, flux_high, counters, .. } = buffers;
+        let cells = device.buffer("cells", photons.len().next_power_of_two())?;
+        let grid_filled = device.buffer("grid_filled", 1)?;
+        let grid_photons = &device.texels("grid_photons", photons.len())?;
+        let places = &device.buffer::<GridPlace>("places", invocations_by_tile(buffers.resolution))?;
         macro_rules! pass {
             ($($kernel:tt)*) => { device.pass(&$($kernel)*, specialization, workgroup_size)? };
         }
-        let places = &device.buffer::<GridPlace>("places", MAX_INVOCATIONS.into())?;
         Ok(Self {
-            count: pass!(GridCount { visible_positions, grid_info, cells: &cells }),
-            reserve: pass!(GridReserve { grid_info, cells: &cells }),
-            fill: pass!(GridFill {
+            count: pass!(GridCount { photons, max_radius2, cells: &cells }),
+            reserve: pass!(GridReserve { grid_filled: &grid_filled, cells: &cells }),
+            fill: pass!(GridFill { photons, max_radius2, cells: &cells, grid_photons }),
+            accumulate: pass!(AccumulateGrid {
                 visible_positions,
                 visible_normals,
-                grid_info,
+                max_radius2,
                 cells: &cells,
-                grid_positions,
-                grid_owners
-            }),
-            accumulate: pass!(AccumulateGrid {
-                photon_positions,
-                photon_weights,
-                grid_info,
-                cells: &cells,
-                grid_positions,
-                grid_owners,
+                grid_photons,
                 flux_low,
                 flux_high,
                 counters,
                 places
             }),
+            filled: grid_filled,
             cells,
         })
     }
@@ -79,31 +72,24 @@ impl HashGrid {
         frame.dispatch(&self.accumulate, Zeroable::zeroed(), 1);
     }
 
-    /// Indexes the visible points.
-    ///
-    /// # Errors
-    /// The device fails.
-    pub fn build(&self, on: Stage<'_>) -> Result<(), RenderError> {
-        let pixels = on.buffers.visible_positions.len();
-        let cells = self.cells.len();
-        let (pixel_count, cell_count) = (pixels as u32, cells as u32);
-        let mut frame = on.device.frame()?;
-        frame.clear(&self.cells);
-        frame.dispatch(&self.count, GridCountPush { pixel_count, cell_mask: cell_count - 1 }, pixels);
-        frame.dispatch(&self.reserve, GridReservePush { cell_count }, cells);
-        frame.dispatch(&self.fill, GridFillPush { pixel_count, cell_mask: cell_count - 1 }, pixels);
-        frame.run()?;
-        Ok(())
-    }
-
-    /// Adds `recorded` photons to the points that they reach, every `stride`-th by one
-    /// invocation.
+    /// Indexes `recorded` photons, and adds them to the points that they reach.
     ///
     /// # Errors
     /// The device fails, or the driver ends the pass early.
-    pub fn accumulate(&self, on: Stage<'_>, recorded: u32, stride: u32) -> Result<Tally, RenderError> {
-        let cell_mask = self.cells.len() as u32 - 1;
-        let push = |resumed| AccumulateGridPush { recorded, stride, cell_mask, resumed, two: 2 };
-        deposit(on, ("accumulate_grid", &self.accumulate), stride, push)
+    pub fn accumulate(&self, on: Stage<'_>, recorded: u32) -> Result<Tally, RenderError> {
+        // No more cells than photons: the others would be empty.
+        let cell_count = u64::from(recorded).next_power_of_two().min(self.cells.len()) as u32;
+        let cell_mask = cell_count - 1;
+        let mut frame = on.device.frame()?;
+        frame.clear(&self.filled);
+        frame.clear_first(&self.cells, cell_count.into());
+        frame.dispatch(&self.count, GridCountPush { recorded, cell_mask }, recorded.into());
+        frame.dispatch(&self.reserve, GridReservePush { cell_count }, cell_count.into());
+        frame.dispatch(&self.fill, GridFillPush { recorded, cell_mask }, recorded.into());
+        frame.run()?;
+
+        let [width, height] = on.buffers.resolution;
+        let push = |resumed| AccumulateGridPush { width, height, cell_mask, resumed, two: 2 };
+        deposit(on, ("accumulate_grid", &self.accumulate), invocations_by_tile([width, height]), push)
     }
 }

@@ -5,13 +5,16 @@ use std::time::{Duration, Instant};
 use bytemuck::Zeroable;
 use goblet_host::{Buffer, Device, Frame, Pass};
 
-use super::{MAX_INVOCATIONS, deposit};
+use super::deposit;
 use crate::buffers::Buffers;
 use crate::iteration::Stage;
 use crate::kd_tree;
 use crate::kernels::{AccumulateTree, AccumulateTreePush, Specialization, TreeFill, TreeFillPush, TreePlace};
 use crate::renderer::RenderError;
 use crate::tally::Tally;
+
+/// Invocations of one dispatch that adds photons, at most: each has a place to go on from.
+const MAX_INVOCATIONS: u32 = 1 << 18;
 
 /// A left-balanced kd-tree, and the passes that fill and use it.
 pub struct KdTree {
@@ -37,10 +40,9 @@ impl KdTree {
         let pixels = buffers.visible_positions.len();
         let nodes = device.buffer("tree_nodes", pixels)?;
         let places = &device.buffer::<TreePlace>("places", MAX_INVOCATIONS.into())?;
-        let tree_positions = &device.buffer("tree_positions", pixels)?;
-        let tree_owners = &device.buffer("tree_owners", pixels)?;
-        let Buffers { visible_positions, visible_normals, grid_info, counters, .. } = buffers;
-        let Buffers { photon_positions, photon_weights, flux_low, flux_high, .. } = buffers;
+        let tree_points = &device.texels("tree_points", pixels)?;
+        let Buffers { visible_positions, visible_normals, max_radius2, counters, .. } = buffers;
+        let Buffers { photons, flux_low, flux_high, .. } = buffers;
         macro_rules! pass {
             ($($kernel:tt)*) => { device.pass(&$($kernel)*, specialization, workgroup_size)? };
         }
@@ -49,15 +51,12 @@ impl KdTree {
                 visible_positions,
                 visible_normals,
                 tree_nodes: &nodes,
-                tree_positions,
-                tree_owners
+                tree_points
             }),
             accumulate: pass!(AccumulateTree {
-                photon_positions,
-                photon_weights,
-                grid_info,
-                tree_positions,
-                tree_owners,
+                photons,
+                max_radius2,
+                tree_points,
                 flux_low,
                 flux_high,
                 counters,
@@ -96,15 +95,16 @@ impl KdTree {
         Ok(())
     }
 
-    /// Adds `recorded` photons to the points that they reach, every `stride`-th by one
-    /// invocation.
+    /// Adds `recorded` photons to the points that they reach, at most `per_invocation` by
+    /// each invocation where that makes no more than [`MAX_INVOCATIONS`].
     ///
     /// # Errors
     /// The device fails, or the driver ends the pass early.
-    pub fn accumulate(&self, on: Stage<'_>, recorded: u32, stride: u32) -> Result<Tally, RenderError> {
+    pub fn accumulate(&self, on: Stage<'_>, recorded: u32, per_invocation: u64) -> Result<Tally, RenderError> {
+        let stride = recorded.div_ceil(per_invocation as u32).min(MAX_INVOCATIONS);
         let node_count = self.node_count;
         let push = |resumed| AccumulateTreePush { recorded, stride, node_count, resumed, two: 2 };
-        deposit(on, ("accumulate_tree", &self.accumulate), stride, push)
+        deposit(on, ("accumulate_tree", &self.accumulate), stride.into(), push)
     }
 
     /// Time that the host has spent on trees so far, to read the points and to write the

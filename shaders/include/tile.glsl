@@ -1,0 +1,20 @@
+// Invocations by pixels: those of a subgroup take a compact block of the image, so that they
+// meet the same surfaces.
+
+const uint TILE_BITS = 3u; // 8 x 8 pixels
+
+// Every second bit of a number of up to six bits.
+uint even_bits(uint x) {
+    x &= 0x15u;
+    x = (x | (x >> 1u)) & 0x13u;
+    return (x | (x >> 2u)) & 0x07u;
+}
+
+// The pixel of an invocation, or NONE: by tiles along rows, in each along a Z curve.
+uint pixel_of(uint invocation, uint width, uint height) {
+    uint tiles = (width + 7u) >> TILE_BITS;
+    uint tile = invocation >> (2u * TILE_BITS);
+    uint x = ((tile % tiles) << TILE_BITS) + even_bits(invocation);
+    uint y = ((tile / tiles) << TILE_BITS) + even_bits(invocation >> 1u);
+    return x < width && y < height ? y * width + x : NONE;
+}
