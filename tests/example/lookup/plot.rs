@@ -3,12 +3,11 @@
 use std::error::Error;
 use std::path::Path;
 
-use plotters::coord::Shift;
 use plotters::prelude::*;
 
+use super::chart::{self, Area, Axes, Curve};
 use super::{Pair, RADII, SIDES, points};
 
-type Area<'a> = DrawingArea<SVGBackend<'a>, Shift>;
 type Result<T> = std::result::Result<T, Box<dyn Error>>;
 
 /// From the smallest radius to the largest.
@@ -29,13 +28,13 @@ pub fn write(path: &Path, table: &[[Pair; RADII.len()]]) -> Result<()> {
     let (left, right) = root.split_horizontally(420);
     let build = |i: usize| line(table, |row| row.iter().flatten().map(|pair| pair[i].build).min_by(f64::total_cmp));
     let build = Curves { label: "any radius".to_owned(), color: BLACK, ways: [build(0), build(1)] };
-    chart(&left, "Build, ms", &[build])?;
+    chart(&left, "Build, ms", vec![build])?;
     let query = |(radius, color): (usize, RGBColor)| {
         let way = |i: usize| line(table, |row| row[radius].map(|pair| pair[i].query));
         Curves { label: format!("r = {}", RADII[radius]), color, ways: [way(0), way(1)] }
     };
-    let queries: Vec<_> = COLORS.into_iter().enumerate().map(query).collect();
-    chart(&right, "Query, ms (solid: hash grid, dashed: kd-tree)", &queries)?;
+    let queries = COLORS.into_iter().enumerate().map(query).collect();
+    chart(&right, "Query, ms (solid: hash grid, dashed: kd-tree)", queries)?;
     root.present()?;
     Ok(())
 }
@@ -46,37 +45,13 @@ fn line(table: &[[Pair; RADII.len()]], seconds: impl Fn(&[Pair; RADII.len()]) ->
     SIDES.into_iter().zip(table).filter_map(at).collect()
 }
 
-fn chart(area: &Area<'_>, title: &str, all: &[Curves]) -> Result<()> {
+fn chart(area: &Area<'_>, title: &str, all: Vec<Curves>) -> Result<()> {
     let times = || all.iter().flat_map(|curves| curves.ways.iter().flatten()).map(|point| point.1);
     let (least, most) = (times().fold(f64::INFINITY, f64::min), times().fold(0.0, f64::max));
-    let mut chart = ChartBuilder::on(area)
-        .caption(title, ("sans-serif", 17))
-        .margin(12)
-        .x_label_area_size(40)
-        .y_label_area_size(56)
-        .build_cartesian_2d((8e3..5e6).log_scale(), (0.7 * least..1.5 * most).log_scale())?;
-    let number = |value: &f64| value.to_string();
-    chart
-        .configure_mesh()
-        .x_desc("visible points")
-        .light_line_style(WHITE)
-        .x_label_formatter(&number)
-        .y_label_formatter(&number)
-        .draw()?;
-    for Curves { label, color, ways: [grid, tree] } in all {
-        let style = color.stroke_width(2);
-        chart
-            .draw_series(LineSeries::new(grid.clone(), style).point_size(3))?
-            .label(label)
-            .legend(move |(x, y)| PathElement::new([(x, y), (x + 18, y)], style));
-        chart.draw_series(DashedLineSeries::new(tree.clone(), 6, 4, style))?;
-        chart.draw_series(tree.iter().map(|point| Circle::new(*point, 3, *color)))?;
-    }
-    chart
-        .configure_series_labels()
-        .position(SeriesLabelPosition::UpperLeft)
-        .background_style(WHITE)
-        .border_style(BLACK)
-        .draw()?;
-    Ok(())
+    let axes = Axes { title, x_label: "visible points", x: 8e3..5e6, y: 0.7 * least..1.5 * most };
+    let pair = |Curves { label, color, ways: [grid, tree] }| {
+        let grid = Curve { label: Some(label), color, width: 2, dashed: false, marked: true, points: grid };
+        [grid, Curve { label: None, color, width: 2, dashed: true, marked: true, points: tree }]
+    };
+    chart::draw(area, axes, &all.into_iter().flat_map(pair).collect::<Vec<_>>())
 }
