@@ -1,6 +1,6 @@
 // accumulate_grid: each visible point gathers the photons inside its disc, from the hash grid.
-// One invocation per pixel; those of a subgroup see neighbouring points and look at the same
-// photons together: each loads one, and all test it. A subgroup that has met many photons
+// One invocation per POINTS pixels; those of a subgroup have a compact block of the image and
+// look at the same photons together: each loads one, and all test it. A subgroup that has met many photons
 // leaves its place in `places` and counts as unfinished, so that no dispatch is long. Reads
 // visible_*, cells, grid_photons. Updates flux_low, flux_high (fixed point, w of flux_low
 // counts photons), places.
@@ -41,9 +41,20 @@ layout(push_constant) uniform Push {
 // allows an invocation 65,535 rounds in all, and each of these may cost 8 + 2.
 const uint MAX_ROUNDS = 6000u;
 
-// Lanes of a subgroup: a power of two.
+// Lanes that work together: a power of two, and no more than a word has bits.
 uint lanes() {
-    return min(gl_SubgroupSize, gl_WorkGroupSize.x);
+    return min(min(gl_SubgroupSize, gl_WorkGroupSize.x), 32u);
+}
+
+// Of all lanes that work together, one bit each.
+uint ballot(bool value) {
+    uint shift = gl_SubgroupInvocationID & ~31u;
+    return subgroupBallot(value)[shift >> 5u];
+}
+
+// Another lane's number in the subgroup, from that among those that work together.
+uint peer(uint lane) {
+    return (gl_SubgroupInvocationID & ~31u) + lane;
 }
 
 vec3 least_of_lanes(vec3 v) {
@@ -53,75 +64,86 @@ vec3 least_of_lanes(vec3 v) {
     return v;
 }
 
-uint first_bit(uvec4 bits) {
-    return bits.x != 0u ? findLSB(bits.x) : bits.y != 0u ? 32u + findLSB(bits.y)
-         : bits.z != 0u ? 64u + findLSB(bits.z) : 96u + findLSB(bits.w);
-}
-
-bool has_bits(uvec4 bits) {
-    return (bits.x | bits.y | bits.z | bits.w) != 0u;
-}
-
-// Clears the lowest bit.
-uvec4 without_first(uvec4 bits) {
-    uvec4 rest = bits & (bits - 1u);
-    return bits.x != 0u ? uvec4(rest.x, bits.yzw) : bits.y != 0u ? uvec4(0u, rest.y, bits.zw)
-         : bits.z != 0u ? uvec4(0u, 0u, rest.z, bits.w) : uvec4(0u, 0u, 0u, rest.w);
-}
+// Pixels of an invocation: each photon that it looks at serves all of them.
+const uint POINTS = 2u;
+const uint ALL_SERVED = (1u << POINTS) - 1u;
 
 struct Point {
     vec3 position;
-    float radius2; // 0 if it gathers nothing now
+    float radius2; // 0 if there is none
     vec3 normal;
+    bool wants;    // to gather now
 };
 
+Point point_of(uint pixel) {
+    if (pixel == NONE) {
+        return Point(vec3(0.0), 0.0, vec3(0.0), false);
+    }
+    vec4 visible = visible_positions.data[pixel];
+    return Point(visible.xyz, visible.w, unpack_normal(visible_normals.data[pixel]), false);
+}
+
 // Each lane has a photon, some of them wanted; each point takes those on its disc.
-void gather_from(PhotonRecord photon, bool wanted, Point point, inout Gathered sum) {
+void gather_from(PhotonRecord photon, bool wanted, Point points[POINTS], inout Gathered sums[POINTS]) {
     vec3 normal = unpack_normal(photon.normal);
     uvec2 red = to_fixed(photon.weight.x);
     uvec2 green = to_fixed(photon.weight.y);
     uvec2 blue = to_fixed(photon.weight.z);
-    for (uvec4 left = subgroupBallot(wanted); has_bits(left); left = without_first(left)) {
-        uint lane = first_bit(left);
-        vec3 d = subgroupShuffle(photon.position, lane) - point.position;
-        bool hit = dot(d, d) < point.radius2
-                && is_on_disc(d, subgroupShuffle(normal, lane), point.normal, point.radius2);
-        gather(sum, uvec3(subgroupShuffle(red.x, lane), subgroupShuffle(green.x, lane), subgroupShuffle(blue.x, lane)),
-               uvec3(subgroupShuffle(red.y, lane), subgroupShuffle(green.y, lane), subgroupShuffle(blue.y, lane)), hit);
+    for (uint left = ballot(wanted); left != 0u; left &= left - 1u) {
+        uint lane = peer(findLSB(left));
+        vec3 position = subgroupShuffle(photon.position, lane);
+        vec3 facing = subgroupShuffle(normal, lane);
+        uvec3 low = uvec3(subgroupShuffle(red.x, lane), subgroupShuffle(green.x, lane), subgroupShuffle(blue.x, lane));
+        uvec3 high = uvec3(subgroupShuffle(red.y, lane), subgroupShuffle(green.y, lane), subgroupShuffle(blue.y, lane));
+        [[unroll]] for (uint i = 0u; i < POINTS; i++) {
+            vec3 d = position - points[i].position;
+            bool hit = points[i].wants && dot(d, d) < points[i].radius2
+                    && is_on_disc(d, facing, points[i].normal, points[i].radius2);
+            gather(sums[i], low, high, hit);
+        }
     }
 }
 
 void main() {
-    uint pixel = pixel_of(invocation_index(), width, height);
-    uint lane = gl_SubgroupInvocationID;
+    uint lane = gl_SubgroupInvocationID & 31u;
     float inverse_size = 1.0 / cell_size(max_radius2.value);
-    vec4 visible = vec4(0.0);
     GridPlace place = GridPlace(0u, 0u, 0u, 0u);
-    vec3 normal = vec3(0.0);
-    if (pixel != NONE) {
-        visible = visible_positions.data[pixel];
-        normal = unpack_normal(visible_normals.data[pixel]);
-    }
     if (resumed != 0u) {
         place = places.data[invocation_index()];
     }
-    ivec3 home = cell_of(visible.xyz, inverse_size);
-    // Wide enough that rounding leaves no photon out.
-    float radius = 1.000001 * sqrt(visible.w);
-    Gathered sum = nothing_gathered();
+    Point points[POINTS];
+    Gathered sums[POINTS];
+    [[unroll]] for (uint i = 0u; i < POINTS; i++) {
+        points[i] = point_of(pixel_of(POINTS * invocation_index() + i, width, height));
+        sums[i] = nothing_gathered();
+        place.served |= points[i].radius2 > 0.0 ? 0u : 1u << i;
+    }
     uint left = MAX_ROUNDS;
     // Points near the first one that waits are served together.
-    for (uvec4 waiting = subgroupBallot(visible.w > 0.0 && place.served == 0u); has_bits(waiting) && left > 0u;
-         waiting = subgroupBallot(visible.w > 0.0 && place.served == 0u)) {
-        ivec3 first_home = subgroupShuffle(home, first_bit(waiting));
-        bool member = visible.w > 0.0 && place.served == 0u && all(lessThanEqual(abs(home - first_home), ivec3(1)));
-        Point point = Point(visible.xyz, member ? visible.w : 0.0, normal);
-        vec3 lower = least_of_lanes(member ? visible.xyz - radius : vec3(INFINITY_T));
-        vec3 upper = -least_of_lanes(member ? -(visible.xyz + radius) : vec3(INFINITY_T));
+    for (uint waiting = ballot(place.served != ALL_SERVED); waiting != 0u && left > 0u;
+         waiting = ballot(place.served != ALL_SERVED)) {
+        vec3 waiter = points[POINTS - 1u].position;
+        [[unroll]] for (uint i = POINTS - 1u; i > 0u; i--) {
+            waiter = (place.served >> (i - 1u) & 1u) == 0u ? points[i - 1u].position : waiter;
+        }
+        ivec3 home = subgroupShuffle(cell_of(waiter, inverse_size), peer(findLSB(waiting)));
+        vec3 lower = vec3(INFINITY_T);
+        vec3 upper = vec3(-INFINITY_T);
+        [[unroll]] for (uint i = 0u; i < POINTS; i++) {
+            vec3 position = points[i].position;
+            points[i].wants = (place.served >> i & 1u) == 0u
+                           && all(lessThanEqual(abs(cell_of(position, inverse_size) - home), ivec3(1)));
+            // Wide enough that rounding leaves no photon out.
+            float radius = 1.000001 * sqrt(points[i].radius2);
+            lower = points[i].wants ? min(lower, position - radius) : lower;
+            upper = points[i].wants ? max(upper, position + radius) : upper;
+        }
+        lower = least_of_lanes(lower);
+        upper = -least_of_lanes(-upper);
         ivec3 corner = cell_of(lower, inverse_size);
         uvec3 size = uvec3(cell_of(upper, inverse_size) - corner + 1);
         uint total = size.x * size.y * size.z;
-        for (; place.cell < total && left > 0u; place.cell += left > 0u ? lanes() : 0u) {
+    for (; place.cell < total && left > 0u; place.cell += left > 0u ? lanes() : 0u) {
             // Each lane looks up a cell.
             uint i = place.cell + lane;
             ivec3 cell = corner + ivec3(i % size.x, (i / size.x) % size.y, i / (size.x * size.y));
@@ -130,11 +152,11 @@ void main() {
                 range = cells.data[cell_hash(cell, cell_mask)];
             }
             left--;
-            for (uvec4 occupied = subgroupBallot(range.count > 0u && lane >= place.lane); has_bits(occupied) && left > 0u;) {
-                uint k = first_bit(occupied);
-                ivec3 visited = subgroupShuffle(cell, k);
-                uint first = subgroupShuffle(range.first, k);
-                uint count = subgroupShuffle(range.count, k);
+            for (uint occupied = ballot(range.count > 0u && lane >= place.lane); occupied != 0u && left > 0u;) {
+                uint k = findLSB(occupied);
+                ivec3 visited = subgroupShuffle(cell, peer(k));
+                uint first = subgroupShuffle(range.first, peer(k));
+                uint count = subgroupShuffle(range.count, peer(k));
                 place.lane = k;
                 for (; place.entry < count && left > 0u; place.entry += lanes()) {
                     left--;
@@ -142,26 +164,30 @@ void main() {
                     // Cells that share a hash share entries: take those of this cell only.
                     bool wanted = place.entry + lane < count && cell_of(photon.position, inverse_size) == visited
                                && all(greaterThanEqual(photon.position, lower)) && all(lessThanEqual(photon.position, upper));
-                    gather_from(photon, wanted, point, sum);
+                    gather_from(photon, wanted, points, sums);
                 }
                 if (place.entry >= count) {
                     place.entry = 0u;
                     place.lane = k + 1u;
-                    occupied = without_first(occupied);
+                    occupied &= occupied - 1u;
                 }
             }
             place.lane = left > 0u ? 0u : place.lane;
         }
         if (left > 0u) {
-            place.served = member ? 1u : place.served;
+            [[unroll]] for (uint i = 0u; i < POINTS; i++) {
+                place.served |= points[i].wants ? 1u << i : 0u;
+            }
             place.cell = 0u;
         }
     }
-    if (sum.count > 0u) {
-        keep(sum, pixel);
+    [[unroll]] for (uint i = 0u; i < POINTS; i++) {
+        if (sums[i].count > 0u) {
+            keep(sums[i], pixel_of(POINTS * invocation_index() + i, width, height));
+        }
     }
     places.data[invocation_index()] = place;
-    if (left == 0u && visible.w > 0.0 && place.served == 0u) {
+    if (place.served != ALL_SERVED) {
         atomicAdd(counters.value.unfinished, 1u);
     }
     if (interrupted(two)) {

@@ -11,7 +11,8 @@ uint pack_normal(vec3 n) {
 }
 
 vec3 unpack_normal(uint packed) {
-    vec2 v = unpackSnorm2x16(packed);
+    vec2 v = vec2(int(packed << 16u) >> 16, int(packed) >> 16) * (1.0 / 32767.0);
     float z = 1.0 - abs(v.x) - abs(v.y);
-    return normalize(vec3(z < 0.0 ? fold(v) : v, z));
+    vec3 n = vec3(z < 0.0 ? fold(v) : v, z);
+    return n * inversesqrt(dot(n, n));
 }

@@ -13,6 +13,9 @@ use crate::kernels::{
 use crate::renderer::RenderError;
 use crate::tally::Tally;
 
+/// Pixels of an invocation that gathers.
+const POINTS: u64 = 2;
+
 /// A hash grid, and the passes that build and use it.
 pub struct HashGrid {
     cells: Buffer<Cell>,
@@ -39,7 +42,7 @@ impl HashGrid {
         let cells = device.buffer("cells", photons.len().next_power_of_two())?;
         let grid_filled = device.buffer("grid_filled", 1)?;
         let grid_photons = &device.texels("grid_photons", photons.len())?;
-        let places = &device.buffer::<GridPlace>("places", invocations_by_tile(buffers.resolution))?;
+        let places = &device.buffer::<GridPlace>("places", invocations_by_tile(buffers.resolution) / POINTS)?;
         macro_rules! pass {
             ($($kernel:tt)*) => { device.pass(&$($kernel)*, specialization, workgroup_size)? };
         }
@@ -90,6 +93,6 @@ impl HashGrid {
 
         let [width, height] = on.buffers.resolution;
         let push = |resumed| AccumulateGridPush { width, height, cell_mask, resumed, two: 2 };
-        deposit(on, ("accumulate_grid", &self.accumulate), invocations_by_tile([width, height]), push)
+        deposit(on, ("accumulate_grid", &self.accumulate), invocations_by_tile([width, height]) / POINTS, push)
     }
 }
