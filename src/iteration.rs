@@ -271,20 +271,22 @@ impl Passes {
         macro_rules! pass {
             ($($kernel:tt)*) => { device.pass(&$($kernel)*, specialization, workgroup_size)? };
         }
+        // These two take the longest, at the same time.
+        let eye = Eye {
+            scene,
+            camera,
+            filter_offsets,
+            visible_positions,
+            visible_normals,
+            visible_throughputs,
+            visible_radiances,
+            counters,
+        };
+        let eye = device.compile(&eye, specialization, workgroup_size)?;
+        let photon = device.compile(&Photon { scene, photons, counters }, specialization, workgroup_size)?;
         let passes = Self {
-            eye: pass!(Eye {
-                scene,
-                camera,
-                filter_offsets,
-                visible_positions,
-                visible_normals,
-                visible_throughputs,
-                visible_radiances,
-                counters
-            }),
             radius: pass!(Radius { visible_positions, visible_throughputs, pixel_states, max_radius2 }),
             lookup: Lookup::new(device, buffers, lookup, specialization, workgroup_size)?,
-            photon: pass!(Photon { scene, photons, counters }),
             update: pass!(Update {
                 visible_positions,
                 visible_throughputs,
@@ -298,6 +300,8 @@ impl Passes {
                 sum_second,
                 counters
             }),
+            photon: photon.finish()?,
+            eye: eye.finish()?,
         };
         passes.warm_up(device)?;
         Ok(passes)

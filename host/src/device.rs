@@ -12,7 +12,7 @@ use crate::buffer::{Buffer, RawBuffer};
 use crate::error::{Context, Error, Result};
 use crate::instance::{DeviceInfo, Instance};
 use crate::timing::Timer;
-use crate::{Frame, Kernel, Pass, Texels};
+use crate::{Compiling, Frame, Kernel, Pass, Texels};
 
 /// Bytes moved between host and device at once.
 const STAGING_BYTES: u64 = 16 << 20;
@@ -184,6 +184,19 @@ impl Device {
         workgroup_size: u32,
     ) -> Result<Pass<K::Push>> {
         Pass::new(&self.shared, kernel, specialization, workgroup_size)
+    }
+
+    /// The same, without waiting for the compiler.
+    ///
+    /// # Errors
+    /// As [`Device::pass`].
+    pub fn compile<K: Kernel>(
+        &self,
+        kernel: &K,
+        specialization: &K::Specialization,
+        workgroup_size: u32,
+    ) -> Result<Compiling<K::Push>> {
+        Compiling::new(&self.shared, kernel, specialization, workgroup_size)
     }
 
     /// An empty recording.

@@ -2,6 +2,7 @@
 
 use std::marker::PhantomData;
 use std::sync::Arc;
+use std::thread::JoinHandle;
 
 use ash::vk;
 use bytemuck::Pod;
@@ -110,6 +111,11 @@ impl<Push: Pod> Pass<Push> {
         specialization: &K::Specialization,
         workgroup_size: u32,
     ) -> Result<Self> {
+        Compiling::new(device, kernel, specialization, workgroup_size)?.finish()
+    }
+
+    /// All but the pipeline.
+    fn unfinished<K: Kernel<Push = Push>>(device: &Arc<DeviceShared>, kernel: &K, workgroup_size: u32) -> Result<Self> {
         let bindings = kernel.bindings();
         let mut pass = Self {
             name: K::NAME,
@@ -124,7 +130,6 @@ impl<Push: Pod> Pass<Push> {
             push: PhantomData,
         };
         pass.create_layout(&bindings)?;
-        pass.create_pipeline::<K>(specialization)?;
         pass.bind(&bindings)?;
         Ok(pass)
     }
@@ -157,41 +162,6 @@ impl<Push: Pod> Pass<Push> {
         }
         // SAFETY: destroyed with the pass.
         self.layout = unsafe { self.device.raw.create_pipeline_layout(&create, None) }.context("a pipeline layout")?;
-        Ok(())
-    }
-
-    fn create_pipeline<K: Kernel>(&mut self, specialization: &K::Specialization) -> Result<()> {
-        let code = K::CODE.iter().find(|(size, _)| *size == self.workgroup_size).ok_or_else(|| Error::Unfit {
-            device: self.device.info.name.clone(),
-            reason: format!("kernel {} was not built for workgroups of {}", K::NAME, self.workgroup_size),
-        })?;
-        let words: Vec<u32> =
-            code.1.chunks_exact(4).map(|word| u32::from_le_bytes([word[0], word[1], word[2], word[3]])).collect();
-        let mut data = Vec::new();
-        let mut entries = Vec::new();
-        for id in K::SPECIALIZATION {
-            if let Some(value) = specialization.value(*id) {
-                entries.push(vk::SpecializationMapEntry { constant_id: *id, offset: data.len() as u32, size: 4 });
-                data.extend_from_slice(&value);
-            }
-        }
-        let values = vk::SpecializationInfo::default().map_entries(&entries).data(&data);
-        // SAFETY: the code was compiled and reflected by the build script; the module is
-        // destroyed once the pipeline has been made, the pipeline with the pass.
-        unsafe {
-            let create = vk::ShaderModuleCreateInfo::default().code(&words);
-            let module = self.device.raw.create_shader_module(&create, None).context("vkCreateShaderModule")?;
-            let stage = vk::PipelineShaderStageCreateInfo::default()
-                .stage(vk::ShaderStageFlags::COMPUTE)
-                .module(module)
-                .name(c"main")
-                .specialization_info(&values);
-            let create = [vk::ComputePipelineCreateInfo::default().stage(stage).layout(self.layout)];
-            let made = self.device.raw.create_compute_pipelines(vk::PipelineCache::null(), &create, None);
-            self.device.raw.destroy_shader_module(module, None);
-            let pipelines = made.map_err(|(_, result)| Error::Vulkan { call: "compiling a kernel", result })?;
-            self.pipeline = pipelines[0];
-        }
         Ok(())
     }
 
@@ -229,6 +199,99 @@ impl<Push: Pod> Pass<Push> {
             self.device.raw.update_descriptor_sets(&writes, &[]);
         }
         Ok(())
+    }
+}
+
+/// What a driver compiles.
+struct Source {
+    words: Vec<u32>,
+    constants: Vec<u8>,
+    entries: Vec<vk::SpecializationMapEntry>,
+    layout: vk::PipelineLayout,
+}
+
+impl Source {
+    fn new<K: Kernel>(pass: &Pass<K::Push>, specialization: &K::Specialization) -> Result<Self> {
+        let code = K::CODE.iter().find(|(size, _)| *size == pass.workgroup_size).ok_or_else(|| Error::Unfit {
+            device: pass.device.info.name.clone(),
+            reason: format!("kernel {} was not built for workgroups of {}", K::NAME, pass.workgroup_size),
+        })?;
+        let words = code.1.chunks_exact(4).map(|word| u32::from_le_bytes([word[0], word[1], word[2], word[3]])).collect();
+        let mut source = Self { words, constants: Vec::new(), entries: Vec::new(), layout: pass.layout };
+        for id in K::SPECIALIZATION {
+            if let Some(value) = specialization.value(*id) {
+                let offset = source.constants.len() as u32;
+                source.entries.push(vk::SpecializationMapEntry { constant_id: *id, offset, size: 4 });
+                source.constants.extend_from_slice(&value);
+            }
+        }
+        Ok(source)
+    }
+
+    fn compile(&self, device: &DeviceShared) -> Result<vk::Pipeline> {
+        let values = vk::SpecializationInfo::default().map_entries(&self.entries).data(&self.constants);
+        // SAFETY: the code was compiled and reflected by the build script; the module is
+        // destroyed once the pipeline has been made, the pipeline with the pass.
+        unsafe {
+            let create = vk::ShaderModuleCreateInfo::default().code(&self.words);
+            let module = device.raw.create_shader_module(&create, None).context("vkCreateShaderModule")?;
+            let stage = vk::PipelineShaderStageCreateInfo::default()
+                .stage(vk::ShaderStageFlags::COMPUTE)
+                .module(module)
+                .name(c"main")
+                .specialization_info(&values);
+            let create = [vk::ComputePipelineCreateInfo::default().stage(stage).layout(self.layout)];
+            let made = device.raw.create_compute_pipelines(vk::PipelineCache::null(), &create, None);
+            device.raw.destroy_shader_module(module, None);
+            let pipelines = made.map_err(|(_, result)| Error::Vulkan { call: "compiling a kernel", result })?;
+            Ok(pipelines[0])
+        }
+    }
+}
+
+/// A pass whose kernel is being compiled, on a thread of its own: drivers take a third of a
+/// second for a kernel that traces rays.
+pub struct Compiling<Push> {
+    pass: Option<Pass<Push>>,
+    thread: Option<JoinHandle<Result<vk::Pipeline>>>,
+}
+
+impl<Push: Pod> Compiling<Push> {
+    pub(crate) fn new<K: Kernel<Push = Push>>(
+        device: &Arc<DeviceShared>,
+        kernel: &K,
+        specialization: &K::Specialization,
+        workgroup_size: u32,
+    ) -> Result<Self> {
+        let pass = Pass::unfinished(device, kernel, workgroup_size)?;
+        let source = Source::new::<K>(&pass, specialization)?;
+        let device = Arc::clone(device);
+        let thread = std::thread::spawn(move || source.compile(&device));
+        Ok(Self { pass: Some(pass), thread: Some(thread) })
+    }
+
+    /// The pass, once it is ready.
+    ///
+    /// # Errors
+    /// The driver refuses the kernel.
+    pub fn finish(mut self) -> Result<Pass<Push>> {
+        let failed = Error::Vulkan { call: "compiling a kernel", result: vk::Result::ERROR_UNKNOWN };
+        match (self.pass.take(), self.thread.take().map(JoinHandle::join)) {
+            (Some(mut pass), Some(Ok(pipeline))) => {
+                pass.pipeline = pipeline?;
+                Ok(pass)
+            }
+            _ => Err(failed),
+        }
+    }
+}
+
+impl<Push> Drop for Compiling<Push> {
+    fn drop(&mut self) {
+        // The thread uses what the pass holds.
+        if let (Some(pass), Some(Ok(Ok(pipeline)))) = (&mut self.pass, self.thread.take().map(JoinHandle::join)) {
+            pass.pipeline = pipeline;
+        }
     }
 }
 
