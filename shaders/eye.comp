@@ -12,6 +12,7 @@
 #include "bsdf.glsl"
 #include "light.glsl"
 #include "normal.glsl"
+#include "tile.glsl"
 #include "interruption.glsl"
 
 TEXELS(1, 0, Camera, camera)
@@ -25,7 +26,6 @@ layout(std430, set = 1, binding = 5) buffer CounterBlock { Counters value; } cou
 layout(push_constant) uniform Push {
     uint turn;           // of the rounds of its half
     uint half_of_rounds; // 0 or 1
-    uint pixel_count;
     uint two; // 2, see interruption.glsl
 };
 
@@ -65,49 +65,72 @@ Ray camera_ray(uint pixel, Random random) {
                normalize(transform_vector(view.render_from_camera, direction)));
 }
 
-// Direct light at a diffuse point from a light chosen by power.
-vec3 direct_from_light(Surface surface, vec3 n, Random random) {
+// A way to find direct light: a ray, and the irradiance that it brings.
+struct Technique {
+    Ray ray;
+    float t_max;
+    vec3 irradiance; // of a light that nothing stands before, or for unit radiance
+};
+
+// A light chosen by power, and a point on it.
+Technique technique_of_light(Surface surface, vec3 n, Random random) {
     LightSample direct = sample_direct(surface.position, random_pair(random, PAIR_LIGHT).x,
                                        random_pair(random, PAIR_LIGHT_POINT));
-    float cos_surface = dot(direct.wi, n);
-    if (!(direct.pdf > 0.0) || cos_surface <= 0.0 || all(equal(direct.radiance, vec3(0.0)))) {
-        return vec3(0.0);
-    }
-    if (occluded(offset_origin(surface, direct.wi), direct.target)) {
-        return vec3(0.0);
-    }
-    float weight = direct.delta ? 1.0 : mis_weight(direct.pdf, cos_surface / PI);
-    return direct.radiance * (cos_surface * weight / direct.pdf);
+    float cos_surface = max(dot(direct.wi, n), 0.0);
+    float weight = direct.competes ? mis_weight(direct.pdf, cos_surface / PI) : 1.0;
+    vec3 origin = offset_origin(surface, direct.wi);
+    vec3 irradiance = direct.pdf > 0.0 ? direct.radiance * (cos_surface * weight / direct.pdf) : vec3(0.0);
+    return Technique(Ray(origin, direct.target - origin), 1.0, irradiance);
 }
 
-// Direct light at a diffuse point along a direction from its bsdf: the better way to
-// large lights, and the only one to infinite ones, which a cosine lobe samples perfectly.
-vec3 direct_from_bsdf(Surface surface, vec3 n, Random random) {
+// A direction of the bsdf: the better way to large lights, and the only one to infinite ones,
+// which a cosine lobe samples perfectly.
+Technique technique_of_bsdf(Surface surface, vec3 n, Random random) {
     vec3 wi = sample_cosine(random_pair(random, PAIR_BSDF), n);
-    Ray ray = Ray(offset_origin(surface, wi), wi);
-    Hit hit = intersect(ray);
+    return Technique(Ray(offset_origin(surface, wi), wi), INFINITY_T, vec3(PI));
+}
+
+// Radiance that comes along a direction of the bsdf from a light.
+vec3 radiance_along(Surface surface, vec3 n, Ray ray, Hit hit) {
     if (hit.primitive == NONE) {
-        return PI * scene_info_at(0u).infinite;
+        return scene_info_at(0u).infinite;
     }
     if (HAS_AREA_LIGHTS) {
         Surface found = surface_at(ray, hit);
         if (found.light != NONE) {
             Light light = lights_at(found.light);
-            float weight = mis_weight(dot(wi, n) / PI, direct_pdf(light, surface.position, found, wi));
-            return emitted_radiance(light, found.normal, -wi) * (PI * weight);
+            float pdf = direct_pdf(light, surface.position, found, ray.direction);
+            float weight = competes(light, surface.position) ? mis_weight(dot(ray.direction, n) / PI, pdf) : 0.0;
+            return emitted_radiance(light, found.normal, -ray.direction) * weight;
         }
     }
     return vec3(0.0);
 }
 
-// Irradiance at a diffuse point that comes straight from lights, W/m^2.
+const uint LIGHT = 0u;
+const uint BSDF = 1u;
+
+// Irradiance at a diffuse point that comes straight from lights, W/m^2: the sum of two
+// techniques where both may find the same light (Veach 1997, chapter 9). Far from all lights
+// of any size, one is enough.
 vec3 direct_irradiance(Surface surface, vec3 n, Random random) {
     vec3 irradiance = vec3(0.0);
+    uint first = BSDF;
     if (HAS_LOCATABLE_LIGHTS) {
-        irradiance += direct_from_light(surface, n, random);
+        first = LIGHT;
     }
-    if (HAS_HITTABLE_LIGHTS) {
-        irradiance += direct_from_bsdf(surface, n, random);
+    uint last = HAS_INFINITE_LIGHTS || is_near_lights(surface.position) ? BSDF : LIGHT;
+    [[dont_unroll]] for (uint technique = first; technique <= last; technique++) {
+        Technique direct = technique_of_bsdf(surface, n, random);
+        if (HAS_LOCATABLE_LIGHTS && technique == LIGHT) {
+            direct = technique_of_light(surface, n, random);
+        }
+        Hit hit = traverse(direct.ray, direct.t_max, technique == LIGHT);
+        if (technique == LIGHT) {
+            irradiance += hit.primitive == NONE ? direct.irradiance : vec3(0.0);
+        } else if (HAS_HITTABLE_LIGHTS) {
+            irradiance += direct.irradiance * radiance_along(surface, n, direct.ray, hit);
+        }
     }
     return irradiance;
 }
@@ -117,8 +140,8 @@ bool is_finite(vec3 v) {
 }
 
 void main() {
-    uint pixel = invocation_index();
-    if (pixel >= pixel_count) {
+    uint pixel = pixel_of(invocation_index(), camera_at(0u).width, camera_at(0u).height);
+    if (pixel == NONE) {
         return;
     }
     Random random = Random(hash(seed_of_half(scene_info_at(0u).seed, half_of_rounds), pixel), turn);
@@ -127,7 +150,10 @@ void main() {
     vec3 radiance = vec3(0.0);
     float index = 1.0; // of the medium the path is in, over the camera's
     float path_length = 0.0;
-    visible_throughputs.data[pixel] = vec4(0.0);
+    Surface visible;
+    vec3 facing = vec3(0.0); // its shading normal, on the eye's side
+    vec3 bsdf = vec3(0.0);   // times throughput
+    bool found = false;
     for (uint depth = 0u; depth < scene_info_at(0u).max_depth; depth++) {
         Hit hit = intersect(ray);
         if (hit.primitive == NONE) {
@@ -150,14 +176,11 @@ void main() {
             }
             // The side of the geometric normal: shading normals must not see through.
             bool front = dot(wo, surface.normal) >= 0.0;
-            vec3 facing = front ? surface.shading_normal : -surface.shading_normal;
-            vec3 bsdf = throughput * material.color / PI;
-            if (DIRECT_NEE) {
-                radiance += bsdf * direct_irradiance(surface, facing, random);
-            }
-            visible_positions.data[pixel] = vec4(surface.position, 0.0);
-            visible_normals.data[pixel] = pack_normal(front ? surface.normal : -surface.normal);
-            visible_throughputs.data[pixel] = vec4(bsdf, max(path_length, SHORTEST_PATH));
+            facing = front ? surface.shading_normal : -surface.shading_normal;
+            surface.normal = front ? surface.normal : -surface.normal;
+            bsdf = throughput * material.color / PI;
+            visible = surface;
+            found = true;
             break;
         }
         Scatter scattered = scatter(material, wo, surface.shading_normal, random_pair(random, PAIR_LOBE + depth).x,
@@ -166,6 +189,14 @@ void main() {
         index *= scattered.eta;
         ray = Ray(offset_origin(surface, scattered.wi), scattered.wi);
     }
+    if (found) {
+        if (DIRECT_NEE) {
+            radiance += bsdf * direct_irradiance(visible, facing, random);
+        }
+        visible_positions.data[pixel] = vec4(visible.position, 0.0);
+        visible_normals.data[pixel] = pack_normal(visible.normal);
+    }
+    visible_throughputs.data[pixel] = found ? vec4(bsdf, max(path_length, SHORTEST_PATH)) : vec4(0.0);
     if (!is_finite(radiance)) {
         radiance = vec3(0.0);
         atomicAdd(counters.value.non_finite, 1u);

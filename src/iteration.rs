@@ -7,7 +7,7 @@ use std::time::{Duration, Instant};
 use bytemuck::Zeroable;
 use goblet_host::{Device, Frame, Pass};
 
-use crate::buffers::Buffers;
+use crate::buffers::{Buffers, invocations_by_tile};
 use crate::film::LUMINANCE;
 use crate::kernels::{
     Counters, Eye, EyePush, Photon, PhotonPush, Radius, RadiusPush, Specialization, Update, UpdatePush,
@@ -158,9 +158,9 @@ impl Passes {
     }
 
     fn trace_eye_paths(&self, on: Stage<'_>, place: Place) -> Result<Counters, RenderError> {
-        let pixels = on.settings.pixels;
-        let push = EyePush { turn: place.turn, half_of_rounds: place.half, pixel_count: pixels as u32, two: 2 };
-        let counters = on.run_counted(|frame| frame.dispatch(&self.eye, push, pixels))?;
+        let push = EyePush { turn: place.turn, half_of_rounds: place.half, two: 2 };
+        let invocations = invocations_by_tile(on.buffers.resolution);
+        let counters = on.run_counted(|frame| frame.dispatch(&self.eye, push, invocations))?;
         finished(&counters, "eye", "a smaller maximum depth")?;
         Ok(counters)
     }

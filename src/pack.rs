@@ -7,6 +7,7 @@
 
 mod newton;
 mod quadric;
+mod reach;
 mod revolution;
 
 use glam::{DAffine3, DVec3, Vec3A};
@@ -14,6 +15,8 @@ use obvhs::aabb::Aabb;
 
 pub use newton::{Envelopes, RevolutionSolver};
 use quadric::{quadric, quadric_area, quadric_bounds};
+use reach::set_reach;
+pub use reach::sphere_of_reach;
 
 use crate::alias;
 use crate::bvh;
@@ -236,8 +239,12 @@ impl Packer {
             }
             let corners = [a, b, c].map(|corner| points[corner].as_vec3());
             let reference = TRIANGLE << KIND_SHIFT | self.triangles.len() as u32;
+            let mut bounds = Aabb::empty();
+            for corner in corners {
+                bounds.extend(Vec3A::from(corner));
+            }
             let light = match shape.emission {
-                Some(emission) => self.add_emitter(&emission, reference, 0.5 * normal.length()),
+                Some(emission) => self.add_emitter(&emission, reference, 0.5 * normal.length(), &bounds),
                 None => NONE,
             };
             let attributes = match &normals {
@@ -251,21 +258,17 @@ impl Packer {
             let [p0, p1, p2] = corners.map(|corner| corner.to_array());
             let material = shape.material as u32;
             self.triangles.push(Triangle { p0, material, p1, light, p2, normals: attributes });
-            let mut bounds = Aabb::empty();
-            for corner in corners {
-                bounds.extend(Vec3A::from(corner));
-            }
             self.add_primitive(reference, bounds);
         }
     }
 
     fn add_quadric(&mut self, shape: &Shape, mut quadric: Quadric) {
         let reference = quadric.kind << KIND_SHIFT | self.quadrics.len() as u32;
-        let area = quadric_area(&quadric);
+        let (area, bounds) = (quadric_area(&quadric), quadric_bounds(&quadric));
         if let Some(emission) = shape.emission {
-            quadric.light = self.add_emitter(&emission, reference, area);
+            quadric.light = self.add_emitter(&emission, reference, area, &bounds);
         }
-        self.add_primitive(reference, quadric_bounds(&quadric));
+        self.add_primitive(reference, bounds);
         self.quadrics.push(quadric);
     }
 
@@ -275,19 +278,20 @@ impl Packer {
     }
 
     /// Adds an emitting primitive of an area in render units; its place among the lights.
-    fn add_emitter(&mut self, emission: &AreaLight, primitive: u32, area: f64) -> u32 {
+    fn add_emitter(&mut self, emission: &AreaLight, primitive: u32, area: f64, bounds: &Aabb) -> u32 {
         if area <= 0.0 {
             return NONE;
         }
         let sides = if emission.two_sided { 2.0 } else { 1.0 };
         let exitance = std::f64::consts::PI * sides;
         let radiance = self.radiance(emission, area);
-        let light = kernels::Light {
+        let mut light = kernels::Light {
             primitive,
             area: area as f32,
             two_sided: u32::from(emission.two_sided),
             ..light_of(AREA, radiance)
         };
+        set_reach(&mut light, bounds, area);
         self.push_light(light, mean(radiance) * exitance * area)
     }
 

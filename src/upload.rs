@@ -6,7 +6,7 @@ use crate::kernels::{
     AliasEntry, BvhPair, Light, Material, NewtonStart, Quadric, Revolution, RevolutionPiece, RevolutionSegment,
     SceneBindings, SceneInfo, Triangle, TriangleNormals,
 };
-use crate::pack::PackedScene;
+use crate::pack::{PackedScene, sphere_of_reach};
 
 /// The scene's arrays, in the order of `shaders/include/scene.glsl`.
 pub struct GpuScene {
@@ -32,6 +32,7 @@ impl GpuScene {
     /// # Errors
     /// Out of device memory, or an array is larger than the device can bind.
     pub fn new(device: &Device, scene: &PackedScene, max_depth: u32, seed: u32) -> goblet_host::Result<Self> {
+        let (lights_center, lights_reach2) = sphere_of_reach(&scene.lights);
         let info = SceneInfo {
             center: [0.0; 3],
             // Wide enough that rounding leaves nothing outside.
@@ -42,6 +43,8 @@ impl GpuScene {
             direct_count: scene.direct_table.len() as u32,
             max_depth,
             seed,
+            lights_center,
+            lights_reach2,
         };
         Ok(Self {
             scene_info: device.upload_texels("scene_info", &[info])?,

@@ -5,8 +5,21 @@ struct LightSample {
     vec3 wi;       // unit direction to the light
     vec3 radiance; // arriving if unoccluded, or irradiance for lights without area
     float pdf;     // solid angle, selection included; 0 if there is nothing to gain
-    bool delta;    // no other strategy can find this light
+    bool competes; // directions of the bsdf look for this light, too
 };
+
+// Whether an area light is so large as seen from a point that directions of the bsdf are worth
+// a ray: MIS has both techniques look for such lights, and one for the others.
+bool competes(Light light, vec3 from) {
+    vec3 d = light.position - from;
+    return dot(d, d) < light.reach2;
+}
+
+// Whether there may be any such light.
+bool is_near_lights(vec3 from) {
+    vec3 d = scene_info_at(0u).lights_center - from;
+    return dot(d, d) < scene_info_at(0u).lights_reach2;
+}
 
 // Smooth falloff of a spot light at a cosine.
 float spot_falloff(Light light, float cos_theta) {
@@ -102,7 +115,7 @@ Surface sample_revolution(Light light, vec2 u) {
 
 // An emitter seen from a point by next-event estimation.
 LightSample sample_area(Light light, vec3 from, vec2 u) {
-    LightSample direct = LightSample(from, vec3(0.0), vec3(0.0), 0.0, false);
+    LightSample direct = LightSample(from, vec3(0.0), vec3(0.0), 0.0, competes(light, from));
     Surface surface;
     if (HAS_SPHERES && light.primitive >> KIND_SHIFT == SPHERE) {
         if (!sample_sphere(light, from, u, surface)) {
@@ -133,7 +146,7 @@ LightSample sample_direct(vec3 from, float u_light, vec2 u) {
     }
     if (HAS_DISTANT_LIGHTS && light.kind == DISTANT) {
         vec3 target = from - 2.0 * scene_info_at(0u).radius * light.direction;
-        return LightSample(target, -light.direction, light.emission, light.direct_pmf, true);
+        return LightSample(target, -light.direction, light.emission, light.direct_pmf, false);
     }
     vec3 to_light = light.position - from;
     float distance2 = dot(to_light, to_light);
@@ -142,7 +155,7 @@ LightSample sample_direct(vec3 from, float u_light, vec2 u) {
     if (HAS_SPOT_LIGHTS && light.kind == SPOT) {
         radiance *= spot_falloff(light, -dot(wi, light.direction));
     }
-    return LightSample(light.position, wi, radiance, light.direct_pmf, true);
+    return LightSample(light.position, wi, radiance, light.direct_pmf, false);
 }
 
 // Weight of one of two strategies (Veach 1997, power heuristic).

@@ -140,7 +140,7 @@ const uint AREA = 4u;
 struct Light {
     vec3 emission;      // point, spot: W/sr; distant: W/m^2; area, infinite: W/(m^2 sr)
     uint kind;
-    vec3 position;      // point, spot
+    vec3 position;      // point, spot; area: its middle
     uint primitive;     // area: a primitive reference
     vec3 direction;     // spot: axis; distant: the way the light travels
     float emission_pmf; // chance that a photon starts here
@@ -148,7 +148,9 @@ struct Light {
     float cos_end;      // spot: dark outside
     float area;         // triangle and disk: area
     uint two_sided;     // area: emits on both sides
-    vec3 pad0;
+    float reach2;       // area: squared distance from there, within which it is large
+    float pad0;
+    float pad1;
     float direct_pmf;   // chance that next-event estimation picks it
 };
 
@@ -169,6 +171,8 @@ struct SceneInfo {
     uint direct_count;   // entries of direct_table
     uint max_depth;      // segments of a path
     uint seed;
+    vec3 lights_center;  // a sphere around all places from which any area light is large
+    float lights_reach2;
 };
 
 // A perspective camera with a thin lens. Camera space: x right, y up, z forward.

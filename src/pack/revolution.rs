@@ -49,11 +49,12 @@ impl Packer {
         });
         for (i, (mut piece, area)) in pieces.into_iter().zip(areas).enumerate() {
             let reference = REVOLUTION << KIND_SHIFT | (first + i) as u32;
+            let bounds = bounds(&piece, &render_from_unit);
             if let Some(emission) = &emission {
-                piece.light = self.add_emitter(emission, reference, area);
+                piece.light = self.add_emitter(emission, reference, area, &bounds);
             }
             if self.solver == RevolutionSolver::Certified {
-                self.add_primitive(reference, bounds(&piece, &render_from_unit));
+                self.add_primitive(reference, bounds);
             }
             self.revolution_pieces.push(piece);
         }

@@ -21,7 +21,7 @@ struct Seen {
     vec3 target;
     float pdf;
     vec3 wi;
-    uint delta;
+    uint competes;
     vec3 radiance;
     float pdf_of_hit; // direct_pdf of the point that the ray along wi meets first, 0 if none
 };
@@ -51,5 +51,5 @@ void main() {
             pdf_of_hit = direct_pdf(lights_at(view.light), view.from, surface_at(ray, hit), direct.wi);
         }
     }
-    seen.data[i] = Seen(direct.target, direct.pdf, direct.wi, direct.delta ? 1u : 0u, direct.radiance, pdf_of_hit);
+    seen.data[i] = Seen(direct.target, direct.pdf, direct.wi, direct.competes ? 1u : 0u, direct.radiance, pdf_of_hit);
 }

@@ -69,6 +69,7 @@ impl World {
     pub fn parse_for(text: &str, solver: RevolutionSolver) -> (Self, pack::PackedScene) {
         let scene = Scene::parse(text, "test.pbrt", Path::new(env!("CARGO_MANIFEST_DIR"))).expect("a scene");
         let packed = pack::pack(&scene, solver).expect("a packed scene");
+        let (lights_center, lights_reach2) = pack::sphere_of_reach(&packed.lights);
         let world = Self {
             info: SceneInfo {
                 center: [0.0; 3],
@@ -79,6 +80,8 @@ impl World {
                 direct_count: packed.direct_table.len() as u32,
                 max_depth: 8,
                 seed: 1,
+                lights_center,
+                lights_reach2,
             },
             bvh_pairs: twins(&packed.bvh_pairs),
             primitives: packed.primitives.clone(),
