@@ -96,7 +96,7 @@ vec3 radiance_along(Surface surface, vec3 n, Ray ray, Hit hit) {
         return scene_info_at(0u).infinite;
     }
     if (HAS_AREA_LIGHTS) {
-        Surface found = surface_at(ray, hit);
+        Surface found = emitter_at(ray, hit);
         if (found.light != NONE) {
             Light light = lights_at(found.light);
             float pdf = direct_pdf(light, surface.position, found, ray.direction);
@@ -183,8 +183,8 @@ void main() {
             found = true;
             break;
         }
-        Scatter scattered = scatter(material, wo, surface.shading_normal, random_pair(random, PAIR_LOBE + depth).x,
-                                    vec2(0.0), RADIANCE);
+        Scatter scattered = scatter_specular(material, wo, surface.shading_normal,
+                                             random_pair(random, PAIR_LOBE + depth).x, RADIANCE);
         throughput *= scattered.weight;
         index *= scattered.eta;
         ray = Ray(offset_origin(surface, scattered.wi), scattered.wi);

@@ -367,6 +367,7 @@ impl Packer {
 
     fn specialization(&self, scene: &Scene, direct_table: &[AliasEntry]) -> Specialization {
         let has_light = |kind| self.lights.iter().any(|light| light.kind == kind);
+        let shines = |kind| self.lights.iter().any(|light| light.kind == AREA && light.primitive >> KIND_SHIFT == kind);
         let has_kind = |kind| self.references.iter().any(|reference| reference >> KIND_SHIFT == kind);
         let used =
             |wanted: fn(&Material) -> bool| scene.shapes.iter().any(|shape| wanted(&scene.materials[shape.material]));
@@ -396,6 +397,10 @@ impl Packer {
             has_area_lights: has_light(AREA),
             has_locatable_lights: !direct_table.is_empty(),
             has_hittable_lights: has_light(AREA) || has_light(INFINITE),
+            has_triangle_lights: shines(TRIANGLE),
+            has_sphere_lights: shines(SPHERE),
+            has_disk_lights: shines(DISK),
+            has_revolution_lights: shines(REVOLUTION),
             is_flat,
             flat_triangles: if is_flat { self.triangles.len() as u32 } else { 0 },
             flat_quadrics: if is_flat { self.quadrics.len() as u32 } else { 0 },

@@ -68,15 +68,29 @@ Scatter scatter_dielectric(Material material, vec3 wo, vec3 n, float u, bool car
     return Scatter(wi, material.color * compression, eta);
 }
 
+Scatter scatter_conductor(Material material, vec3 wo, vec3 n) {
+    vec3 facing = dot(wo, n) < 0.0 ? -n : n;
+    float cos_o = dot(wo, facing);
+    return Scatter(2.0 * cos_o * facing - wo, fresnel_conductor(cos_o, material.eta, material.k), 1.0);
+}
+
+// A direction from a surface without a diffuse lobe; the other is chosen by u.
+Scatter scatter_specular(Material material, vec3 wo, vec3 n, float u, bool carries) {
+    Scatter scattered = Scatter(wo, vec3(0.0), 1.0);
+    if (HAS_DIELECTRICS && material.kind == DIELECTRIC) {
+        scattered = scatter_dielectric(material, wo, n, u, carries);
+    }
+    if (HAS_CONDUCTORS && material.kind == CONDUCTOR) {
+        scattered = scatter_conductor(material, wo, n);
+    }
+    return scattered;
+}
+
 // A direction from the surface's bsdf; the lobe is chosen by u_lobe.
 Scatter scatter(Material material, vec3 wo, vec3 n, float u_lobe, vec2 u, bool carries) {
-    if (HAS_DIELECTRICS && material.kind == DIELECTRIC) {
-        return scatter_dielectric(material, wo, n, u_lobe, carries);
+    if (is_specular(material)) {
+        return scatter_specular(material, wo, n, u_lobe, carries);
     }
     vec3 facing = dot(wo, n) < 0.0 ? -n : n;
-    if (HAS_CONDUCTORS && material.kind == CONDUCTOR) {
-        float cos_o = dot(wo, facing);
-        return Scatter(2.0 * cos_o * facing - wo, fresnel_conductor(cos_o, material.eta, material.k), 1.0);
-    }
     return Scatter(sample_cosine(u, facing), material.color, 1.0);
 }

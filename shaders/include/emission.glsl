@@ -43,14 +43,12 @@ Surface sample_sphere_area(Quadric quadric, vec2 u, out float area) {
 
 Emission emit_area(Light light, vec2 u_position, vec2 u_direction, float u_side) {
     float area = light.area;
-    Surface surface;
-    if (HAS_SPHERES && light.primitive >> KIND_SHIFT == SPHERE) {
+    Surface surface = sample_emitter(light, u_position);
+    if (HAS_SPHERE_LIGHTS && light.primitive >> KIND_SHIFT == SPHERE) {
         surface = sample_sphere_area(quadrics_at(light.primitive & INDEX_MASK), u_position, area);
-    } else if (HAS_REVOLUTIONS && light.primitive >> KIND_SHIFT == REVOLUTION) {
-        surface = sample_revolution(light, u_position);
+    }
+    if (HAS_REVOLUTION_LIGHTS && light.primitive >> KIND_SHIFT == REVOLUTION) {
         area = 1.0 / surface.area_pdf;
-    } else {
-        surface = sample_flat(light, u_position);
     }
     bool back = light.two_sided != 0u && u_side < 0.5;
     vec3 direction = sample_cosine(u_direction, back ? -surface.normal : surface.normal);

@@ -63,13 +63,13 @@ float sphere_pdf(Quadric quadric, vec3 from, vec3 wi) {
 
 // Pdf, selection included, with which direct_sample finds a point on an area light.
 float direct_pdf(Light light, vec3 from, Surface surface, vec3 wi) {
-    if (HAS_SPHERES && light.primitive >> KIND_SHIFT == SPHERE) {
+    if (HAS_SPHERE_LIGHTS && light.primitive >> KIND_SHIFT == SPHERE) {
         return light.direct_pmf * sphere_pdf(quadrics_at(light.primitive & INDEX_MASK), from, wi);
     }
     vec3 to_light = surface.position - from;
     float cos_light = abs(dot(surface.normal, wi));
     float area_pdf = 1.0 / light.area;
-    if (HAS_REVOLUTIONS && light.primitive >> KIND_SHIFT == REVOLUTION) {
+    if (HAS_REVOLUTION_LIGHTS && light.primitive >> KIND_SHIFT == REVOLUTION) {
         area_pdf = surface.area_pdf;
     }
     return light.direct_pmf * area_pdf * dot(to_light, to_light) / max(cos_light, 1.0e-20);
@@ -89,13 +89,9 @@ bool sample_sphere(Light light, vec3 from, vec2 u, out Surface surface) {
     return found;
 }
 
-// A point uniform by area on a triangle or disk.
-Surface sample_flat(Light light, vec2 u) {
-    uint index = light.primitive & INDEX_MASK;
-    if (HAS_TRIANGLES && light.primitive >> KIND_SHIFT == TRIANGLE) {
-        return triangle_surface(triangles_at(index), sample_triangle(u));
-    }
-    Quadric disk = quadrics_at(index);
+// A point uniform by area on a disk.
+Surface sample_flat_disk(Light light, vec2 u) {
+    Quadric disk = quadrics_at(light.primitive & INDEX_MASK);
     float inner2 = disk.inner_radius * disk.inner_radius;
     // A whole disk keeps strata together; a cut one is sampled in polar coordinates.
     float radius = sqrt(mix(inner2, 1.0, u.x));
@@ -113,18 +109,30 @@ Surface sample_revolution(Light light, vec2 u) {
     return revolution_surface(piece, clamp(x, -1.0, 1.0), vec2(cos(phi), sin(phi)));
 }
 
+// A point on an emitter, but a sphere: uniform by area, or with surface.area_pdf.
+Surface sample_emitter(Light light, vec2 u) {
+    Surface surface;
+    uint kind = light.primitive >> KIND_SHIFT;
+    if (HAS_TRIANGLE_LIGHTS && kind == TRIANGLE) {
+        surface = triangle_surface(triangles_at(light.primitive & INDEX_MASK), sample_triangle(u));
+    }
+    if (HAS_DISK_LIGHTS && kind == DISK) {
+        surface = sample_flat_disk(light, u);
+    }
+    if (HAS_REVOLUTION_LIGHTS && kind == REVOLUTION) {
+        surface = sample_revolution(light, u);
+    }
+    return surface;
+}
+
 // An emitter seen from a point by next-event estimation.
 LightSample sample_area(Light light, vec3 from, vec2 u) {
     LightSample direct = LightSample(from, vec3(0.0), vec3(0.0), 0.0, competes(light, from));
-    Surface surface;
-    if (HAS_SPHERES && light.primitive >> KIND_SHIFT == SPHERE) {
+    Surface surface = sample_emitter(light, u);
+    if (HAS_SPHERE_LIGHTS && light.primitive >> KIND_SHIFT == SPHERE) {
         if (!sample_sphere(light, from, u, surface)) {
             return direct;
         }
-    } else if (HAS_REVOLUTIONS && light.primitive >> KIND_SHIFT == REVOLUTION) {
-        surface = sample_revolution(light, u);
-    } else {
-        surface = sample_flat(light, u);
     }
     vec3 to_light = surface.position - from;
     direct.wi = normalize(to_light);

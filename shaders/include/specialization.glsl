@@ -24,6 +24,10 @@ layout(constant_id = 19) const bool DIRECT_NEE = true;          // direct light 
 layout(constant_id = 22) const bool IS_FLAT = false;            // so few primitives that a hierarchy costs more than it saves
 layout(constant_id = 23) const uint FLAT_TRIANGLES = 0u;        // how many, then
 layout(constant_id = 24) const uint FLAT_QUADRICS = 0u;
+layout(constant_id = 25) const bool HAS_TRIANGLE_LIGHTS = true;
+layout(constant_id = 26) const bool HAS_SPHERE_LIGHTS = true;
+layout(constant_id = 27) const bool HAS_DISK_LIGHTS = true;
+layout(constant_id = 28) const bool HAS_REVOLUTION_LIGHTS = true;
 
 // Which kind of primitive a reference names; decided at compile time where it can be. Ask
 // in this order.
