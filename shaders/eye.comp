@@ -1,6 +1,8 @@
-// eye: follow one camera path per pixel to its visible point, the first diffuse surface.
-// One invocation per pixel. Writes visible_*; visible_radiances holds emission and direct
-// light. Hachisuka and Jensen 2009, section 3.
+// eye: follow camera paths of each pixel to the first diffuse surface, the last one's visible
+// point.
+// One invocation per pixel. Writes visible_*; visible_radiances holds the mean of all paths'
+// emission and direct light, which are noisier than what photons bring, and cheaper.
+// Hachisuka and Jensen 2009, section 3.
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #include "invocation.glsl"
@@ -26,6 +28,7 @@ layout(std430, set = 1, binding = 5) buffer CounterBlock { Counters value; } cou
 layout(push_constant) uniform Push {
     uint turn;           // of the rounds of its half
     uint half_of_rounds; // 0 or 1
+    uint paths;          // of a pixel
     uint two; // 2, see interruption.glsl
 };
 
@@ -139,36 +142,38 @@ bool is_finite(vec3 v) {
     return all(lessThan(abs(v), vec3(INFINITY_T)));
 }
 
-void main() {
-    uint pixel = pixel_of(invocation_index(), camera_at(0u).width, camera_at(0u).height);
-    if (pixel == NONE) {
-        return;
-    }
-    Random random = Random(hash(seed_of_half(scene_info_at(0u).seed, half_of_rounds), pixel), turn);
-    Ray ray = camera_ray(pixel, random);
+// What an eye path has come to.
+struct EyePath {
+    vec3 radiance;   // emission that it has met, W/(m^2 sr)
+    Surface visible; // its end, if it is diffuse; the normal is on the eye's side
+    vec3 facing;     // its shading normal, on the eye's side
+    vec3 bsdf;       // its bsdf times the throughput
+    float reached;   // length to that end; 0 if there is none
+};
+
+// Follows a path to the first diffuse surface.
+EyePath follow(Ray ray, Random random) {
+    EyePath path;
+    path.radiance = vec3(0.0);
+    path.reached = 0.0;
     vec3 throughput = vec3(1.0);
-    vec3 radiance = vec3(0.0);
     float index = 1.0; // of the medium the path is in, over the camera's
-    float path_length = 0.0;
-    Surface visible;
-    vec3 facing = vec3(0.0); // its shading normal, on the eye's side
-    vec3 bsdf = vec3(0.0);   // times throughput
-    bool found = false;
+    float travelled = 0.0;
     for (uint depth = 0u; depth < scene_info_at(0u).max_depth; depth++) {
         Hit hit = intersect(ray);
         if (hit.primitive == NONE) {
-            radiance += throughput * scene_info_at(0u).infinite;
+            path.radiance += throughput * scene_info_at(0u).infinite;
             if (is_in_glass(index)) {
                 atomicAdd(counters.value.eye_lost_in_glass, 1u);
             }
             break;
         }
-        path_length += hit.t;
+        travelled += hit.t;
         Surface surface = surface_at(ray, hit);
         Material material = materials_at(surface.material);
         vec3 wo = -ray.direction;
         if (HAS_AREA_LIGHTS && surface.light != NONE) {
-            radiance += throughput * emitted_radiance(lights_at(surface.light), surface.normal, wo);
+            path.radiance += throughput * emitted_radiance(lights_at(surface.light), surface.normal, wo);
         }
         if (!is_specular(material)) {
             if (is_in_glass(index)) {
@@ -176,11 +181,11 @@ void main() {
             }
             // The side of the geometric normal: shading normals must not see through.
             bool front = dot(wo, surface.normal) >= 0.0;
-            facing = front ? surface.shading_normal : -surface.shading_normal;
+            path.facing = front ? surface.shading_normal : -surface.shading_normal;
             surface.normal = front ? surface.normal : -surface.normal;
-            bsdf = throughput * material.color / PI;
-            visible = surface;
-            found = true;
+            path.bsdf = throughput * material.color / PI;
+            path.visible = surface;
+            path.reached = max(travelled, SHORTEST_PATH);
             break;
         }
         Scatter scattered = scatter_specular(material, wo, surface.shading_normal,
@@ -189,19 +194,35 @@ void main() {
         index *= scattered.eta;
         ray = Ray(offset_origin(surface, scattered.wi), scattered.wi);
     }
-    if (found) {
-        if (DIRECT_NEE) {
-            radiance += bsdf * direct_irradiance(visible, facing, random);
+    return path;
+}
+
+void main() {
+    uint pixel = pixel_of(invocation_index(), camera_at(0u).width, camera_at(0u).height);
+    if (pixel == NONE) {
+        return;
+    }
+    uint seed = hash(seed_of_half(scene_info_at(0u).seed, half_of_rounds), pixel);
+    vec3 sum = vec3(0.0);
+    EyePath path;
+    [[dont_unroll]] for (uint i = 0u; i < paths; i++) {
+        Random random = Random(seed, turn * paths + i);
+        path = follow(camera_ray(pixel, random), random);
+        if (DIRECT_NEE && path.reached > 0.0) {
+            path.radiance += path.bsdf * direct_irradiance(path.visible, path.facing, random);
         }
-        visible_positions.data[pixel] = vec4(visible.position, 0.0);
-        visible_normals.data[pixel] = pack_normal(visible.normal);
+        if (!is_finite(path.radiance)) {
+            path.radiance = vec3(0.0);
+            atomicAdd(counters.value.non_finite, 1u);
+        }
+        sum += path.radiance;
     }
-    visible_throughputs.data[pixel] = found ? vec4(bsdf, max(path_length, SHORTEST_PATH)) : vec4(0.0);
-    if (!is_finite(radiance)) {
-        radiance = vec3(0.0);
-        atomicAdd(counters.value.non_finite, 1u);
+    visible_radiances.data[pixel] = vec4(sum / float(paths), 0.0);
+    visible_throughputs.data[pixel] = path.reached > 0.0 ? vec4(path.bsdf, path.reached) : vec4(0.0);
+    if (path.reached > 0.0) {
+        visible_positions.data[pixel] = vec4(path.visible.position, 0.0);
+        visible_normals.data[pixel] = pack_normal(path.visible.normal);
     }
-    visible_radiances.data[pixel] = vec4(radiance, 0.0);
     if (interrupted(two)) {
         atomicAdd(counters.value.interrupted, 1u);
     }

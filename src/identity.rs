@@ -37,6 +37,7 @@ impl Identity {
             (PARTS[3], digest(&[bytes(&[view.camera]), bytes(&view.filter_offsets)])),
             ("resolution", format!("{width}x{height}")),
             ("photons per iteration", photons.to_string()),
+            ("eye paths per iteration", resolved.eye_paths.to_string()),
             ("radius", radius.map_or_else(|| "automatic".to_owned(), |radius| radius.to_string())),
             ("alpha", alpha.to_string()),
             ("maximum depth", max_depth.to_string()),

@@ -37,6 +37,8 @@ pub struct Settings {
     pub pixels: u64,
     /// Photons to emit.
     pub photons: u64,
+    /// Eye paths of a pixel.
+    pub eye_paths: u32,
     /// Share of an iteration's photons that a pixel keeps (Hachisuka 2008, eq. 5).
     pub alpha: f64,
     /// Who decides how radii shrink.
@@ -158,7 +160,8 @@ impl Passes {
     }
 
     fn trace_eye_paths(&self, on: Stage<'_>, place: Place) -> Result<Counters, RenderError> {
-        let push = EyePush { turn: place.turn, half_of_rounds: place.half, two: 2 };
+        let paths = on.settings.eye_paths;
+        let push = EyePush { turn: place.turn, half_of_rounds: place.half, paths, two: 2 };
         let invocations = invocations_by_tile(on.buffers.resolution);
         let counters = on.run_counted(|frame| frame.dispatch(&self.eye, push, invocations))?;
         finished(&counters, "eye", "a smaller maximum depth")?;

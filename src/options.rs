@@ -1,5 +1,7 @@
 //! What a caller may ask of a render, and which of it fits a scene.
 
+use std::ops::RangeInclusive;
+
 use crate::pack::RevolutionSolver;
 use crate::radius::RadiusSchedule;
 use crate::renderer::RenderError;
@@ -15,6 +17,8 @@ const RADIUS_RANGE: [f64; 2] = [1e-9, 1e4];
 /// Iterations of a round of progressive photon mapping where nobody says how many photons
 /// it has.
 const DEFAULT_ROUND: u32 = 16;
+/// Direct light and edges are noisier than what photons bring: see docs/performance.md.
+const DEFAULT_EYE_PATHS: u32 = 4;
 
 /// When new eye paths are traced.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, clap::ValueEnum)]
@@ -73,6 +77,9 @@ pub struct Options {
     pub resolution: Option<[u32; 2]>,
     /// Photons per iteration.
     pub photons: Option<u64>,
+    /// Eye paths per pixel and iteration, 1 to 64; 4 by default. All bring direct light, the
+    /// last one what photons bring.
+    pub eye_paths: Option<u32>,
     /// Initial radius in scene units; without any, it follows the footprints of pixels.
     pub radius: Option<f64>,
     /// Share of an iteration's photons that a pixel keeps, in (0, 1]; 2/3 by default.
@@ -112,6 +119,7 @@ impl Default for Options {
         Self {
             resolution: None,
             photons: None,
+            eye_paths: None,
             radius: None,
             alpha: None,
             max_depth: None,
@@ -137,6 +145,7 @@ pub(crate) struct Resolved {
     pub resolution: [u32; 2],
     pub pixels: u64,
     pub photons: u64,
+    pub eye_paths: u32,
     /// Scene units.
     pub radius: Option<f64>,
     pub alpha: f64,
@@ -151,6 +160,9 @@ impl Options {
     /// Widths of the hash grid's cells, in diameters of the largest disc.
     pub const CELL_SCALES: [f64; 2] = [0.25, 8.0];
 
+    /// Eye paths of a pixel in an iteration.
+    pub const EYE_PATHS: RangeInclusive<u32> = 1..=64;
+
     /// Fills the gaps from a scene whose bounding sphere has the radius `size`.
     ///
     /// # Errors
@@ -159,6 +171,7 @@ impl Options {
         let resolution = self.resolution.unwrap_or(scene.film.resolution);
         let pixels = u64::from(resolution[0]) * u64::from(resolution[1]);
         let photons = self.photons.or(scene.integrator.photons_per_iteration).unwrap_or(pixels);
+        let eye_paths = self.eye_paths.unwrap_or(DEFAULT_EYE_PATHS);
         let max_depth = self.max_depth.unwrap_or(scene.integrator.max_depth);
         let radius = self.radius.or(scene.integrator.radius);
         let alpha = self.alpha.unwrap_or(2.0 / 3.0);
@@ -168,6 +181,9 @@ impl Options {
         })?;
         check(photons > 0 && photons <= MAX_PHOTONS, || {
             format!("{photons} photons per iteration: expected 1 to {MAX_PHOTONS}")
+        })?;
+        check(Self::EYE_PATHS.contains(&eye_paths), || {
+            format!("{eye_paths} eye paths per iteration: expected {} to {}", Self::EYE_PATHS.start(), Self::EYE_PATHS.end())
         })?;
         check(max_depth > 0, || "a maximum depth of 0: expected 1 or more".into())?;
         let [least, most] = RADIUS_RANGE.map(|bound| bound * size);
@@ -188,6 +204,7 @@ impl Options {
             resolution,
             pixels,
             photons,
+            eye_paths,
             radius,
             alpha,
             max_depth,

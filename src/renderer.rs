@@ -101,6 +101,7 @@ impl Renderer {
             settings: Settings {
                 pixels: resolved.pixels,
                 photons: resolved.photons,
+                eye_paths: resolved.eye_paths,
                 alpha: resolved.alpha,
                 radius_schedule: options.radius_schedule,
                 pixel_width: f64::from(view.camera.image_extent[0]).abs() / f64::from(view.camera.width),

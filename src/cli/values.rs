@@ -48,6 +48,10 @@ pub fn positive_u32(text: &str) -> Result<u32, String> {
     whole_number(text, 1..=u32::MAX)
 }
 
+pub fn eye_paths(text: &str) -> Result<u32, String> {
+    whole_number(text, Options::EYE_PATHS)
+}
+
 pub fn seed(text: &str) -> Result<u32, String> {
     whole_number(text, 0..=u32::MAX)
 }

@@ -7,7 +7,7 @@ use clap::Args;
 
 use crate::cli::Aov;
 use crate::cli::values::{
-    alpha, cell_scale, output_path, photons, positive_u32, radius, resolution, seconds, seed, target_error,
+    alpha, cell_scale, eye_paths, output_path, photons, positive_u32, radius, resolution, seconds, seed, target_error,
     workgroup_sizes,
 };
 use crate::options::{DirectLight, Integrator, LookupKind, Options, Sampler};
@@ -45,6 +45,13 @@ pub struct RenderArgs {
     #[arg(long, value_name = "P", value_parser = photons, help_heading = "Quality")]
     #[arg(allow_negative_numbers = true)]
     pub photons: Option<u64>,
+
+    /// Eye paths per pixel and iteration [default: 4]
+    ///
+    /// All bring direct light and smooth edges; the last one brings what photons bring.
+    #[arg(long, value_name = "N", value_parser = eye_paths, help_heading = "Quality")]
+    #[arg(allow_negative_numbers = true)]
+    pub eye_paths: Option<u32>,
 
     /// Initial gather radius in scene units [default: the scene's, else by pixel footprint]
     #[arg(long, value_name = "R", value_parser = radius, help_heading = "Quality")]
@@ -187,6 +194,7 @@ impl RenderArgs {
         Options {
             resolution: self.resolution,
             photons: self.photons,
+            eye_paths: self.eye_paths,
             radius: self.radius,
             alpha: self.alpha,
             max_depth: self.max_depth,
