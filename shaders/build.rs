@@ -22,6 +22,11 @@ use std::{env, fs, process};
 /// Kernels name theirs `WORKGROUP_SIZE`.
 const WORKGROUP_SIZES: [u32; 3] = [32, 64, 128];
 
+/// Specialization constants that leave out so much code when they are false that kernels are
+/// also compiled without it: what a driver need not see costs it no time. GLSL is told by a
+/// macro, `WITHOUT_HAS_REVOLUTIONS`.
+const SEPARATE: [&str; 1] = ["HAS_REVOLUTIONS"];
+
 fn main() {
     if let Err(error) = run() {
         eprintln!("{error}");
@@ -32,12 +37,12 @@ fn main() {
 fn run() -> Result<(), Box<dyn Error>> {
     let root = PathBuf::from(env::var("CARGO_MANIFEST_DIR")?);
     let out = PathBuf::from(env::var("OUT_DIR")?);
-    build_kernels(&root, "shaders", &out, "kernels.rs")?;
-    build_kernels(&root, "tests/kernels", &out, "test_kernels.rs")
+    build_kernels(&root, "shaders", &SEPARATE, &out, "kernels.rs")?;
+    build_kernels(&root, "tests/kernels", &[], &out, "test_kernels.rs")
 }
 
 /// Compiles every kernel of `folder` and writes `module` with their description.
-fn build_kernels(root: &Path, folder: &str, out: &Path, module: &str) -> Result<(), Box<dyn Error>> {
+fn build_kernels(root: &Path, folder: &str, separate: &[&str], out: &Path, module: &str) -> Result<(), Box<dyn Error>> {
     println!("cargo:rerun-if-changed={folder}");
     let mut sources: Vec<PathBuf> =
         fs::read_dir(root.join(folder))?.map(|entry| entry.map(|entry| entry.path())).collect::<Result<_, _>>()?;
@@ -48,15 +53,23 @@ fn build_kernels(root: &Path, folder: &str, out: &Path, module: &str) -> Result<
     let mut kernels = Vec::new();
     for source in &sources {
         let name = source.file_stem().and_then(|stem| stem.to_str()).ok_or("a kernel's file name is not UTF-8")?;
+        let shown = source.strip_prefix(root)?.display().to_string();
         let mut reflected = None;
         for size in WORKGROUP_SIZES {
-            let (words, elements) = compile::compile(root, source, &types, size)?;
-            let bytes: Vec<u8> = words.iter().flat_map(|word| word.to_le_bytes()).collect();
-            fs::write(out.join(format!("{name}.{size}.spv")), &bytes)?;
-            let shown = source.strip_prefix(root)?.display().to_string();
-            let kernel = reflect::reflect(name, &bytes, &elements, &types).map_err(|error| format!("{shown}: {error}"))?;
+            let whole = compile::compile(root, source, &types, size, None)?;
+            let mut kernel = reflect::reflect(name, &whole.bytes(), &whole.elements, &types)
+                .map_err(|error| format!("{shown}: {error}"))?;
             if kernel.workgroup_size != [size, 1, 1] {
                 return Err(format!("{shown}: write layout(local_size_x = WORKGROUP_SIZE) in;").into());
+            }
+            fs::write(out.join(format!("{name}.{size}.spv")), whole.bytes())?;
+            for constant in separate {
+                if !kernel.has_constant(constant) {
+                    continue;
+                }
+                let part = compile::compile(root, source, &types, size, Some(constant))?;
+                fs::write(out.join(format!("{name}.{size}.{constant}.spv")), part.bytes())?;
+                kernel.smaller.push((*constant).to_owned());
             }
             reflected = Some(kernel);
         }

@@ -68,78 +68,36 @@ Ray camera_ray(uint pixel, Random random) {
                normalize(transform_vector(view.render_from_camera, direction)));
 }
 
-// A way to find direct light: a ray, and the irradiance that it brings.
-struct Technique {
-    Ray ray;
-    float t_max;
-    vec3 irradiance; // of a light that nothing stands before, or for unit radiance
-};
-
-// A light chosen by power, and a point on it.
-Technique technique_of_light(Surface surface, vec3 n, Random random) {
-    LightSample direct = sample_direct(surface.position, random_pair(random, PAIR_LIGHT).x,
-                                       random_pair(random, PAIR_LIGHT_POINT));
-    float cos_surface = max(dot(direct.wi, n), 0.0);
-    float weight = direct.competes ? mis_weight(direct.pdf, cos_surface / PI) : 1.0;
-    vec3 origin = offset_origin(surface, direct.wi);
-    vec3 irradiance = direct.pdf > 0.0 ? direct.radiance * (cos_surface * weight / direct.pdf) : vec3(0.0);
-    return Technique(Ray(origin, direct.target - origin), 1.0, irradiance);
-}
-
-// A direction of the bsdf: the better way to large lights, and the only one to infinite ones,
-// which a cosine lobe samples perfectly.
-Technique technique_of_bsdf(Surface surface, vec3 n, Random random) {
-    vec3 wi = sample_cosine(random_pair(random, PAIR_BSDF), n);
-    return Technique(Ray(offset_origin(surface, wi), wi), INFINITY_T, vec3(PI));
-}
-
-// Radiance that comes along a direction of the bsdf from a light.
-vec3 radiance_along(Surface surface, vec3 n, Ray ray, Hit hit) {
-    if (hit.primitive == NONE) {
-        return scene_info_at(0u).infinite;
-    }
-    if (HAS_AREA_LIGHTS) {
-        Surface found = emitter_at(ray, hit);
-        if (found.light != NONE) {
-            Light light = lights_at(found.light);
-            float pdf = direct_pdf(light, surface.position, found, ray.direction);
-            float weight = competes(light, surface.position) ? mis_weight(dot(ray.direction, n) / PI, pdf) : 0.0;
-            return emitted_radiance(light, found.normal, -ray.direction) * weight;
-        }
+// Irradiance at a diffuse point that comes straight from a light chosen by power, W/m^2.
+vec3 irradiance_of_light(Surface surface, vec3 n, Random random) {
+    if (HAS_LOCATABLE_LIGHTS) {
+        LightSample direct = sample_direct(surface.position, random_pair(random, PAIR_LIGHT).x,
+                                           random_pair(random, PAIR_LIGHT_POINT));
+        float cos_surface = max(dot(direct.wi, n), 0.0);
+        float weight = direct.competes ? mis_weight(direct.pdf, cos_surface / PI) : 1.0;
+        bool blocked = occluded(offset_origin(surface, direct.wi), direct.target);
+        return direct.pdf > 0.0 && !blocked ? direct.radiance * (cos_surface * weight / direct.pdf) : vec3(0.0);
     }
     return vec3(0.0);
 }
 
-const uint LIGHT = 0u;
-const uint BSDF = 1u;
-
-// Irradiance at a diffuse point that comes straight from lights, W/m^2: the sum of two
-// techniques where both may find the same light (Veach 1997, chapter 9). Far from all lights
-// of any size, one is enough.
-vec3 direct_irradiance(Surface surface, vec3 n, Random random) {
-    vec3 irradiance = vec3(0.0);
-    uint first = BSDF;
-    if (HAS_LOCATABLE_LIGHTS) {
-        first = LIGHT;
-    }
-    uint last = HAS_INFINITE_LIGHTS || is_near_lights(surface.position) ? BSDF : LIGHT;
-    [[dont_unroll]] for (uint technique = first; technique <= last; technique++) {
-        Technique direct = technique_of_bsdf(surface, n, random);
-        if (HAS_LOCATABLE_LIGHTS && technique == LIGHT) {
-            direct = technique_of_light(surface, n, random);
-        }
-        Hit hit = traverse(direct.ray, direct.t_max, technique == LIGHT);
-        if (technique == LIGHT) {
-            irradiance += hit.primitive == NONE ? direct.irradiance : vec3(0.0);
-        } else if (HAS_HITTABLE_LIGHTS) {
-            irradiance += direct.irradiance * radiance_along(surface, n, direct.ray, hit);
-        }
-    }
-    return irradiance;
+// What of a light's radiance is found by a direction of the bsdf at a diffuse point: all of
+// it that next-event estimation leaves.
+float bsdf_weight(Light light, vec3 from, vec3 n, Surface surface, vec3 wi) {
+    float pdf = direct_pdf(light, from, surface, wi);
+    return competes(light, from) ? mis_weight(dot(wi, n) / PI, pdf) : 0.0;
 }
 
 bool is_finite(vec3 v) {
     return all(lessThan(abs(v), vec3(INFINITY_T)));
+}
+
+// Whether a direction of the bsdf may find a light that next-event estimation leaves to it.
+bool looks_for_lights(vec3 from) {
+    if (DIRECT_NEE) {
+        return HAS_INFINITE_LIGHTS || is_near_lights(from);
+    }
+    return false;
 }
 
 // What an eye path has come to.
@@ -151,7 +109,9 @@ struct EyePath {
     float reached;   // length to that end; 0 if there is none
 };
 
-// Follows a path to the first diffuse surface.
+// Follows a path to the first diffuse surface, and from there one direction of the bsdf to
+// where it may meet a light: the better way to large lights, and the only one to infinite
+// ones, which a cosine lobe samples perfectly (Veach 1997, chapter 9).
 EyePath follow(Ray ray, Random random) {
     EyePath path;
     path.radiance = vec3(0.0);
@@ -159,11 +119,11 @@ EyePath follow(Ray ray, Random random) {
     vec3 throughput = vec3(1.0);
     float index = 1.0; // of the medium the path is in, over the camera's
     float travelled = 0.0;
-    for (uint depth = 0u; depth < scene_info_at(0u).max_depth; depth++) {
+    for (uint depth = 0u; depth < scene_info_at(0u).max_depth || path.reached > 0.0; depth++) {
         Hit hit = intersect(ray);
         if (hit.primitive == NONE) {
             path.radiance += throughput * scene_info_at(0u).infinite;
-            if (is_in_glass(index)) {
+            if (path.reached == 0.0 && is_in_glass(index)) {
                 atomicAdd(counters.value.eye_lost_in_glass, 1u);
             }
             break;
@@ -173,9 +133,21 @@ EyePath follow(Ray ray, Random random) {
         Material material = materials_at(surface.material);
         vec3 wo = -ray.direction;
         if (HAS_AREA_LIGHTS && surface.light != NONE) {
-            path.radiance += throughput * emitted_radiance(lights_at(surface.light), surface.normal, wo);
+            Light light = lights_at(surface.light);
+            float weight = 1.0;
+            if (path.reached > 0.0) {
+                weight = bsdf_weight(light, path.visible.position, path.facing, surface, ray.direction);
+            }
+            path.radiance += throughput * emitted_radiance(light, surface.normal, wo) * weight;
         }
-        if (!is_specular(material)) {
+        if (path.reached > 0.0) {
+            break;
+        }
+        Scatter scattered = Scatter(wo, vec3(0.0), 1.0);
+        if (is_specular(material)) {
+            scattered = scatter_specular(material, wo, surface.shading_normal,
+                                         random_pair(random, PAIR_LOBE + depth).x, RADIANCE);
+        } else {
             if (is_in_glass(index)) {
                 atomicAdd(counters.value.immersed, 1u);
             }
@@ -186,10 +158,12 @@ EyePath follow(Ray ray, Random random) {
             path.bsdf = throughput * material.color / PI;
             path.visible = surface;
             path.reached = max(travelled, SHORTEST_PATH);
-            break;
+            if (!looks_for_lights(surface.position)) {
+                break;
+            }
+            scattered.weight = material.color;
+            scattered.wi = sample_cosine(random_pair(random, PAIR_BSDF), path.facing);
         }
-        Scatter scattered = scatter_specular(material, wo, surface.shading_normal,
-                                             random_pair(random, PAIR_LOBE + depth).x, RADIANCE);
         throughput *= scattered.weight;
         index *= scattered.eta;
         ray = Ray(offset_origin(surface, scattered.wi), scattered.wi);
@@ -209,7 +183,7 @@ void main() {
         Random random = Random(seed, turn * paths + i);
         path = follow(camera_ray(pixel, random), random);
         if (DIRECT_NEE && path.reached > 0.0) {
-            path.radiance += path.bsdf * direct_irradiance(path.visible, path.facing, random);
+            path.radiance += path.bsdf * irradiance_of_light(path.visible, path.facing, random);
         }
         if (!is_finite(path.radiance)) {
             path.radiance = vec3(0.0);

@@ -16,8 +16,8 @@ use crate::texels::{RawTexels, Texels};
 pub trait Kernel {
     /// The file stem of its source: its label, its timer and its crash marker.
     const NAME: &'static str;
-    /// SPIR-V by workgroup size.
-    const CODE: &'static [(u32, &'static [u8])];
+    /// Its code; the first that fits is taken.
+    const CODE: &'static [Code];
     /// Ids of the specialization constants that it has.
     const SPECIALIZATION: &'static [u32];
     /// Its push constants.
@@ -26,6 +26,16 @@ pub trait Kernel {
     type Specialization: SpecializationValues;
     /// Its arrays, by set and binding.
     fn bindings(&self) -> Vec<Binding<'_>>;
+}
+
+/// SPIR-V, and what it is for.
+pub struct Code {
+    /// Invocations of a workgroup.
+    pub workgroup_size: u32,
+    /// Specialization constants that are false: what asks for them is left out.
+    pub absent: &'static [u32],
+    /// The words.
+    pub spirv: &'static [u8],
 }
 
 /// Values of specialization constants by id.
@@ -212,11 +222,14 @@ struct Source {
 
 impl Source {
     fn new<K: Kernel>(pass: &Pass<K::Push>, specialization: &K::Specialization) -> Result<Self> {
-        let code = K::CODE.iter().find(|(size, _)| *size == pass.workgroup_size).ok_or_else(|| Error::Unfit {
+        let is_false = |id: &u32| specialization.value(*id) == Some([0; 4]);
+        let fits = |code: &&Code| code.workgroup_size == pass.workgroup_size && code.absent.iter().all(is_false);
+        let code = K::CODE.iter().find(fits).ok_or_else(|| Error::Unfit {
             device: pass.device.info.name.clone(),
             reason: format!("kernel {} was not built for workgroups of {}", K::NAME, pass.workgroup_size),
         })?;
-        let words = code.1.chunks_exact(4).map(|word| u32::from_le_bytes([word[0], word[1], word[2], word[3]])).collect();
+        let word = |word: &[u8]| u32::from_le_bytes([word[0], word[1], word[2], word[3]]);
+        let words = code.spirv.chunks_exact(4).map(word).collect();
         let mut source = Self { words, constants: Vec::new(), entries: Vec::new(), layout: pass.layout };
         for id in K::SPECIALIZATION {
             if let Some(value) = specialization.value(*id) {

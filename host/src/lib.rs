@@ -24,5 +24,5 @@ pub use device::Device;
 pub use error::{Error, Result};
 pub use frame::Frame;
 pub use instance::{DeviceInfo, DeviceKind, Instance, Requirements};
-pub use kernel::{Binding, Compiling, Kernel, Pass, SpecializationValues};
+pub use kernel::{Binding, Code, Compiling, Kernel, Pass, SpecializationValues};
 pub use texels::Texels;

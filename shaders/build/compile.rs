@@ -15,8 +15,19 @@ use glslang::{
 
 use crate::texels;
 
-/// SPIR-V, and the element type of each array in texels.
-pub type Compiled = (Vec<u32>, BTreeMap<String, String>);
+/// A compiled kernel.
+pub struct Compiled {
+    words: Vec<u32>,
+    /// The element type of each array in texels.
+    pub elements: BTreeMap<String, String>,
+}
+
+impl Compiled {
+    /// Its SPIR-V.
+    pub fn bytes(&self) -> Vec<u8> {
+        self.words.iter().flat_map(|word| word.to_le_bytes()).collect()
+    }
+}
 
 /// Finds `#include "name.glsl"` in `shaders/include/`.
 struct Includes<'a> {
@@ -35,8 +46,15 @@ impl IncludeHandler for Includes<'_> {
     }
 }
 
-/// Compiles one kernel. Errors name the file and line of the GLSL.
-pub fn compile(root: &Path, source: &Path, types: &str, workgroup_size: u32) -> Result<Compiled, Box<dyn Error>> {
+/// Compiles one kernel, without the code for a specialization constant that is false. Errors
+/// name the file and line of the GLSL.
+pub fn compile(
+    root: &Path,
+    source: &Path,
+    types: &str,
+    workgroup_size: u32,
+    without: Option<&str>,
+) -> Result<Compiled, Box<dyn Error>> {
     let shown = source.strip_prefix(root)?.display().to_string();
     let elements = RefCell::new(BTreeMap::new());
     let text = texels::expand(&fs::read_to_string(source)?, types, &mut elements.borrow_mut())?;
@@ -49,7 +67,9 @@ pub fn compile(root: &Path, source: &Path, types: &str, workgroup_size: u32) -> 
         messages: ShaderMessage::DEFAULT,
     };
     let size = workgroup_size.to_string();
-    let defines = [("WORKGROUP_SIZE", Some(size.as_str()))];
+    let without = without.map(|constant| format!("WITHOUT_{constant}"));
+    let mut defines = vec![("WORKGROUP_SIZE", Some(size.as_str()))];
+    defines.extend(without.iter().map(|name| (name.as_str(), None)));
     let mut includes = Includes { folder: root.join("shaders/include"), types, elements: &elements };
     let explain = |error: GlslangError| located(&error.to_string(), &shown);
     let compiler = Compiler::acquire().ok_or("the GLSL compiler does not start")?;
@@ -61,7 +81,7 @@ pub fn compile(root: &Path, source: &Path, types: &str, workgroup_size: u32) -> 
     program.link().map_err(explain)?;
     let words = shader.compile().map_err(explain)?;
     drop(shader);
-    Ok((words, elements.take()))
+    Ok(Compiled { words, elements: elements.take() })
 }
 
 /// glslang calls the main file `0`; people want its name.

@@ -161,6 +161,22 @@ fn write_shared(out: &mut String, bindings: &[Binding]) -> Result<()> {
     Ok(())
 }
 
+fn write_code(out: &mut String, kernel: &Kernel, sizes: &[u32]) -> Result<()> {
+    writeln!(out, "    const CODE: &'static [goblet_host::Code] = &[")?;
+    for size in sizes {
+        // The smaller ones first: the first that fits is taken.
+        for constant in kernel.smaller.iter().map(Some).chain([None]) {
+            let id = kernel.constants.iter().find(|other| Some(other.name.to_uppercase()).as_ref() == constant);
+            let absent = id.map_or(String::new(), |constant| constant.id.to_string());
+            let part = constant.map_or(String::new(), |constant| format!(".{constant}"));
+            let file = format!("include_bytes!(concat!(env!(\"OUT_DIR\"), \"/{}.{size}{part}.spv\"))", kernel.name);
+            writeln!(out, "        goblet_host::Code {{ workgroup_size: {size}, absent: &[{absent}], spirv: {file} }},")?;
+        }
+    }
+    writeln!(out, "    ];")?;
+    Ok(())
+}
+
 fn write_kernel(out: &mut String, kernel: &Kernel, sizes: &[u32]) -> Result<()> {
     let name = camel_case(&kernel.name);
     let (shared, own): (Vec<_>, Vec<_>) = kernel.bindings.iter().partition(|b| b.set == SHARED_SET);
@@ -171,15 +187,7 @@ fn write_kernel(out: &mut String, kernel: &Kernel, sizes: &[u32]) -> Result<()> 
     write_fields(out, &own)?;
     writeln!(out, "}}\n\nimpl goblet_host::Kernel for {name}<'_> {{")?;
     writeln!(out, "    const NAME: &'static str = \"{}\";", kernel.name)?;
-    writeln!(out, "    const CODE: &'static [(u32, &'static [u8])] = &[")?;
-    for size in sizes {
-        writeln!(
-            out,
-            "        ({size}, include_bytes!(concat!(env!(\"OUT_DIR\"), \"/{}.{size}.spv\"))),",
-            kernel.name
-        )?;
-    }
-    writeln!(out, "    ];")?;
+    write_code(out, kernel, sizes)?;
     let ids: Vec<_> = kernel.constants.iter().map(|constant| constant.id).collect();
     writeln!(out, "    const SPECIALIZATION: &'static [u32] = &{ids:?};")?;
     let push = kernel.push.as_ref().map_or("()", |push| &push.name);

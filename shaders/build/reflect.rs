@@ -16,6 +16,15 @@ pub struct Kernel {
     pub push: Option<Struct>,
     pub structs: Vec<Struct>,
     pub constants: Vec<SpecializationConstant>,
+    /// Constants for whose being false there is smaller code.
+    pub smaller: Vec<String>,
+}
+
+impl Kernel {
+    /// Whether it has a specialization constant of this name.
+    pub fn has_constant(&self, name: &str) -> bool {
+        self.constants.iter().any(|constant| constant.name.eq_ignore_ascii_case(name))
+    }
 }
 
 /// An array of elements, or one.
@@ -68,6 +77,7 @@ pub fn reflect(name: &str, spirv: &[u8], elements: &BTreeMap<String, String>, ty
         push: None,
         structs: Vec::new(),
         constants: constants(&module)?,
+        smaller: Vec::new(),
     };
     for (_, variable) in module.global_variables.iter() {
         match variable.space {

@@ -12,8 +12,12 @@ struct Hit {
 };
 
 #include "quadric.glsl"
+#ifdef WITHOUT_HAS_REVOLUTIONS
+#include "revolution_absent.glsl"
+#else
 #include "revolution.glsl"
 #include "revolution_newton.glsl"
+#endif
 
 // A ray as triangles see it: where it is the z axis, in a shear along the longest axis of its
 // direction.

@@ -8,7 +8,11 @@ layout(constant_id = 3) const bool HAS_CUT_SPHERES = true;
 layout(constant_id = 4) const bool HAS_SHADING_NORMALS = true;
 layout(constant_id = 5) const bool HAS_CONDUCTORS = true;
 layout(constant_id = 6) const bool HAS_DIELECTRICS = true;
+#ifdef WITHOUT_HAS_REVOLUTIONS
+const bool HAS_REVOLUTIONS = false;
+#else
 layout(constant_id = 7) const bool HAS_REVOLUTIONS = true;
+#endif
 layout(constant_id = 8) const bool HAS_SPOT_LIGHTS = true;
 layout(constant_id = 9) const bool HAS_DISTANT_LIGHTS = true;
 layout(constant_id = 10) const bool HAS_INFINITE_LIGHTS = true;

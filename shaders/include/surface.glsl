@@ -115,27 +115,6 @@ Surface surface_at(Ray ray, Hit hit) {
     return quadric_surface(quadric, is_sphere(kind), o + hit.t * d);
 }
 
-// The same, as far as light that the surface emits asks for it.
-Surface emitter_at(Ray ray, Hit hit) {
-    uint kind = hit.primitive >> KIND_SHIFT;
-    uint index = hit.primitive & INDEX_MASK;
-    Surface surface;
-    surface.light = NONE;
-    if (HAS_TRIANGLE_LIGHTS && is_triangle(kind)) {
-        return triangle_surface(triangles_at(index), hit.barycentric);
-    }
-    if (HAS_REVOLUTION_LIGHTS && is_revolution(kind)) {
-        return surface_at(ray, hit);
-    }
-    if (HAS_SPHERE_LIGHTS && kind == SPHERE || HAS_DISK_LIGHTS && kind == DISK) {
-        Quadric quadric = quadrics_at(index);
-        vec3 o = transform_point(quadric.object_from_render, ray.origin);
-        vec3 d = transform_vector(quadric.object_from_render, ray.direction);
-        return quadric_surface(quadric, kind == SPHERE, o + hit.t * d);
-    }
-    return surface;
-}
-
 // Where a ray along `direction` starts, so that it does not meet the surface it leaves.
 vec3 offset_origin(Surface surface, vec3 direction) {
     vec3 n = dot(direction, surface.normal) < 0.0 ? -surface.normal : surface.normal;
