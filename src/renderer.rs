@@ -12,7 +12,7 @@ use crate::film::Image;
 use crate::identity::Identity;
 use crate::iteration::{Passes, Progress, Settings, Stage};
 use crate::kernels::{REQUIREMENTS, Specialization};
-use crate::options::{DirectLight, Options};
+use crate::options::{DirectLight, LookupKind, Options};
 use crate::pack::{PackError, pack};
 use crate::radius::{FirstRadius, GlobalShrink};
 use crate::scene::Scene;
@@ -94,8 +94,9 @@ impl Renderer {
             cell_scale: resolved.cell_scale as f32,
             ..packed.specialization
         };
-        let passes =
-            Passes::new(&device, &gpu_scene, &buffers, options.lookup, &specialization, resolved.workgroup_size)?;
+        // The grid's points look at photons together. Trees ask for no more than any device has.
+        let lookup = if device.info().has_shuffle { options.lookup } else { LookupKind::KdTree };
+        let passes = Passes::new(&device, &gpu_scene, &buffers, lookup, &specialization, resolved.workgroup_size)?;
         Ok(Self {
             resolution: resolved.resolution,
             settings: Settings {

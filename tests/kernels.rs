@@ -8,6 +8,8 @@
 mod bench;
 #[path = "kernels/bsdf.rs"]
 mod bsdf;
+#[path = "kernels/discs.rs"]
+mod discs;
 #[path = "kernels/emission.rs"]
 mod emission;
 #[path = "kernels/flux.rs"]

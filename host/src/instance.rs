@@ -60,6 +60,8 @@ pub struct DeviceInfo {
     pub max_buffer_bytes: u64,
     /// Rows that an image can have.
     pub max_image_rows: u32,
+    /// Whether compute kernels can take a vote in a subgroup and read other invocations' values.
+    pub has_shuffle: bool,
     /// Why it cannot be used, if it cannot.
     pub unfit: Option<String>,
 }
@@ -221,7 +223,8 @@ unsafe extern "system" fn receive(
 
 fn describe(instance: &ash::Instance, physical: vk::PhysicalDevice, requirements: &Requirements) -> DeviceInfo {
     let mut driver = vk::PhysicalDeviceDriverProperties::default();
-    let mut properties = vk::PhysicalDeviceProperties2::default().push_next(&mut driver);
+    let mut subgroup = vk::PhysicalDeviceSubgroupProperties::default();
+    let mut properties = vk::PhysicalDeviceProperties2::default().push_next(&mut driver).push_next(&mut subgroup);
     // SAFETY: `physical` belongs to `instance`; instance version 1.2 has this call.
     unsafe { instance.get_physical_device_properties2(physical, &mut properties) };
     let properties = properties.properties;
@@ -244,6 +247,10 @@ fn describe(instance: &ash::Instance, physical: vk::PhysicalDevice, requirements
         kind,
         memory_bytes: device::local_memory(instance, physical),
         max_buffer_bytes: u64::from(properties.limits.max_storage_buffer_range),
+        has_shuffle: subgroup.supported_stages.contains(vk::ShaderStageFlags::COMPUTE)
+            && subgroup
+                .supported_operations
+                .contains(vk::SubgroupFeatureFlags::BALLOT | vk::SubgroupFeatureFlags::SHUFFLE),
         max_image_rows: properties.limits.max_image_dimension2_d,
         unfit: unfit(instance, physical, &properties, requirements),
     }

@@ -1,67 +1,95 @@
-//! accumulate_grid goes on where it had to stop, however its lanes take turns.
+//! grid_* and accumulate_grid: points find exactly the photons that a search of all finds.
 
-use bytemuck::Zeroable;
-use goblet::kernels::{AccumulateGrid, AccumulateGridPush, Cell, Counters, GridInfo, Specialization};
+use goblet::kernels::{
+    AccumulateGrid, AccumulateGridPush, Cell, GridCount, GridCountPush, GridFill, GridFillPush, GridReserve,
+    GridReservePush, Specialization,
+};
 
-use crate::bench::Bench;
+use crate::bench::{Bench, Rng};
+use crate::discs::{self, Disc, Flux, assert_counts, scattered};
 
-/// Invocations that llvmpipe runs in lockstep.
-const LANES: u32 = 8;
-const CELLS: u32 = 1 << 16;
-const RADIUS2: f32 = 0.01;
-
-/// `cell_of` and `cell_hash` of `shaders/include/grid.glsl`, for a point with three equal
-/// coordinates.
-fn cell_of_diagonal(x: f32) -> u32 {
-    let cell = (x / (2.0 * RADIUS2.sqrt())).floor() as i32 as u32;
-    let mut h = cell.wrapping_mul(73_856_093) ^ cell.wrapping_mul(19_349_663) ^ cell.wrapping_mul(83_492_791);
-    h ^= h >> 15;
-    h = h.wrapping_mul(0x2c1b_3c6d);
-    (h ^ (h >> 12)) & (CELLS - 1)
+/// What came of it.
+struct Gathered {
+    /// Photons of each point.
+    counts: Vec<u32>,
+    dispatches: u32,
 }
 
-/// Each lane in turn has a photon among many points, while the others' photons meet none:
-/// they wait for it, and llvmpipe counts its rounds as theirs too.
-#[test]
-fn lanes_that_are_busy_in_turn_are_not_ended() {
-    const POINTS: u32 = 7900;
+/// Sends photons of weight 1 to the points of an image, by a table of `cells` cells.
+fn accumulate(points: &[Disc], width: u32, photons: &[Disc], cells: u32, workgroup_size: u32) -> Gathered {
     let bench = Bench::new();
     let device = bench.device();
-    let (here, far) = (0.3, 90.3);
-    let photon = |index: u32| {
-        let is_busy = index / LANES == index % LANES;
-        let x = if is_busy { here } else { far };
-        [x, x, x, 0.0_f32]
-    };
-    let recorded = LANES * LANES;
-    let photons: Vec<_> = (0..recorded).map(photon).collect();
-    let mut cells = vec![Cell::zeroed(); CELLS as usize];
-    cells[cell_of_diagonal(here) as usize] = Cell { first: 0, count: POINTS };
-    let owners: Vec<[u32; 2]> = (0..POINTS).map(|pixel| [0, pixel]).collect();
-    let (low, high) = (vec![0_u32; 4 * POINTS as usize], vec![0_u32; 4 * POINTS as usize]);
-    let (flux_low, counters) = (bench.upload(&low), bench.upload(&[Counters::zeroed()]));
-    let kernel = AccumulateGrid {
-        photon_positions: &bench.upload(&photons),
-        photon_weights: &bench.upload(&vec![[1.0_f32; 4]; photons.len()]),
-        grid_info: &bench.upload(&[GridInfo { max_radius2: RADIUS2.to_bits(), filled: POINTS }]),
-        cells: &bench.upload(&cells),
-        grid_positions: &bench.upload(&vec![[here, here, here, RADIUS2]; POINTS as usize]),
-        grid_owners: &bench.upload(&owners),
-        flux_low: &flux_low,
-        flux_high: &bench.upload(&high),
-        counters: &counters,
-        places: &bench.output(LANES as usize),
-    };
-    let pass = device.pass(&kernel, &Specialization::default(), 64).expect("a pass");
-    // Each dispatch lets a lane meet 4000 points.
-    for resumed in [0, 1, 1, 1] {
-        let push = AccumulateGridPush { recorded, stride: LANES, cell_mask: CELLS - 1, resumed, two: 2 };
-        let mut frame = device.frame().expect("a frame");
-        frame.clear(&counters);
-        frame.dispatch(&pass, push, LANES.into());
-        frame.run().expect("a run");
-        assert_eq!(bench.read(&counters)[0].interrupted, 0);
+    let height = points.len() as u32 / width;
+    let (recorded, cell_mask) = (photons.len() as u32, cells - 1);
+    let records = bench.upload_texels(&discs::records(photons));
+    let max_radius2 = bench.upload(&[discs::max_radius2(points)]);
+    let table = bench.upload(&vec![Cell { first: 0, count: 0 }; cells as usize]);
+    let grid_photons = device.texels("grid_photons", recorded.into()).expect("texels");
+    let flux = Flux::new(&bench, points.len());
+    let invocations = u64::from(width.next_multiple_of(8)) * u64::from(height.next_multiple_of(8)) / 2;
+
+    macro_rules! pass {
+        ($($kernel:tt)*) => { device.pass(&$($kernel)*, &Specialization::default(), workgroup_size).expect("a pass") };
     }
-    assert_eq!(bench.read(&counters)[0].unfinished, 0);
-    assert!(bench.read(&flux_low).chunks_exact(4).all(|words| words[3] == LANES));
+    let count = pass!(GridCount { photons: &records, max_radius2: &max_radius2, cells: &table });
+    let reserve = pass!(GridReserve { grid_filled: &bench.upload(&[0_u32]), cells: &table });
+    let fill = GridFill { photons: &records, max_radius2: &max_radius2, cells: &table, grid_photons: &grid_photons };
+    let fill = pass!(fill);
+    let add = pass!(AccumulateGrid {
+        visible_positions: &bench.upload(&discs::visible(points)),
+        visible_normals: &bench.upload(&discs::normals(points)),
+        max_radius2: &max_radius2,
+        cells: &table,
+        grid_photons: &grid_photons,
+        flux_low: &flux.low,
+        flux_high: &flux.high,
+        counters: &flux.counters,
+        places: &bench.output(invocations as usize),
+    });
+    let mut frame = device.frame().expect("a frame");
+    frame.dispatch(&count, GridCountPush { recorded, cell_mask }, recorded.into());
+    frame.dispatch(&reserve, GridReservePush { cell_count: cells }, cells.into());
+    frame.dispatch(&fill, GridFillPush { recorded, cell_mask }, recorded.into());
+    frame.run().expect("a run");
+    let push = |resumed| AccumulateGridPush { width, height, cell_mask, resumed, two: 2 };
+    let dispatches = flux.add_all(&bench, |frame, resumed| frame.dispatch(&add, push(resumed), invocations));
+    Gathered { counts: flux.counts(&bench), dispatches }
+}
+
+/// Neighbouring pixels see points all over a room, of many sizes, and cells share a table that
+/// is far too small or has room for all.
+#[test]
+fn points_find_every_photon_that_is_in_reach() {
+    let mut rng = Rng(21);
+    for (width, count, radii) in [(1, 1, [0.5, 2.0]), (2, 2, [0.5, 2.0]), (10, 100, [0.1, 1.0]), (50, 3000, [0.01, 0.3])]
+    {
+        let mut points = scattered(&mut rng, count, radii);
+        // At least one is a point.
+        points[0].radius = radii[1] as f32;
+        let photons = scattered(&mut rng, 3001, [1.0, 1.0]);
+        for (cells, workgroup_size) in [(1, 64), (64, 32), (4096, 64), (4096, 128)] {
+            assert_counts(&points, &photons, &accumulate(&points, width, &photons, cells, workgroup_size).counts);
+        }
+    }
+}
+
+/// As at a focus, where all points have all photons: more than a driver lets one invocation go
+/// round.
+#[test]
+fn photons_in_one_place_take_many_dispatches() {
+    let disc = || Disc { position: [0.3, -0.4, 0.5], normal: 0, radius: 1e-3 };
+    let points: Vec<_> = (0..48).map(|_| disc()).collect();
+    let photons: Vec<_> = (0..120_001).map(|_| disc()).collect();
+    let gathered = accumulate(&points, 8, &photons, 1 << 17, 64);
+    assert!(gathered.counts.iter().all(|count| *count == 120_001));
+    assert!(gathered.dispatches > 2, "{} dispatches", gathered.dispatches);
+}
+
+#[test]
+fn nothing_to_find_is_no_work() {
+    let mut rng = Rng(22);
+    let photons = scattered(&mut rng, 100, [1.0, 1.0]);
+    let points = [Disc { position: [0.0; 3], normal: 0, radius: 0.0 }];
+    let gathered = accumulate(&points, 1, &photons, 128, 64);
+    assert_eq!((gathered.counts[0], gathered.dispatches), (0, 1));
 }

@@ -44,6 +44,7 @@ pub struct Lab<'a> {
     met: Buffer<Met>,
     roots: Buffer<FoundRoot>,
     counts: Buffer<u32>,
+    piece_count: Buffer<u32>,
     hit: Pass<()>,
     /// Made when it is first used.
     find: OnceCell<Pass<()>>,
@@ -72,6 +73,7 @@ impl<'a> Lab<'a> {
             subject: Subject::new(profile, &world, same),
             render_from_world: packed.space.from_world(),
             find: OnceCell::new(),
+            piece_count: bench.upload(&[world.revolution_pieces.len() as u32]),
             bench,
             world,
             rays,
@@ -120,7 +122,7 @@ impl<'a> Lab<'a> {
 
     fn find_pass(&self) -> Pass<()> {
         let (scene, rays, roots) = (self.uploaded.bindings(), &self.rays, &self.roots);
-        let kernel = FindRoots { scene, rays, roots, root_counts: &self.counts };
+        let kernel = FindRoots { scene, rays, roots, root_counts: &self.counts, piece_count: &self.piece_count };
         self.bench.device().pass(&kernel, &self.specialization, 64).expect("a pass")
     }
 

@@ -1,0 +1,131 @@
+//! Visible points and photons, and which belong together by a search of all pairs.
+
+use bytemuck::Zeroable;
+use glam::DVec3;
+use goblet::kernels::{Counters, PhotonRecord};
+use goblet_host::{Buffer, Frame};
+
+use crate::bench::{Bench, Rng, double};
+
+/// A point's or a photon's place and packed normal.
+pub struct Disc {
+    pub position: [f32; 3],
+    pub normal: u32,
+    pub radius: f32,
+}
+
+/// Positions with squared radii, as kernels read them.
+pub fn visible(points: &[Disc]) -> Vec<[f32; 4]> {
+    let place = |point: &Disc| [point.position[0], point.position[1], point.position[2], point.radius * point.radius];
+    points.iter().map(place).collect()
+}
+
+pub fn normals(points: &[Disc]) -> Vec<u32> {
+    points.iter().map(|point| point.normal).collect()
+}
+
+/// Bits of the largest squared radius.
+pub fn max_radius2(points: &[Disc]) -> u32 {
+    points.iter().map(|point| point.radius * point.radius).fold(0.0, f32::max).to_bits()
+}
+
+/// Photons of these weights in units of 2^28: 1, 2, 1/2.
+pub fn records(photons: &[Disc]) -> Vec<PhotonRecord> {
+    let record =
+        |photon: &Disc| PhotonRecord { position: photon.position, normal: photon.normal, weight: [1.0, 2.0, 0.5], pad: 0 };
+    photons.iter().map(record).collect()
+}
+
+/// The sums of some pixels.
+pub struct Flux {
+    pub low: Buffer<u32>,
+    pub high: Buffer<u32>,
+    pub counters: Buffer<Counters>,
+}
+
+impl Flux {
+    pub fn new(bench: &Bench, pixels: usize) -> Self {
+        let zeros = vec![0_u32; 4 * pixels];
+        Self { low: bench.upload(&zeros), high: bench.upload(&zeros), counters: bench.upload(&[Counters::zeroed()]) }
+    }
+
+    /// Dispatches until no invocation is unfinished; how often that was.
+    pub fn add_all(&self, bench: &Bench, dispatch: impl Fn(&mut Frame<'_>, u32)) -> u32 {
+        for dispatches in 0.. {
+            let mut frame = bench.device().frame().expect("a frame");
+            frame.clear(&self.counters);
+            dispatch(&mut frame, dispatches.min(1));
+            frame.run().expect("a run");
+            let counted = bench.read(&self.counters)[0];
+            assert_eq!((counted.interrupted, counted.saturated), (0, 0));
+            if counted.unfinished == 0 {
+                return dispatches + 1;
+            }
+        }
+        unreachable!("a u32 has an end, but no dispatch goes on so long")
+    }
+
+    /// Photons of each point, whose flux must be theirs.
+    pub fn counts(&self, bench: &Bench) -> Vec<u32> {
+        let (low, high) = (bench.read(&self.low), bench.read(&self.high));
+        let counts: Vec<u32> = low.chunks_exact(4).map(|words| words[3]).collect();
+        for (point, count) in counts.iter().enumerate() {
+            let sum = |channel: usize| u64::from(high[4 * point + channel]) << 32 | u64::from(low[4 * point + channel]);
+            let unit = u64::from(*count) << 28;
+            assert_eq!([sum(0), sum(1), sum(2)], [unit, 2 * unit, unit / 2], "flux of point {point}");
+        }
+        counts
+    }
+}
+
+/// The octahedral map of `shaders/include/normal.glsl` in f64.
+fn unpack_normal(packed: u32) -> DVec3 {
+    let snorm = |bits: u32| (f64::from(bits as u16 as i16) / 32767.0).max(-1.0);
+    let (x, y) = (snorm(packed), snorm(packed >> 16));
+    let z = 1.0 - x.abs() - y.abs();
+    let fold = |a: f64, b: f64| (1.0 - b.abs()) * if a >= 0.0 { 1.0 } else { -1.0 };
+    let (x, y) = if z < 0.0 { (fold(x, y), fold(y, x)) } else { (x, y) };
+    DVec3::new(x, y, z).normalize()
+}
+
+/// How many photons are on the point's disc, at least and at most: those within a part in
+/// a million of an edge may go either way.
+fn count_all(point: &Disc, photons: &[Disc]) -> [u32; 2] {
+    const EDGE: f64 = 1e-6;
+    let (p, n, radius) = (double(point.position), unpack_normal(point.normal), f64::from(point.radius));
+    let inside_by = |photon: &Disc| {
+        let d = double(photon.position) - p;
+        let within = 1.0 - d.length() / radius;
+        let flat = 0.25 - d.dot(n).abs() / radius;
+        within.min(flat).min(n.dot(unpack_normal(photon.normal)) - 0.5)
+    };
+    let count = |edge: f64| photons.iter().filter(|photon| inside_by(photon) > edge).count() as u32;
+    if point.radius == 0.0 { [0, 0] } else { [count(EDGE), count(-EDGE)] }
+}
+
+pub fn assert_counts(points: &[Disc], photons: &[Disc], counts: &[u32]) {
+    let (mut fewest, mut most) = (0, 0);
+    for (index, (point, count)) in points.iter().zip(counts).enumerate() {
+        let [least, greatest] = count_all(point, photons);
+        assert!((least..=greatest).contains(count), "point {index} has {count} photons of {least} to {greatest}");
+        (fewest, most) = (fewest + least, most + greatest);
+    }
+    assert!(fewest > 0 && most - fewest <= 2 + fewest / 1000, "{fewest} to {most} pairs");
+}
+
+/// On the walls of a room and inside it; a tenth is no point at all.
+pub fn scattered(rng: &mut Rng, count: usize, radii: [f64; 2]) -> Vec<Disc> {
+    let disc = |rng: &mut Rng| {
+        let mut place = rng.cube(1.0);
+        let flat = rng.below(4);
+        if flat < 3 {
+            place[flat] = [-1.0, 1.0][rng.below(2)];
+        }
+        let radius = if rng.chance(0.1) { 0.0 } else { rng.log_range(radii[0], radii[1]) as f32 };
+        // Normals of a wall are alike, or nothing would be on a disc.
+        let normal = if rng.chance(0.5) { 0x1000_2000 } else { rng.bits() as u32 };
+        Disc { position: place.as_vec3().to_array(), normal, radius }
+    };
+    (0..count).map(|_| disc(rng)).collect()
+}
+
