@@ -145,7 +145,7 @@ impl Device {
     pub fn texels<T: Pod>(&self, name: &'static str, length: u64) -> Result<Texels<T>> {
         let texels = Texels::new(&self.shared, name, length)?;
         let mut frame = self.frame()?;
-        frame.prepare(texels.raw());
+        frame.transition(texels.raw(), vk::ImageLayout::UNDEFINED, vk::ImageLayout::GENERAL);
         frame.run()?;
         Ok(texels)
     }
@@ -161,12 +161,8 @@ impl Device {
         let bytes: &[u8] = bytemuck::cast_slice(data);
         for (index, chunk) in bytes.chunks((rows * raw.row_bytes()) as usize).enumerate() {
             self.staging.map_write(chunk);
-            // A last row may be part of one, with a region of its own.
-            let whole = chunk.len() as u64 / raw.row_bytes() * raw.row_bytes();
-            let first_row = index as u64 * rows;
             let mut frame = self.frame()?;
-            frame.copy_rows(&self.staging, 0, raw, first_row, whole);
-            frame.copy_rows(&self.staging, whole, raw, first_row + whole / raw.row_bytes(), chunk.len() as u64 - whole);
+            frame.copy_rows(&self.staging, raw, index as u64 * rows, chunk.len() as u64);
             frame.run()?;
         }
         Ok(texels)

@@ -104,37 +104,40 @@ impl<'a> Frame<'a> {
         self.barrier();
     }
 
-    /// Copies bytes to rows of texels: whole ones, or part of one.
-    pub(crate) fn copy_rows(&mut self, from: &RawBuffer, from_offset: u64, to: &RawTexels, first_row: u64, bytes: u64) {
-        if bytes == 0 {
+    /// Copies bytes to texels from a row on: whole rows, then part of one.
+    pub(crate) fn copy_rows(&mut self, from: &RawBuffer, to: &RawTexels, first_row: u64, bytes: u64) {
+        let whole = bytes / to.row_bytes() * to.row_bytes();
+        let parts = [(0, whole), (whole, bytes - whole)].into_iter().filter(|(_, bytes)| *bytes > 0);
+        let regions: Vec<_> = parts
+            .map(|(offset, bytes)| to.region(first_row + offset / to.row_bytes(), bytes).buffer_offset(offset))
+            .collect();
+        if regions.is_empty() {
             return;
         }
-        let region = [to.region(first_row, bytes).buffer_offset(from_offset)];
-        let layout = vk::ImageLayout::GENERAL;
+        let layout = vk::ImageLayout::TRANSFER_DST_OPTIMAL;
         let vulkan = &self.device.shared.raw;
+        self.transition(to, vk::ImageLayout::GENERAL, layout);
         // SAFETY: both places are inside what they are in, which outlives the run.
-        unsafe { vulkan.cmd_copy_buffer_to_image(self.commands, from.handle, to.image, layout, &region) };
-        self.barrier();
+        unsafe { vulkan.cmd_copy_buffer_to_image(self.commands, from.handle, to.image, layout, &regions) };
+        self.transition(to, layout, vk::ImageLayout::GENERAL);
     }
 
-    /// Gives new texels the layout that they keep.
-    pub(crate) fn prepare(&mut self, texels: &RawTexels) {
+    /// Gives texels another layout, after all commands before and before all after.
+    pub(crate) fn transition(&mut self, texels: &RawTexels, from: vk::ImageLayout, to: vk::ImageLayout) {
+        let access = vk::AccessFlags::MEMORY_READ | vk::AccessFlags::MEMORY_WRITE;
         let barrier = [vk::ImageMemoryBarrier::default()
-            .dst_access_mask(vk::AccessFlags::SHADER_READ | vk::AccessFlags::SHADER_WRITE)
-            .old_layout(vk::ImageLayout::UNDEFINED)
-            .new_layout(vk::ImageLayout::GENERAL)
+            .src_access_mask(access)
+            .dst_access_mask(access)
+            .old_layout(from)
+            .new_layout(to)
             .src_queue_family_index(vk::QUEUE_FAMILY_IGNORED)
             .dst_queue_family_index(vk::QUEUE_FAMILY_IGNORED)
             .image(texels.image)
             .subresource_range(WHOLE)];
-        let (before, after) = (vk::PipelineStageFlags::TOP_OF_PIPE, vk::PipelineStageFlags::COMPUTE_SHADER);
+        let (all, none) = (vk::PipelineStageFlags::ALL_COMMANDS, vk::DependencyFlags::empty());
         let vulkan = &self.device.shared.raw;
-        // SAFETY: the frame is being recorded, and nothing has used the image.
-        unsafe {
-            let none = vk::DependencyFlags::empty();
-            vulkan.cmd_pipeline_barrier(self.commands, before, after, none, &[], &[], &barrier);
-        }
-        self.barrier();
+        // SAFETY: the frame is being recorded; the image is in the layout `from`.
+        unsafe { vulkan.cmd_pipeline_barrier(self.commands, all, all, none, &[], &[], &barrier) };
     }
 
     /// Submits the recording and waits until the device has finished it.
