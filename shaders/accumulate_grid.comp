@@ -154,15 +154,16 @@ void main() {
             left--;
             for (uint occupied = ballot(range.count > 0u && lane >= place.lane); occupied != 0u && left > 0u;) {
                 uint k = findLSB(occupied);
-                ivec3 visited = subgroupShuffle(cell, peer(k));
+                uint mark = subgroupShuffle(cell_mark(cell), peer(k));
                 uint first = subgroupShuffle(range.first, peer(k));
                 uint count = subgroupShuffle(range.count, peer(k));
                 place.lane = k;
                 for (; place.entry < count && left > 0u; place.entry += lanes()) {
                     left--;
                     PhotonRecord photon = grid_photons_at(first + min(place.entry + lane, count - 1u));
-                    // Cells that share a hash share entries: take those of this cell only.
-                    bool wanted = place.entry + lane < count && cell_of(photon.position, inverse_size) == visited
+                    // Cells that share a hash share entries: take those of this cell only. One that has
+                    // the same mark but is far away is not in the box.
+                    bool wanted = place.entry + lane < count && photon.cell == mark
                                && all(greaterThanEqual(photon.position, lower)) && all(lessThanEqual(photon.position, upper));
                     gather_from(photon, wanted, points, sums);
                 }

@@ -119,10 +119,10 @@ EyePath follow(Ray ray, Random random) {
     vec3 throughput = vec3(1.0);
     float index = 1.0; // of the medium the path is in, over the camera's
     float travelled = 0.0;
-    for (uint depth = 0u; depth < scene_info_at(0u).max_depth || path.reached > 0.0; depth++) {
+    for (uint depth = 0u; depth < scene.max_depth || path.reached > 0.0; depth++) {
         Hit hit = intersect(ray);
         if (hit.primitive == NONE) {
-            path.radiance += throughput * scene_info_at(0u).infinite;
+            path.radiance += throughput * scene.infinite;
             if (path.reached == 0.0 && is_in_glass(index)) {
                 atomicAdd(counters.value.eye_lost_in_glass, 1u);
             }
@@ -172,11 +172,12 @@ EyePath follow(Ray ray, Random random) {
 }
 
 void main() {
+    scene = scene_info_at(0u);
     uint pixel = pixel_of(invocation_index(), camera_at(0u).width, camera_at(0u).height);
     if (pixel == NONE) {
         return;
     }
-    uint seed = hash(seed_of_half(scene_info_at(0u).seed, half_of_rounds), pixel);
+    uint seed = hash(seed_of_half(scene.seed, half_of_rounds), pixel);
     vec3 sum = vec3(0.0);
     EyePath path;
     [[dont_unroll]] for (uint i = 0u; i < paths; i++) {

@@ -23,7 +23,9 @@ void main() {
     uint i = invocation_index();
     if (i < recorded) {
         PhotonRecord photon = photons_at(i);
-        uint cell = cell_hash(cell_of(photon.position, inverse_size), cell_mask);
-        store_grid_photons(cells.data[cell].first + atomicAdd(cells.data[cell].count, 1u), photon);
+        ivec3 cell = cell_of(photon.position, inverse_size);
+        uint slot = cell_hash(cell, cell_mask);
+        photon.cell = cell_mark(cell);
+        store_grid_photons(cells.data[slot].first + atomicAdd(cells.data[slot].count, 1u), photon);
     }
 }

@@ -49,7 +49,7 @@ Path start_path(uint photon) {
     uint index = before_low + photon;
     uint high = before_high + (index < photon ? 1u : 0u);
     // Eye paths hash the seed itself: its complement keeps the two apart.
-    uint seed = hash(~seed_of_half(scene_info_at(0u).seed, half_of_rounds), high);
+    uint seed = hash(~seed_of_half(scene.seed, half_of_rounds), high);
     Random random = Random(stream == 0u ? seed : hash(seed, stream), index);
     Emission emission = emit(random);
     return Path(emission.ray, emission.weight, 0u, 1.0, random);
@@ -94,7 +94,7 @@ uint advance(inout Path path) {
         record(surface, wo, path.weight);
     }
     path.depth++;
-    if (path.depth >= scene_info_at(0u).max_depth) {
+    if (path.depth >= scene.max_depth) {
         return TRUNCATED;
     }
     // Where shading and geometric normal disagree about the photon's side, a diffuse
@@ -125,6 +125,7 @@ bool is_finite(Path path) {
 }
 
 void main() {
+    scene = scene_info_at(0u);
     uint invocation = invocation_index();
     if (invocation >= stride) {
         return; // its photons are another invocation's

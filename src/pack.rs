@@ -14,6 +14,7 @@ use glam::{DAffine3, DVec3, Vec3A};
 use obvhs::aabb::Aabb;
 
 pub use newton::{Envelopes, RevolutionSolver};
+pub use quadric::longest_row;
 use quadric::{quadric, quadric_area, quadric_bounds};
 use reach::set_reach;
 pub use reach::sphere_of_reach;

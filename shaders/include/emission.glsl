@@ -58,9 +58,9 @@ Emission emit_area(Light light, vec2 u_position, vec2 u_direction, float u_side)
 
 // Parallel light through the disk that the scene's bounding sphere shows it.
 Emission emit_parallel(vec3 direction, vec3 irradiance, vec2 u) {
-    float radius = scene_info_at(0u).radius;
+    float radius = scene.radius;
     vec3 offset = to_world(vec3(sample_disk(u), -1.0), direction);
-    Ray ray = Ray(scene_info_at(0u).center + radius * offset, direction);
+    Ray ray = Ray(scene.center + radius * offset, direction);
     return Emission(ray, irradiance * (PI * radius * radius));
 }
 
@@ -88,12 +88,12 @@ Emission emit_from(Light light, vec2 u_position, vec2 u_direction, float u_side)
 // The photon that a path's first numbers make: a light by its power, a point, a direction.
 Emission emit(Random random) {
     vec2 u_light = random_pair(random, 0u);
-    uint count = scene_info_at(0u).emission_count;
+    uint count = scene.emission_count;
     float scaled = u_light.x * float(count);
     uint entry = min(uint(scaled), count - 1u);
     AliasEntry chosen = emission_table_at(entry);
     Light light = lights_at(scaled - float(entry) < chosen.threshold ? chosen.keep : chosen.alias);
     Emission emission = emit_from(light, random_pair(random, 1u), random_pair(random, 2u), u_light.y);
-    emission.weight /= light.emission_pmf * scene_info_at(0u).mean_power;
+    emission.weight /= light.emission_pmf * scene.mean_power;
     return emission;
 }

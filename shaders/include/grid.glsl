@@ -22,3 +22,9 @@ uint cell_hash(ivec3 cell, uint mask) {
     h ^= h >> 12u;
     return h & mask;
 }
+
+// Tells cells apart that are less than 1024 cells from each other along each axis.
+uint cell_mark(ivec3 cell) {
+    uvec3 low = uvec3(cell) & 1023u;
+    return low.x | low.y << 10u | low.z << 20u;
+}

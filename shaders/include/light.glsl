@@ -17,8 +17,8 @@ bool competes(Light light, vec3 from) {
 
 // Whether there may be any such light.
 bool is_near_lights(vec3 from) {
-    vec3 d = scene_info_at(0u).lights_center - from;
-    return dot(d, d) < scene_info_at(0u).lights_reach2;
+    vec3 d = scene.lights_center - from;
+    return dot(d, d) < scene.lights_reach2;
 }
 
 // Smooth falloff of a spot light at a cosine.
@@ -144,7 +144,7 @@ LightSample sample_area(Light light, vec3 from, vec2 u) {
 
 // A light chosen by the direct table, and a direction to it.
 LightSample sample_direct(vec3 from, float u_light, vec2 u) {
-    uint count = scene_info_at(0u).direct_count;
+    uint count = scene.direct_count;
     float scaled = u_light * float(count);
     uint entry = min(uint(scaled), count - 1u);
     AliasEntry chosen = direct_table_at(entry);
@@ -153,7 +153,7 @@ LightSample sample_direct(vec3 from, float u_light, vec2 u) {
         return sample_area(light, from, u);
     }
     if (HAS_DISTANT_LIGHTS && light.kind == DISTANT) {
-        vec3 target = from - 2.0 * scene_info_at(0u).radius * light.direction;
+        vec3 target = from - 2.0 * scene.radius * light.direction;
         return LightSample(target, -light.direction, light.emission, light.direct_pmf, false);
     }
     vec3 to_light = light.position - from;

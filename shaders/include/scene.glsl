@@ -3,6 +3,8 @@
 #include "specialization.glsl"
 
 TEXELS(0, 0, SceneInfo, scene_info)
+// A kernel that asks for it reads it once, at its start: llvmpipe takes nothing out of loops.
+SceneInfo scene;
 TEXELS(0, 1, BvhPair, bvh_pairs)
 TEXELS(0, 2, uint, primitives)
 TEXELS(0, 3, Triangle, triangles)

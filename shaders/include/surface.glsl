@@ -44,9 +44,7 @@ Surface quadric_surface(Quadric quadric, bool sphere, vec3 p) {
     vec3 n = sphere ? normalize(p) : vec3(0.0, 0.0, 1.0);
     vec3 on_surface = sphere ? n : vec3(p.xy, 0.0);
     surface.position = transform_point(quadric.render_from_object, on_surface);
-    vec3 size = vec3(length(quadric.render_from_object[0].xyz), length(quadric.render_from_object[1].xyz),
-                     length(quadric.render_from_object[2].xyz));
-    surface.error = position_error(surface.position, max(max(size.x, size.y), size.z));
+    surface.error = position_error(surface.position, quadric.size);
     n = normalize(transform_normal(quadric.object_from_render, n));
     surface.normal = quadric.flipped != 0u ? -n : n;
     surface.shading_normal = surface.normal;

@@ -66,9 +66,9 @@ struct Quadric {
     float inner_radius; // of a disk
     float determinant;  // of render_from_object, positive
     uint kind;          // SPHERE or DISK
+    float size;         // the longest of render_from_object's rows
     uint pad0;
     uint pad1;
-    uint pad2;
 };
 
 // A body of revolution about z, in unit space: radii up to 1, heights in [-1, 1].
@@ -214,7 +214,7 @@ struct PhotonRecord {
     vec3 position;
     uint normal;  // packed, on the side that the photon came from
     vec3 weight;  // flux over the mean flux of a photon
-    uint pad;
+    uint cell;    // of the hash grid: cell_mark
 };
 
 // A cell of the hash grid over photons.

@@ -22,9 +22,16 @@ pub(super) fn quadric(shape: &Shape, render_from_object: DAffine3, kind: u32) ->
         phi_max: std::f32::consts::TAU,
         inner_radius: 0.0,
         determinant: determinant.abs() as f32,
+        size: longest_row(&render_from_object),
         kind,
         ..bytemuck::Zeroable::zeroed()
     }
+}
+
+/// Length of the longest row of a transform's linear part.
+pub fn longest_row(transform: &DAffine3) -> f32 {
+    let rows = transform.matrix3.transpose();
+    rows.x_axis.length().max(rows.y_axis.length()).max(rows.z_axis.length()) as f32
 }
 
 fn linear_part(quadric: &Quadric) -> DMat3 {

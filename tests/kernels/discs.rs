@@ -32,7 +32,7 @@ pub fn max_radius2(points: &[Disc]) -> u32 {
 /// Photons of these weights in units of 2^28: 1, 2, 1/2.
 pub fn records(photons: &[Disc]) -> Vec<PhotonRecord> {
     let record =
-        |photon: &Disc| PhotonRecord { position: photon.position, normal: photon.normal, weight: [1.0, 2.0, 0.5], pad: 0 };
+        |photon: &Disc| PhotonRecord { position: photon.position, normal: photon.normal, weight: [1.0, 2.0, 0.5], cell: 0 };
     photons.iter().map(record).collect()
 }
 

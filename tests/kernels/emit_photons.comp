@@ -22,10 +22,11 @@ struct Emitted {
 layout(std430, set = 1, binding = 0) buffer EmittedBlock { Emitted data[]; } emitted;
 
 void main() {
+    scene = scene_info_at(0u);
     uint i = invocation_index();
     if (i >= emitted.data.length()) {
         return;
     }
-    Emission emission = emit(Random(scene_info_at(0u).seed, i));
+    Emission emission = emit(Random(scene.seed, i));
     emitted.data[i] = Emitted(emission.ray.origin, 0.0, emission.ray.direction, 0.0, emission.weight, 0.0);
 }

@@ -75,7 +75,9 @@ fn accumulate(weights: &[[f32; 3]], low: [u32; 4], high: [u32; 4]) -> ([u32; 4],
     let bench = Bench::new();
     let device = bench.device();
     let position = [0.3; 3];
-    let record = |weight: &[f32; 3]| PhotonRecord { position, normal: 0, weight: *weight, pad: 0 };
+    // Of the cell at (1, 1, 1), as cell_mark says.
+    let cell = 1 | 1 << 10 | 1 << 20;
+    let record = |weight: &[f32; 3]| PhotonRecord { position, normal: 0, weight: *weight, cell };
     let photons = bench.upload_texels(&weights.iter().map(record).collect::<Vec<_>>());
     // A table of one cell, which every cell of the grid therefore shares.
     let cells = bench.upload(&[Cell { first: 0, count: weights.len() as u32 }]);

@@ -30,6 +30,7 @@ layout(std430, set = 1, binding = 0) readonly buffer ViewpointBlock { Viewpoint 
 layout(std430, set = 1, binding = 1) buffer SeenBlock { Seen data[]; } seen;
 
 void main() {
+    scene = scene_info_at(0u);
     uint i = invocation_index();
     if (i >= viewpoints.data.length()) {
         return;

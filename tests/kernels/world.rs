@@ -204,6 +204,7 @@ pub fn quadric(render_from_object: &DAffine3) -> Quadric {
         inner_radius: 0.0,
         determinant: render_from_object.matrix3.determinant().abs() as f32,
         kind: SPHERE,
+        size: pack::longest_row(render_from_object),
         ..Quadric::zeroed()
     }
 }
