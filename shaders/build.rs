@@ -54,7 +54,8 @@ fn build_kernels(root: &Path, folder: &str, out: &Path, module: &str) -> Result<
             let bytes: Vec<u8> = words.iter().flat_map(|word| word.to_le_bytes()).collect();
             fs::write(out.join(format!("{name}.{size}.spv")), &bytes)?;
             let shown = source.strip_prefix(root)?.display().to_string();
-            let kernel = reflect::reflect(name, &bytes, &elements, &types).map_err(|error| format!("{shown}: {error}"))?;
+            let kernel =
+                reflect::reflect(name, &bytes, &elements, &types).map_err(|error| format!("{shown}: {error}"))?;
             if kernel.workgroup_size != [size, 1, 1] {
                 return Err(format!("{shown}: write layout(local_size_x = WORKGROUP_SIZE) in;").into());
             }

@@ -24,6 +24,7 @@ layout(constant_id = 19) const bool DIRECT_NEE = true;          // direct light 
 layout(constant_id = 22) const bool IS_FLAT = false;            // so few primitives that a hierarchy costs more than it saves
 layout(constant_id = 23) const uint FLAT_TRIANGLES = 0u;        // how many, then
 layout(constant_id = 24) const uint FLAT_QUADRICS = 0u;
+layout(constant_id = 25) const uint FLAT_REVOLUTIONS = 0u;
 
 // Which kind of primitive a reference names; decided at compile time where it can be. Ask
 // in this order.

@@ -71,13 +71,21 @@ struct Quadric {
     uint pad2;
 };
 
-// A body of revolution about z, in unit space: radii up to 1, heights in [-1, 1].
+// As many pieces as a mask has bits.
+const uint MAX_PIECES = 32u;
+
+// A body of revolution about z, in unit space: radii up to 1, heights in [-1, 1]; or a part
+// of one, where its profile has many pieces.
 struct Revolution {
     vec4 unit_from_render[3]; // rows
     vec4 render_from_unit[3]; // rows
     uint material;
     uint flipped;      // 1 where the normal is reversed
     float determinant; // of render_from_unit, positive
+    uint first_piece;  // into revolution_pieces
+    vec3 lower;        // corners of its box
+    uint piece_count;  // up to MAX_PIECES
+    vec3 upper;
     uint pad;
 };
 
@@ -85,7 +93,6 @@ struct Revolution {
 // polynomials in x in [-1, 1].
 struct RevolutionPiece {
     vec4 ends;       // u, v at x = -1 and at x = 1; neighbours share them to the bit
-    vec4 end_slopes; // u', v' there
     vec4 slopes;     // least and most of u', least and most of v'
     vec2 curvature;  // bounds of |u''| and |v''|
     vec2 along;      // parameter of the whole profile at x = -1 and at x = 1, in [0, 1]

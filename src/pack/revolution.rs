@@ -1,12 +1,14 @@
 //! Bodies of revolution: profiles in unit space, cut into the pieces that are intersected.
 //! `shaders/include/revolution.glsl` says what each number is for.
 
+use bytemuck::Zeroable;
 use glam::{DAffine3, DVec2, DVec3, Vec3A};
 use obvhs::aabb::Aabb;
 
 use super::{Packer, RevolutionSolver, rows};
 use crate::bezier::{Curve, Stretch};
-use crate::kernels::{KIND_SHIFT, NONE, REVOLUTION, Revolution, RevolutionPiece};
+use crate::bvh::PADDING;
+use crate::kernels::{KIND_SHIFT, MAX_PIECES, NONE, REVOLUTION, Revolution, RevolutionPiece};
 use crate::scene::{AreaLight, Geometry, Profile, Scene, Shape};
 
 /// Pieces per unit of a segment's parameter; 4 to 16 cost about the same.
@@ -28,18 +30,24 @@ impl Packer {
         let unit = UnitSpace::of(profile);
         let render_from_unit = *render_from_object * unit.to_object();
         let determinant = render_from_unit.matrix3.determinant();
-        let body = self.revolutions.len() as u32;
-        self.revolutions.push(Revolution {
+        let body = Revolution {
             unit_from_render: rows(&render_from_unit.inverse()),
             render_from_unit: rows(&render_from_unit),
             material: shape.material as u32,
             // As quadrics do: a mirrored body turns its normal.
             flipped: u32::from(shape.reverse_orientation ^ (determinant < 0.0)),
             determinant: determinant.abs() as f32,
-            pad: 0,
-        });
+            ..Revolution::zeroed()
+        };
         let curves = unit.curves(profile);
-        let (first, pieces) = (self.revolution_pieces.len(), pieces(&curves, body));
+        let (first, mut pieces) = (self.revolution_pieces.len(), pieces(&curves));
+        for (i, part) in pieces.chunks_mut(MAX_PIECES as usize).enumerate() {
+            self.add_part(
+                Revolution { first_piece: first as u32 + i as u32 * MAX_PIECES, ..body },
+                part,
+                &render_from_unit,
+            );
+        }
         let areas: Vec<f64> = pieces.iter().map(|piece| area(piece, &render_from_unit)).collect();
         let whole = areas.iter().sum();
         let emission = shape.emission.filter(|_| whole > 0.0).map(|emission| AreaLight {
@@ -53,13 +61,29 @@ impl Packer {
             if let Some(emission) = &emission {
                 piece.light = self.add_emitter(emission, reference, area, &bounds);
             }
-            if self.solver == RevolutionSolver::Certified {
-                self.add_primitive(reference, bounds);
-            }
             self.revolution_pieces.push(piece);
         }
         if let RevolutionSolver::Newton { segments, envelopes } = self.solver {
             self.add_segments(&curves, first, &render_from_unit, segments, envelopes);
+        }
+    }
+
+    /// Adds a body with some of its pieces.
+    fn add_part(&mut self, body: Revolution, pieces: &mut [RevolutionPiece], render_from_unit: &DAffine3) {
+        let index = self.revolutions.len() as u32;
+        let mut whole = Aabb::empty();
+        for piece in pieces.iter_mut() {
+            piece.body = index;
+            whole = whole.union(&bounds(piece, render_from_unit));
+        }
+        self.revolutions.push(Revolution {
+            lower: (whole.min - Vec3A::splat(PADDING)).to_array(),
+            upper: (whole.max + Vec3A::splat(PADDING)).to_array(),
+            piece_count: pieces.len() as u32,
+            ..body
+        });
+        if self.solver == RevolutionSolver::Certified {
+            self.add_primitive(REVOLUTION << KIND_SHIFT | index, whole);
         }
     }
 }
@@ -100,20 +124,20 @@ impl UnitSpace {
 }
 
 /// The pieces of a profile's segments.
-fn pieces(curves: &[Curve], body: u32) -> Vec<RevolutionPiece> {
+fn pieces(curves: &[Curve]) -> Vec<RevolutionPiece> {
     let mut pieces: Vec<RevolutionPiece> = Vec::new();
     for (i, curve) in curves.iter().enumerate() {
         for stretch in curve.monotone_stretches(PIECES_PER_UNIT) {
             let begin = pieces.last().map(|piece| [piece.ends[2], piece.ends[3]]);
             let along = stretch.range.map(|t| ((i as f64 + t) / curves.len() as f64) as f32);
-            pieces.push(piece(&stretch, begin, along, body));
+            pieces.push(piece(&stretch, begin, along));
         }
     }
     pieces
 }
 
 /// A piece that begins where the last one ended, to the bit.
-fn piece(stretch: &Stretch, begin: Option<[f32; 2]>, along: [f32; 2], body: u32) -> RevolutionPiece {
+fn piece(stretch: &Stretch, begin: Option<[f32; 2]>, along: [f32; 2]) -> RevolutionPiece {
     let points = &stretch.curve.points;
     let single = |point: DVec2| point.as_vec2().to_array();
     let [u0, v0] = begin.unwrap_or(single(points[0]));
@@ -121,8 +145,6 @@ fn piece(stretch: &Stretch, begin: Option<[f32; 2]>, along: [f32; 2], body: u32)
     // By x = 2 t - 1, derivatives are half as large, second ones a quarter.
     let hodograph = stretch.curve.hodograph();
     let slopes = hodograph.iter().map(|slope| *slope * 0.5);
-    let [du0, dv0] = single(0.5 * hodograph[0]);
-    let [du1, dv1] = single(0.5 * hodograph[hodograph.len() - 1]);
     let least = slopes.clone().fold(DVec2::INFINITY, DVec2::min);
     let most = slopes.fold(DVec2::NEG_INFINITY, DVec2::max);
     let bend = stretch.curve.degree() as f64 - 1.0;
@@ -136,11 +158,10 @@ fn piece(stretch: &Stretch, begin: Option<[f32; 2]>, along: [f32; 2], body: u32)
     }
     RevolutionPiece {
         ends: [u0, v0, u1, v1],
-        end_slopes: [du0, dv0, du1, dv1],
         slopes: [least.x, most.x, least.y, most.y].map(|slope| slope as f32),
         curvature: single(curvature * (1.0 + WIDENING)),
         along,
-        body,
+        body: NONE,
         light: NONE,
         pad: [0.0; 2],
         coefficients,

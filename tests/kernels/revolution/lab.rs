@@ -120,7 +120,8 @@ impl<'a> Lab<'a> {
 
     fn find_pass(&self) -> Pass<()> {
         let (scene, rays, roots) = (self.uploaded.bindings(), &self.rays, &self.roots);
-        let kernel = FindRoots { scene, rays, roots, root_counts: &self.counts };
+        let piece_count = self.bench.upload(&[self.world.revolution_pieces.len() as u32]);
+        let kernel = FindRoots { scene, rays, roots, root_counts: &self.counts, piece_count: &piece_count };
         self.bench.device().pass(&kernel, &self.specialization, 64).expect("a pass")
     }
 
