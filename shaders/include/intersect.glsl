@@ -131,9 +131,9 @@ float enter_box(vec3 lower, vec3 upper, Ray ray, vec3 inverse, float t_max) {
 void test_body(uint body, Ray ray, bool any_hit, inout Hit hit) {
     RevolutionRay turned = revolution_ray(body, ray);
     uint first = revolutions_at(body).first_piece;
-    uint candidates = rings_hit(turned, first, revolutions_at(body).piece_count, 0.0, hit.t);
+    Pieces candidates = pieces_met(turned, first, revolutions_at(body).piece_count, 0.0, hit.t);
     uint piece;
-    if (intersect_pieces(first, candidates, turned, 0.0, any_hit, hit.t, hit.barycentric.x, piece)) {
+    if (intersect_pieces(candidates, turned, 0.0, any_hit, hit.t, hit.barycentric.x, piece)) {
         hit.primitive = REVOLUTION << KIND_SHIFT | piece;
     }
 }

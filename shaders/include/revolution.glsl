@@ -23,6 +23,10 @@ const float BORDER = 1.0e-5;
 // Where the ray passes the axis closely, that takes short intervals.
 const float SMALLEST_CHANGE = 6.0e-7;
 const float SMALLEST_INTERVAL = 1.0e-6;
+// Rounding moves the ends of pieces by less than this along a ray's height.
+const float HEIGHT_SLACK = 1.0e-6;
+// A ray that rises by less keeps its height.
+const float SMALLEST_RISE = 1.0e-15;
 // More are never needed; no ray must hang the device.
 const uint MAX_STEPS = 1024u;
 const uint MAX_ROUNDS = 24u;
@@ -33,7 +37,6 @@ const float MAX_POLISH = 1.0e-3;
 
 struct Profile {
     vec4 ends;       // u, v at x = -1 and at x = 1
-    vec4 slopes;     // least and most of u', least and most of v'
     vec2 curvature;  // bounds of |u''| and |v''|
     vec4 c[5];       // coefficients of u and v, two powers of x in each
 };
@@ -52,15 +55,18 @@ struct RevolutionRay {
     vec3 d;         // of unit length
     float t_offset; // ray parameter of p; another point's is t_offset + k / size
     float a;        // |d.xy|^2
+    float root_a;
+    float inverse_a;
     float b;        // p.xy . d.xy
+    float closest;  // k of the closest approach to the axis
     float moment;   // |p.xy x d.xy|
+    float inverse;  // of d.z, or of next to nothing
     float border;   // the radius up to which A is solved, and from which on B
 };
 
 Profile load_profile(uint piece) {
     Profile profile;
     profile.ends = revolution_pieces_at(piece).ends;
-    profile.slopes = revolution_pieces_at(piece).slopes;
     profile.curvature = revolution_pieces_at(piece).curvature;
     [[unroll]] for (uint i = 0u; i < REVOLUTION_PAIRS; i++) {
         profile.c[i] = revolution_pieces_at(piece).coefficients[i];
@@ -68,7 +74,8 @@ Profile load_profile(uint piece) {
     return profile;
 }
 
-ProfilePoint evaluate(Profile profile, float x) {
+// A point between the ends.
+ProfilePoint evaluate_inside(Profile profile, float x) {
     vec2 p = vec2(0.0);
     vec2 d = vec2(0.0);
     [[unroll]] for (uint i = 0u; i < REVOLUTION_PAIRS; i++) {
@@ -78,9 +85,14 @@ ProfilePoint evaluate(Profile profile, float x) {
         d = fma(d, vec2(x), p);
         p = fma(p, vec2(x), pair.xy);
     }
-    // Neighbours share their end points to the bit.
-    p = x == -1.0 ? profile.ends.xy : x == 1.0 ? profile.ends.zw : p;
     return ProfilePoint(p, d);
+}
+
+// Neighbours share their end points to the bit.
+ProfilePoint evaluate(Profile profile, float x) {
+    ProfilePoint point = evaluate_inside(profile, x);
+    point.p = x == -1.0 ? profile.ends.xy : x == 1.0 ? profile.ends.zw : point.p;
+    return point;
 }
 
 // The way the profile runs at a point: by its derivative, or where that vanishes (a cusp, a
@@ -108,7 +120,7 @@ Equation equation(RevolutionRay ray, int side, vec2 profile) {
     float h = profile.y - ray.p.z;
     float k_a = h / ray.d.z;
     vec2 q = fma(vec2(k_a), ray.d.xy, ray.p.xy);
-    float reach = sqrt(ray.a) * profile.x;
+    float reach = ray.root_a * profile.x;
     float root = sqrt(is_a ? dot(q, q) : max(0.0, (reach - ray.moment) * (reach + ray.moment)));
     float along = float(side) * root;
     float run = is_a ? root * ray.d.z : along;
@@ -125,20 +137,18 @@ float equation_derivative(int side, vec2 d, float slope) {
     return side == SIDE_A ? d.x - slope * d.y : d.y - slope * d.x;
 }
 
-// Bounds of the derivative between two points, from their own derivatives, the bound of
-// the curvature and the monotone slope.
+// The derivative between two points: its middle, and how far from that it may be. That of
+// the profile is bounded by those at the points and the second one, the slope is monotone.
+// The bound is generous: a tight one would take the noise of a grazing ray for certainty.
 vec2 derivative_bounds(Profile profile, int side, vec2 d0, vec2 d1, float slope0, float slope1, float width) {
-    vec2 bend = 0.5 * width * profile.curvature;
-    vec2 lower = max(profile.slopes.xz, min(d0, d1) - bend);
-    vec2 upper = min(profile.slopes.yw, max(d0, d1) + bend);
-    if (side != SIDE_A) {
-        lower = lower.yx;
-        upper = upper.yx;
-    }
-    vec4 products = vec4(lower.y, lower.y, upper.y, upper.y) * vec4(slope0, slope1, slope0, slope1);
-    float least = min(min(products.x, products.y), min(products.z, products.w));
-    float most = max(max(products.x, products.y), max(products.z, products.w));
-    return vec2(lower.x - most, upper.x - least);
+    vec2 middle = 0.5 * (d0 + d1);
+    vec2 bend = 0.5 * fma(vec2(width), profile.curvature, abs(d1 - d0));
+    bool is_a = side == SIDE_A;
+    vec2 whole = is_a ? vec2(middle.x, bend.x) : vec2(middle.y, bend.y);
+    vec2 part = is_a ? vec2(middle.y, bend.y) : vec2(middle.x, bend.x);
+    float slope = 0.5 * (slope0 + slope1);
+    float spread = 0.5 * abs(slope0 - slope1);
+    return vec2(whole.x - slope * part.x, whole.y + abs(slope) * part.y + spread * (abs(part.x) + part.y));
 }
 
 // One step of Newton's method in (x, k) on both equations of the surface at once: each then
@@ -184,9 +194,14 @@ RevolutionRay revolution_ray(uint body, Ray world) {
     ray.d = d / ray.size;
     // Squares of less would be nothing.
     ray.d.xy = dot(ray.d.xy, ray.d.xy) < 1.0e-24 ? vec2(0.0) : ray.d.xy;
+    ray.d.z = abs(ray.d.z) < SMALLEST_RISE ? 0.0 : ray.d.z;
     ray.a = dot(ray.d.xy, ray.d.xy);
+    ray.root_a = sqrt(ray.a);
+    ray.inverse_a = ray.a > 0.0 ? 1.0 / ray.a : 0.0;
     ray.b = dot(ray.p.xy, ray.d.xy);
     ray.moment = abs(ray.p.x * ray.d.y - ray.p.y * ray.d.x);
+    ray.closest = -ray.b * ray.inverse_a;
+    ray.inverse = 1.0 / (ray.d.z == 0.0 ? SMALLEST_RISE : ray.d.z);
     // The hyperbola's slope is 1 there. A ray that is steeper everywhere has A alone.
     float rest = ray.a - ray.d.z * ray.d.z;
     ray.border = rest > 0.0 ? ray.moment * inversesqrt(rest) : INFINITY_T;
@@ -198,34 +213,83 @@ float k_of(RevolutionRay ray, float t) {
     return (t - ray.t_offset) * ray.size;
 }
 
-// The rings around pieces that a ray enters: bits of those from the first.
-uint rings_hit(RevolutionRay ray, uint first, uint count, float t_min, float t_max) {
+// A ray's stretch between two parameters, as rings see it.
+struct RingRay {
+    float k_min;
+    float k_max;
+    float p;       // height
+    float inverse; // of the rise
+    float a;       // squared distance from the axis by k: a k^2 + b k + c
+    float b;
+    float c;
+    float closest;
+    float least;   // of the squared distance
+};
+
+RingRay ring_ray(RevolutionRay ray, float t_min, float t_max) {
     // Of a far origin, t_offset has a rounding error.
     float most_k = 1.5 + 1.0e-6 * abs(k_of(ray, 0.0));
-    float k_min = max(k_of(ray, t_min), -most_k);
-    float k_max = min(k_of(ray, t_max), most_k);
-    // Rounding moves the slabs' faces by less than this.
-    const float slack = 1.0e-6;
-    float inverse = 1.0 / (abs(ray.d.z) < 1.0e-15 ? 1.0e-15 : ray.d.z);
-    float widening = slack * abs(inverse);
-    float closest = ray.a > 0.0 ? -ray.b / ray.a : 0.0;
-    float base = dot(ray.p.xy, ray.p.xy);
-    uint hit = 0u;
-    for (uint i = 0u; i < count; i++) {
-        vec4 ends = revolution_pieces_at(first + i).ends;
-        vec2 k_ends = (ends.yw - ray.p.z) * inverse;
-        float near = max(min(k_ends.x, k_ends.y) - widening, k_min);
-        float far = min(max(k_ends.x, k_ends.y) + widening, k_max);
-        // The distance from the axis is convex in k.
-        vec3 k = vec3(near, far, clamp(closest, near, far));
-        vec3 rho2 = fma(k, fma(vec3(ray.a), k, vec3(2.0 * ray.b)), vec3(base));
-        float least = min(ends.x, ends.z);
-        float most = max(ends.x, ends.z);
-        bool inside = max(rho2.x, rho2.y) < (1.0 - 1.0e-5) * least * least - 1.0e-6;
-        bool outside = rho2.z > (1.0 + 1.0e-5) * most * most + 1.0e-6;
-        hit |= near <= far && !inside && !outside ? 1u << i : 0u;
+    float c = dot(ray.p.xy, ray.p.xy);
+    return RingRay(max(k_of(ray, t_min), -most_k), min(k_of(ray, t_max), most_k), ray.p.z, ray.inverse, ray.a,
+                   2.0 * ray.b, c, ray.closest, c + ray.closest * ray.b);
+}
+
+bool enters_ring(RingRay ray, vec4 ring) {
+    bool rises = ray.inverse > 0.0;
+    float near = ((rises ? ring.x : ring.y) - ray.p) * ray.inverse;
+    float far = ((rises ? ring.y : ring.x) - ray.p) * ray.inverse;
+    near = near > ray.k_min ? near : ray.k_min;
+    far = far < ray.k_max ? far : ray.k_max;
+    // The squared distance from the axis is convex in k.
+    float rho2_near = near * (ray.a * near + ray.b) + ray.c;
+    float rho2_far = far * (ray.a * far + ray.b) + ray.c;
+    bool inside = rho2_near < ring.z && rho2_far < ring.z;
+    bool passes = near >= ray.closest || far <= ray.closest || ray.least > ring.w;
+    bool outside = rho2_near > ring.w && rho2_far > ring.w && passes;
+    return near <= far && !inside && !outside;
+}
+
+// Pieces from a first one: a bit for each.
+struct Pieces {
+    uint first;
+    uvec4 mask;
+};
+
+bool is_empty(Pieces pieces) {
+    return (pieces.mask.x | pieces.mask.y | pieces.mask.z | pieces.mask.w) == 0u;
+}
+
+// Takes the next one out.
+uint take_piece(inout Pieces pieces) {
+    uint word = pieces.mask.x != 0u ? 0u : pieces.mask.y != 0u ? 1u : pieces.mask.z != 0u ? 2u : 3u;
+    uint bits = word == 0u ? pieces.mask.x : word == 1u ? pieces.mask.y : word == 2u ? pieces.mask.z : pieces.mask.w;
+    uvec4 words = uvec4(0u, 1u, 2u, 3u);
+    pieces.mask = mix(pieces.mask, uvec4(bits & (bits - 1u)), equal(words, uvec4(word)));
+    return pieces.first + 32u * word + findLSB(bits);
+}
+
+// The pieces of a body whose rings a ray enters: of all groups first, then of those that it
+// meets, where each lane goes over its own.
+Pieces pieces_met(RevolutionRay ray, uint first, uint count, float t_min, float t_max) {
+    RingRay rings = ring_ray(ray, t_min, t_max);
+    uint groups = 0u;
+    for (uint i = 0u; GROUP * i < count; i++) {
+        groups |= enters_ring(rings, revolution_pieces_at(first + GROUP * i).group_ring) ? 1u << i : 0u;
     }
-    return hit;
+    Pieces pieces = Pieces(first, uvec4(0u));
+    while (groups != 0u) {
+        uint piece = GROUP * findLSB(groups);
+        groups &= groups - 1u;
+        uint bits = 0u;
+        [[unroll]] for (uint i = 0u; i < GROUP; i++) {
+            bits |= enters_ring(rings, revolution_pieces_at(first + piece + i).ring) ? 1u << i : 0u;
+        }
+        // What comes behind the last one is another body's.
+        bits = piece + GROUP > count ? bits & (1u << (count - piece)) - 1u : bits;
+        pieces.mask |= mix(uvec4(0u), uvec4(bits << (piece & 31u)),
+                           equal(uvec4(0u, 1u, 2u, 3u), uvec4(piece >> 5u)));
+    }
+    return pieces;
 }
 
 bool inside(vec2 range, float x) {
@@ -251,7 +315,7 @@ float find_border(Profile profile, float border) {
     vec2 bracket = vec2(-1.0, 1.0);
     for (uint i = 0u; i < MAX_ROUNDS && abs(next - x) >= 0.1 * BORDER; i++) {
         x = next;
-        ProfilePoint point = evaluate(profile, x);
+        ProfilePoint point = evaluate_inside(profile, x);
         next = newton(bracket, ends.y > ends.x, x, point.p.x - border, point.d.x);
     }
     return next;
@@ -273,14 +337,23 @@ struct Search {
     Equation e1;
 };
 
-// The equations in whose domain some of a piece is.
-uint sides_of(RevolutionRay ray, vec2 radii, float k_min, float k_max) {
+// The equations in whose domain some of a piece is; of B, the branches that pass through its
+// ring.
+uint sides_of(RevolutionRay ray, vec4 ends, float k_min, float k_max) {
+    float least = min(ends.x, ends.z);
+    float most = max(ends.x, ends.z);
     // A ray that keeps its height has no A.
-    uint sides = ray.d.z != 0.0 && min(radii.x, radii.y) <= ray.border ? 2u : 0u;
-    bool has_b = max(radii.x, radii.y) >= ray.border;
-    float closest = -ray.b / ray.a;
-    sides |= has_b && closest > k_min - 1.0e-3 ? 1u : 0u;
-    sides |= has_b && closest < k_max + 1.0e-3 ? 4u : 0u;
+    uint sides = ray.d.z != 0.0 && least <= ray.border ? 2u : 0u;
+    // k is this uncertain where B begins.
+    const float slack = 1.0e-3;
+    vec2 k_ends = (ends.yw - ray.p.z) * ray.inverse;
+    float near = max(k_min, min(k_ends.x, k_ends.y) - HEIGHT_SLACK * abs(ray.inverse)) - slack;
+    float far = min(k_max, max(k_ends.x, k_ends.y) + HEIGHT_SLACK * abs(ray.inverse)) + slack;
+    vec2 reach = ray.root_a * vec2(least, most);
+    vec2 along = sqrt(max(vec2(0.0), (reach - ray.moment) * (reach + ray.moment))) * ray.inverse_a;
+    bool has_b = most >= ray.border;
+    sides |= has_b && ray.closest - along.y <= far && ray.closest - along.x >= near ? 1u : 0u;
+    sides |= has_b && ray.closest + along.x <= far && ray.closest + along.y >= near ? 4u : 0u;
     return sides;
 }
 
@@ -317,15 +390,15 @@ uint judge(Profile profile, RevolutionRay ray, float k_min, float k_max, Search 
     vec2 bounds =
         derivative_bounds(profile, search.side, search.d0, d1, search.e0.slope, search.e1.slope, width);
     bool crosses = (f0 > 0.0) != (f1 > 0.0);
-    bool monotone = bounds.x > 0.0 || bounds.y < 0.0;
-    float reach = max(abs(bounds.x), abs(bounds.y)) * width + REVOLUTION_TOLERANCE;
+    bool monotone = abs(bounds.x) > bounds.y;
+    float reach = (abs(bounds.x) + bounds.y) * width + REVOLUTION_TOLERANCE;
     // Inside a stretch a root is on one side of a point or the other.
     bool touches0 = search.first && abs(f0) <= REVOLUTION_TOLERANCE;
     bool touches1 = search.x1 == search.end && abs(f1) <= REVOLUTION_TOLERANCE;
     bool touches = touches0 || touches1 || (!monotone && min(abs(f0), abs(f1)) <= REVOLUTION_TOLERANCE);
     bool empty = !crosses && (abs(f0) + abs(f1) > reach || (monotone && !touches));
     // k is this uncertain where A is flat and where B begins.
-    float slack = search.side == SIDE_A ? 1.0e-6 / abs(ray.d.z) : 1.0e-3;
+    float slack = search.side == SIDE_A ? 1.0e-6 * abs(ray.inverse) : 1.0e-3;
     bool elsewhere = search.e1.k < k_min - slack || search.e0.k > k_max + slack;
     bool halve = !monotone && width > SMALLEST_INTERVAL && reach > SMALLEST_CHANGE;
     return empty || elsewhere ? EMPTY : halve ? HALVE : crosses || touches ? ROOT : EMPTY;
@@ -366,9 +439,9 @@ vec2 find_root(Profile profile, RevolutionRay ray, Search search) {
     return polish(ray, point, x, e.k);
 }
 
-// The nearest hit with t_min < t < t_max on pieces: from the first, those whose bits are set;
-// with any_hit, some hit. hit_x is where on the profile of hit_piece.
-bool intersect_pieces(uint first, uint candidates, RevolutionRay ray, float t_min, bool any_hit,
+// The nearest hit with t_min < t < t_max on some pieces; with any_hit, some hit. hit_x is where
+// on the profile of hit_piece.
+bool intersect_pieces(Pieces candidates, RevolutionRay ray, float t_min, bool any_hit,
                       inout float t_max, inout float hit_x, inout uint hit_piece) {
     float k_min = k_of(ray, t_min);
     bool found = false;
@@ -377,16 +450,16 @@ bool intersect_pieces(uint first, uint candidates, RevolutionRay ray, float t_mi
     Profile profile;
     search.sides = 0u;
     bool fresh = true; // a stretch is to be taken up
-    while ((candidates | search.sides) != 0u || !fresh) {
+    while (!is_empty(candidates) || search.sides != 0u || !fresh) {
         bool has_root = false;
         float k_max = k_of(ray, t_max);
         // Lanes of a processor look on until each has a root to find.
-        while (!has_root && ((candidates | search.sides) != 0u || !fresh)) {
+        while (!has_root && (!is_empty(candidates) || search.sides != 0u || !fresh)) {
             if (fresh && search.sides == 0u) {
-                search.piece = first + findLSB(candidates);
-                candidates &= candidates - 1u;
+                search.piece = take_piece(candidates);
                 profile = load_profile(search.piece);
-                search.sides = sides_of(ray, profile.ends.xz, k_min, k_max);
+                steps = 0u;
+                search.sides = sides_of(ray, profile.ends, k_min, k_max);
                 vec2 radii = profile.ends.xz - ray.border;
                 if (radii.x * radii.y <= 0.0) {
                     search.border = find_border(profile, ray.border);
@@ -410,7 +483,7 @@ bool intersect_pieces(uint first, uint candidates, RevolutionRay ray, float t_mi
                 advance(search, point.d);
             }
             if (++steps > MAX_STEPS) {
-                candidates = 0u;
+                candidates.mask = uvec4(0u);
                 search.sides = 0u;
                 fresh = true;
             }
@@ -426,7 +499,7 @@ bool intersect_pieces(uint first, uint candidates, RevolutionRay ray, float t_mi
                 found = true;
                 // Stretches and intervals come in order of k.
                 search.sides = 0u;
-                candidates = any_hit ? 0u : candidates;
+                candidates.mask = any_hit ? uvec4(0u) : candidates.mask;
             }
             fresh = hit || search.x1 == search.end;
             vec2 d1 = evaluate(profile, search.x1).d;
@@ -438,5 +511,5 @@ bool intersect_pieces(uint first, uint candidates, RevolutionRay ray, float t_mi
 
 // The nearest hit with t_min < t < t_max on a piece.
 bool intersect_revolution(uint piece, RevolutionRay ray, float t_min, inout float t_max, inout float hit_x) {
-    return intersect_pieces(piece, 1u, ray, t_min, false, t_max, hit_x, piece);
+    return intersect_pieces(Pieces(piece, uvec4(1u, 0u, 0u, 0u)), ray, t_min, false, t_max, hit_x, piece);
 }

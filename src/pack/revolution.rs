@@ -8,10 +8,10 @@ use obvhs::aabb::Aabb;
 use super::{Packer, RevolutionSolver, rows};
 use crate::bezier::{Curve, Stretch};
 use crate::bvh::PADDING;
-use crate::kernels::{KIND_SHIFT, MAX_PIECES, NONE, REVOLUTION, Revolution, RevolutionPiece};
+use crate::kernels::{GROUP, KIND_SHIFT, MAX_PIECES, NONE, REVOLUTION, Revolution, RevolutionPiece};
 use crate::scene::{AreaLight, Geometry, Profile, Scene, Shape};
 
-/// Pieces per unit of a segment's parameter; 4 to 16 cost about the same.
+/// Pieces per unit of a segment's parameter. More have more rings to test, fewer more intervals to judge.
 const PIECES_PER_UNIT: f64 = 8.0;
 /// Bounds are widened by this part of themselves, for their rounding to f32.
 const WIDENING: f64 = 1e-6;
@@ -75,6 +75,9 @@ impl Packer {
         for piece in pieces.iter_mut() {
             piece.body = index;
             whole = whole.union(&bounds(piece, render_from_unit));
+        }
+        for group in pieces.chunks_mut(GROUP as usize) {
+            group[0].group_ring = group.iter().map(|piece| piece.ring).fold(group[0].ring, unite);
         }
         self.revolutions.push(Revolution {
             lower: (whole.min - Vec3A::splat(PADDING)).to_array(),
@@ -142,23 +145,19 @@ fn piece(stretch: &Stretch, begin: Option<[f32; 2]>, along: [f32; 2]) -> Revolut
     let single = |point: DVec2| point.as_vec2().to_array();
     let [u0, v0] = begin.unwrap_or(single(points[0]));
     let [u1, v1] = single(points[points.len() - 1]);
-    // By x = 2 t - 1, derivatives are half as large, second ones a quarter.
+    // By x = 2 t - 1, second derivatives are a quarter.
     let hodograph = stretch.curve.hodograph();
-    let slopes = hodograph.iter().map(|slope| *slope * 0.5);
-    let least = slopes.clone().fold(DVec2::INFINITY, DVec2::min);
-    let most = slopes.fold(DVec2::NEG_INFINITY, DVec2::max);
     let bend = stretch.curve.degree() as f64 - 1.0;
     let curvature =
         hodograph.windows(2).map(|pair| (pair[1] - pair[0]).abs() * (0.25 * bend)).fold(DVec2::ZERO, DVec2::max);
-    let widening = DVec2::splat(WIDENING) * least.abs().max(most.abs());
-    let [least, most] = [least - widening, most + widening];
     let mut coefficients = [[0.0; 4]; 5];
     for (i, c) in stretch.curve.coefficients().into_iter().enumerate() {
         coefficients[i / 2][2 * (i % 2)..][..2].copy_from_slice(&single(c));
     }
     RevolutionPiece {
+        ring: ring([u0, v0, u1, v1].map(f64::from)),
+        group_ring: [0.0; 4],
         ends: [u0, v0, u1, v1],
-        slopes: [least.x, most.x, least.y, most.y].map(|slope| slope as f32),
         curvature: single(curvature * (1.0 + WIDENING)),
         along,
         body: NONE,
@@ -166,6 +165,18 @@ fn piece(stretch: &Stretch, begin: Option<[f32; 2]>, along: [f32; 2]) -> Revolut
         pad: [0.0; 2],
         coefficients,
     }
+}
+
+/// The ring that a piece with these ends turns in. Rounding moves a ray by less than it is
+/// widened.
+fn ring([u0, v0, u1, v1]: [f64; 4]) -> [f32; 4] {
+    let square = |radius: f64, sign: f64| radius * radius * (1.0 + sign * 1e-5) + sign * 1e-6;
+    [v0.min(v1) - 1e-6, v0.max(v1) + 1e-6, square(u0.min(u1), -1.0), square(u0.max(u1), 1.0)].map(|x| x as f32)
+}
+
+/// The ring around two.
+fn unite(a: [f32; 4], b: [f32; 4]) -> [f32; 4] {
+    [a[0].min(b[0]), a[1].max(b[1]), a[2].min(b[2]), a[3].max(b[3])]
 }
 
 /// Area of a piece, by the midpoint rule in both parameters.
