@@ -11,7 +11,7 @@ use crate::kernels::{BvhPair, COUNT_SHIFT, MAX_BVH_DEPTH, MAX_LEAF_COUNT};
 
 /// Boxes are this much wider on each side: the resolution of f32 at the size of render
 /// space. A ray in the plane of a face must not lose the box, flat or not.
-const PADDING: f32 = f32::EPSILON;
+pub const PADDING: f32 = f32::EPSILON;
 
 /// A hierarchy as the GPU reads it.
 pub struct Bvh {

@@ -9,9 +9,9 @@ use serde::{Deserialize, Serialize};
 use sha2::{Digest, Sha256};
 
 use crate::checkpoint::CheckpointError;
-use crate::view::View;
 use crate::options::{Options, Resolved};
 use crate::pack::PackedScene;
+use crate::view::View;
 
 /// Names and values: options as they are written, parts of the scene as digests.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]

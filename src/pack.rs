@@ -130,6 +130,8 @@ pub struct PackedScene {
 
 /// Scenes of so few primitives have no use for a hierarchy: see docs/performance.md.
 const MAX_FLAT: usize = 24;
+/// The same for bodies of revolution, at most as many as a mask has bits.
+const MAX_FLAT_REVOLUTIONS: usize = 16;
 
 /// Packs a scene for a solver.
 ///
@@ -205,7 +207,8 @@ impl Packer {
         match &shape.geometry {
             Geometry::Mesh(mesh) => self.add_mesh(shape, mesh, &render_from_object),
             Geometry::Sphere { radius, z_min, z_max, phi_max } => {
-                let mut quadric = quadric(shape, render_from_object * DAffine3::from_scale(DVec3::splat(*radius)), SPHERE);
+                let mut quadric =
+                    quadric(shape, render_from_object * DAffine3::from_scale(DVec3::splat(*radius)), SPHERE);
                 quadric.z_min = (z_min / radius) as f32;
                 quadric.z_max = (z_max / radius) as f32;
                 quadric.phi_max = *phi_max as f32;
@@ -377,7 +380,9 @@ impl Packer {
         };
         let has_conductors = used(|material| matches!(material, Material::Conductor { .. }));
         let has_dielectrics = used(|material| matches!(material, Material::Dielectric { .. }));
-        let is_flat = self.references.len() <= MAX_FLAT && !has_kind(REVOLUTION);
+        let is_flat = self.triangles.len() + self.quadrics.len() <= MAX_FLAT
+            && self.revolutions.len() <= MAX_FLAT_REVOLUTIONS
+            && self.solver == RevolutionSolver::Certified;
         Specialization {
             has_triangles: has_kind(TRIANGLE),
             has_spheres: has_kind(SPHERE),
@@ -405,6 +410,7 @@ impl Packer {
             is_flat,
             flat_triangles: if is_flat { self.triangles.len() as u32 } else { 0 },
             flat_quadrics: if is_flat { self.quadrics.len() as u32 } else { 0 },
+            flat_revolutions: if is_flat { self.revolutions.len() as u32 } else { 0 },
             ..Specialization::default()
         }
     }

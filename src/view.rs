@@ -18,12 +18,7 @@ pub struct View {
 }
 
 /// Packs a camera for an image of `resolution` pixels. Camera space keeps scene units.
-pub fn pack_camera(
-    camera: &Camera,
-    film: &Film,
-    resolution: [u32; 2],
-    render_from_world: &DAffine3,
-) -> View {
+pub fn pack_camera(camera: &Camera, film: &Film, resolution: [u32; 2], render_from_world: &DAffine3) -> View {
     let window = fit_window(camera.screen_window, film.resolution, resolution);
     let [left, right, bottom, top] = window.map(|edge| edge * camera.tan_half_fov);
     let mut filter_offsets = [0.0; 2 * TABLE];

@@ -35,7 +35,8 @@ pub fn expand(text: &str, types: &str, elements: &mut BTreeMap<String, String>) 
             None => out += line,
             Some((stored, [set, binding, element, name])) => {
                 elements.insert(name.to_owned(), element.to_owned());
-                out += &declare(stored, set, binding, element, name, types).map_err(|error| format!("{line}: {error}"))?;
+                out +=
+                    &declare(stored, set, binding, element, name, types).map_err(|error| format!("{line}: {error}"))?;
             }
         }
         out.push('\n');

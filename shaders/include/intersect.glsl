@@ -78,28 +78,24 @@ bool intersect_quadric(uint index, bool sphere, Ray ray, inout Hit hit) {
     return sphere ? intersect_sphere(quadric, o, d, hit.t) : intersect_disk(quadric, o, d, hit.t);
 }
 
-// Makes `turned` the ray as the body of a piece sees it, unless the last piece was of the same
-// one: a body's pieces come together.
-void turn(uint piece, Ray ray, inout RevolutionRay turned) {
-    uint body = revolution_pieces_at(piece).body;
-    if (body != turned.body) {
-        turned = revolution_ray(body, ray);
+// Whether a primitive reference in the hierarchy is a body of revolution.
+bool is_body(uint primitive) {
+    uint kind = primitive >> KIND_SHIFT;
+    if (REVOLUTION_NEWTON || is_triangle(kind)) {
+        return false;
     }
+    return is_revolution(kind);
 }
 
-bool intersect_primitive(uint primitive, Ray ray, Shear shear, inout RevolutionRay turned, inout Hit hit) {
+// Tests any other primitive; for the classical solver, a segment of a profile too.
+bool test_primitive(uint primitive, Ray ray, Shear shear, inout Hit hit) {
     uint kind = primitive >> KIND_SHIFT;
     uint index = primitive & INDEX_MASK;
     bool found = false;
     if (is_triangle(kind)) {
         found = intersect_triangle(triangles_at(index), ray.origin, shear, hit);
-    } else if (is_revolution(kind)) {
-        if (REVOLUTION_NEWTON) {
-            found = meet_segment(index, ray, hit, primitive);
-        } else {
-            turn(index, ray, turned);
-            found = intersect_revolution(index, turned, 0.0, hit.t, hit.barycentric.x);
-        }
+    } else if (REVOLUTION_NEWTON && is_revolution(kind)) {
+        found = meet_segment(index, ray, hit, primitive);
     } else if (HAS_QUADRICS) {
         found = intersect_quadric(index, is_sphere(kind), ray, hit);
     }
@@ -109,24 +105,18 @@ bool intersect_primitive(uint primitive, Ray ray, Shear shear, inout RevolutionR
     return found;
 }
 
-// Whether a node is a leaf whose primitives are all missed, as far as that is cheap to say.
-bool is_missed(uint node, Ray ray, inout RevolutionRay turned, float t_max) {
-    if (REVOLUTION_NEWTON || node == NONE) {
-        return false;
+// Tests what a reference in Hit names.
+bool intersect_primitive(uint primitive, Ray ray, Shear shear, inout Hit hit) {
+    uint index = primitive & INDEX_MASK;
+    if (!is_body(primitive)) {
+        return test_primitive(primitive, ray, shear, hit);
     }
-    uint first = node & FIRST_MASK;
-    uint count = node >> COUNT_SHIFT;
-    bool missed = count > 0u;
-    for (uint i = first; i < first + count && missed; i++) {
-        uint primitive = primitives_at(i);
-        missed = !is_triangle(primitive >> KIND_SHIFT) && is_revolution(primitive >> KIND_SHIFT);
-        if (missed) {
-            uint index = primitive & INDEX_MASK;
-            turn(index, ray, turned);
-            missed = misses_ring(turned, revolution_pieces_at(index).ends, k_of(turned, 0.0), k_of(turned, t_max));
-        }
+    RevolutionRay turned = revolution_ray(revolution_pieces_at(index).body, ray);
+    bool found = intersect_revolution(index, turned, 0.0, hit.t, hit.barycentric.x);
+    if (found) {
+        hit.primitive = primitive;
     }
-    return missed;
+    return found;
 }
 
 // Entry of a ray into a box, or INFINITY_T. The far side is widened by the rounding
@@ -139,6 +129,38 @@ float enter_box(vec3 lower, vec3 upper, Ray ray, vec3 inverse, float t_max) {
     float t_near = max(max(near.x, near.y), max(near.z, 0.0));
     float t_far = min(min(far.x, far.y), min(far.z, t_max));
     return t_near <= t_far ? t_near : INFINITY_T;
+}
+
+// Tests a body of revolution; NONE is none.
+void test_body(uint body, Ray ray, bool any_hit, inout Hit hit) {
+    RevolutionRay turned = revolution_ray(body, ray);
+    uint first = revolutions_at(body).first_piece;
+    Pieces candidates = pieces_met(turned, first, revolutions_at(body).piece_count, 0.0, hit.t);
+    uint piece;
+    if (intersect_pieces(candidates, turned, 0.0, any_hit, hit.t, hit.barycentric.x, piece)) {
+        hit.primitive = REVOLUTION << KIND_SHIFT | piece;
+    }
+}
+
+// No component is zero, so that no slab computes zero times infinity.
+vec3 inverse_direction(Ray ray) {
+    return 1.0 / mix(ray.direction, vec3(1.0e-20), equal(ray.direction, vec3(0.0)));
+}
+
+// All bodies. Each lane goes on to the next one whose box it enters, none waits for another's.
+void test_revolutions(Ray ray, bool any_hit, inout Hit hit) {
+    vec3 inverse = inverse_direction(ray);
+    uint bodies = 0u;
+    for (uint i = 0u; i < FLAT_REVOLUTIONS; i++) {
+        if (enter_box(revolutions_at(i).lower, revolutions_at(i).upper, ray, inverse, hit.t) < INFINITY_T) {
+            bodies |= 1u << i;
+        }
+    }
+    while (bodies != 0u && !(any_hit && hit.primitive != NONE)) {
+        uint body = findLSB(bodies);
+        bodies &= bodies - 1u;
+        test_body(body, ray, any_hit, hit);
+    }
 }
 
 // The same without a hierarchy, for scenes of a few primitives: every lane tests all of them,
@@ -157,6 +179,9 @@ Hit test_all(Ray ray, float t_max, bool any_hit) {
             hit.primitive = kind << KIND_SHIFT | i;
         }
     }
+    if (HAS_REVOLUTIONS) {
+        test_revolutions(ray, any_hit, hit);
+    }
     return hit;
 }
 
@@ -168,21 +193,12 @@ Hit traverse(Ray ray, float t_max, bool any_hit) {
     }
     Shear shear = shear_of(ray.direction);
     Hit hit = Hit(t_max, NONE, vec2(0.0));
-    // No component is zero, so that no slab computes zero times infinity.
-    vec3 direction = mix(ray.direction, vec3(1.0e-20), equal(ray.direction, vec3(0.0)));
-    vec3 inverse = 1.0 / direction;
-    RevolutionRay turned;
-    turned.body = NONE;
+    vec3 inverse = inverse_direction(ray);
     uint stack[MAX_BVH_DEPTH];
     uint height = 0u;
     uint node = 0u;
     while (node != NONE) {
-        // A lane looks on until it has a leaf that is worth a test, for all will wait for it.
-        while (node >> COUNT_SHIFT == 0u || (HAS_REVOLUTIONS && is_missed(node, ray, turned, hit.t))) {
-            if (HAS_REVOLUTIONS && node >> COUNT_SHIFT != 0u) {
-                node = height > 0u ? stack[--height] : NONE;
-                continue;
-            }
+        while (node >> COUNT_SHIFT == 0u) {
             BvhPair pair = bvh_pairs_at(node);
             float t_left = enter_box(pair.left_lower.xyz, pair.left_upper.xyz, ray, inverse, hit.t);
             float t_right = enter_box(pair.right_lower.xyz, pair.right_upper.xyz, ray, inverse, hit.t);
@@ -201,12 +217,26 @@ Hit traverse(Ray ray, float t_max, bool any_hit) {
         }
         uint first = node & FIRST_MASK;
         uint end = first + (node >> COUNT_SHIFT);
-        for (uint i = first; i < end; i++) {
-            if (intersect_primitive(primitives_at(i), ray, shear, turned, hit) && any_hit) {
+        uint body = NONE;
+        for (; first < end && body == NONE; first++) {
+            uint primitive = primitives_at(first);
+            if (is_body(primitive)) {
+                body = primitive & INDEX_MASK;
+            } else if (test_primitive(primitive, ray, shear, hit) && any_hit) {
                 return hit;
             }
         }
-        node = height > 0u ? stack[--height] : NONE;
+        if (HAS_REVOLUTIONS && body != NONE) {
+            test_body(body, ray, any_hit, hit);
+            if (any_hit && hit.primitive != NONE) {
+                return hit;
+            }
+        }
+        if (HAS_REVOLUTIONS && first < end) {
+            node = (end - first) << COUNT_SHIFT | first;
+        } else {
+            node = height > 0u ? stack[--height] : NONE;
+        }
     }
     return hit;
 }

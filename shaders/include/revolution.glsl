@@ -17,13 +17,16 @@
 // |equation| up to this is a root where an interval ends, so that none slips between two
 // pieces; a few roundings of coordinates up to 1.
 const float REVOLUTION_TOLERANCE = 3.0e-7;
-// How far the domains of the two equations reach over their border: in slope, and in x.
-const float OVERLAP = 1.0e-3;
+// How far the domains of the two equations reach over their border, in x.
 const float BORDER = 1.0e-5;
 // An interval over which the equation changes by less may hold two roots that touch, or none.
 // Where the ray passes the axis closely, that takes short intervals.
 const float SMALLEST_CHANGE = 6.0e-7;
 const float SMALLEST_INTERVAL = 1.0e-6;
+// Rounding moves the ends of pieces by less than this along a ray's height.
+const float HEIGHT_SLACK = 1.0e-6;
+// A ray that rises by less keeps its height.
+const float SMALLEST_RISE = 1.0e-15;
 // More are never needed; no ray must hang the device.
 const uint MAX_STEPS = 1024u;
 const uint MAX_ROUNDS = 24u;
@@ -34,8 +37,6 @@ const float MAX_POLISH = 1.0e-3;
 
 struct Profile {
     vec4 ends;       // u, v at x = -1 and at x = 1
-    vec4 end_slopes; // u', v' there
-    vec4 slopes;     // least and most of u', least and most of v'
     vec2 curvature;  // bounds of |u''| and |v''|
     vec4 c[5];       // coefficients of u and v, two powers of x in each
 };
@@ -54,15 +55,18 @@ struct RevolutionRay {
     vec3 d;         // of unit length
     float t_offset; // ray parameter of p; another point's is t_offset + k / size
     float a;        // |d.xy|^2
+    float root_a;
+    float inverse_a;
     float b;        // p.xy . d.xy
+    float closest;  // k of the closest approach to the axis
     float moment;   // |p.xy x d.xy|
+    float inverse;  // of d.z, or of next to nothing
+    float border;   // the radius up to which A is solved, and from which on B
 };
 
 Profile load_profile(uint piece) {
     Profile profile;
     profile.ends = revolution_pieces_at(piece).ends;
-    profile.end_slopes = revolution_pieces_at(piece).end_slopes;
-    profile.slopes = revolution_pieces_at(piece).slopes;
     profile.curvature = revolution_pieces_at(piece).curvature;
     [[unroll]] for (uint i = 0u; i < REVOLUTION_PAIRS; i++) {
         profile.c[i] = revolution_pieces_at(piece).coefficients[i];
@@ -70,7 +74,8 @@ Profile load_profile(uint piece) {
     return profile;
 }
 
-ProfilePoint evaluate(Profile profile, float x) {
+// A point between the ends.
+ProfilePoint evaluate_inside(Profile profile, float x) {
     vec2 p = vec2(0.0);
     vec2 d = vec2(0.0);
     [[unroll]] for (uint i = 0u; i < REVOLUTION_PAIRS; i++) {
@@ -80,17 +85,14 @@ ProfilePoint evaluate(Profile profile, float x) {
         d = fma(d, vec2(x), p);
         p = fma(p, vec2(x), pair.xy);
     }
-    // Neighbours share their end points to the bit.
-    p = x == -1.0 ? profile.ends.xy : x == 1.0 ? profile.ends.zw : p;
     return ProfilePoint(p, d);
 }
 
-ProfilePoint first_point(Profile profile) {
-    return ProfilePoint(profile.ends.xy, profile.end_slopes.xy);
-}
-
-ProfilePoint last_point(Profile profile) {
-    return ProfilePoint(profile.ends.zw, profile.end_slopes.zw);
+// Neighbours share their end points to the bit.
+ProfilePoint evaluate(Profile profile, float x) {
+    ProfilePoint point = evaluate_inside(profile, x);
+    point.p = x == -1.0 ? profile.ends.xy : x == 1.0 ? profile.ends.zw : point.p;
+    return point;
 }
 
 // The way the profile runs at a point: by its derivative, or where that vanishes (a cusp, a
@@ -108,26 +110,25 @@ struct Equation {
 };
 
 // Which equation: A, or one of the branches of B, in order of k.
-const int SIDE_A = 0;
 const int SIDE_B_NEAR = -1;
+const int SIDE_A = 0;
 const int SIDE_B_FAR = 1;
 
+// Both are computed as one: lanes of a processor go through either in lockstep.
 Equation equation(RevolutionRay ray, int side, vec2 profile) {
-    Equation e;
+    bool is_a = side == SIDE_A;
     float h = profile.y - ray.p.z;
-    if (side == SIDE_A) {
-        e.k = h / ray.d.z;
-        vec2 q = fma(vec2(e.k), ray.d.xy, ray.p.xy);
-        float rho = length(q);
-        e.value = profile.x - rho;
-        e.slope = rho > 0.0 ? dot(q, ray.d.xy) / (rho * ray.d.z) : 0.0;
-    } else {
-        float reach = sqrt(ray.a) * profile.x;
-        float along = float(side) * sqrt(max(0.0, (reach - ray.moment) * (reach + ray.moment)));
-        e.k = (along - ray.b) / ray.a;
-        e.value = h - ray.d.z * e.k;
-        e.slope = along != 0.0 ? ray.d.z * profile.x / along : float(side) * sign(ray.d.z) * 1.0e20;
-    }
+    float k_a = h / ray.d.z;
+    vec2 q = fma(vec2(k_a), ray.d.xy, ray.p.xy);
+    float reach = ray.root_a * profile.x;
+    float root = sqrt(is_a ? dot(q, q) : max(0.0, (reach - ray.moment) * (reach + ray.moment)));
+    float along = float(side) * root;
+    float run = is_a ? root * ray.d.z : along;
+    float rise = is_a ? dot(q, ray.d.xy) : ray.d.z * profile.x;
+    Equation e;
+    e.k = is_a ? k_a : (along - ray.b) / ray.a;
+    e.value = is_a ? profile.x - root : h - ray.d.z * e.k;
+    e.slope = root > 0.0 ? rise / run : float(side) * sign(ray.d.z) * 1.0e20;
     return e;
 }
 
@@ -136,20 +137,18 @@ float equation_derivative(int side, vec2 d, float slope) {
     return side == SIDE_A ? d.x - slope * d.y : d.y - slope * d.x;
 }
 
-// Bounds of the derivative between two points, from their own derivatives, the bound of
-// the curvature and the monotone slope.
+// The derivative between two points: its middle, and how far from that it may be. That of
+// the profile is bounded by those at the points and the second one, the slope is monotone.
+// The bound is generous: a tight one would take the noise of a grazing ray for certainty.
 vec2 derivative_bounds(Profile profile, int side, vec2 d0, vec2 d1, float slope0, float slope1, float width) {
-    vec2 bend = 0.5 * width * profile.curvature;
-    vec2 lower = max(profile.slopes.xz, min(d0, d1) - bend);
-    vec2 upper = min(profile.slopes.yw, max(d0, d1) + bend);
-    if (side != SIDE_A) {
-        lower = lower.yx;
-        upper = upper.yx;
-    }
-    vec4 products = vec4(lower.y, lower.y, upper.y, upper.y) * vec4(slope0, slope1, slope0, slope1);
-    float least = min(min(products.x, products.y), min(products.z, products.w));
-    float most = max(max(products.x, products.y), max(products.z, products.w));
-    return vec2(lower.x - most, upper.x - least);
+    vec2 middle = 0.5 * (d0 + d1);
+    vec2 bend = 0.5 * fma(vec2(width), profile.curvature, abs(d1 - d0));
+    bool is_a = side == SIDE_A;
+    vec2 whole = is_a ? vec2(middle.x, bend.x) : vec2(middle.y, bend.y);
+    vec2 part = is_a ? vec2(middle.y, bend.y) : vec2(middle.x, bend.x);
+    float slope = 0.5 * (slope0 + slope1);
+    float spread = 0.5 * abs(slope0 - slope1);
+    return vec2(whole.x - slope * part.x, whole.y + abs(slope) * part.y + spread * (abs(part.x) + part.y));
 }
 
 // One step of Newton's method in (x, k) on both equations of the surface at once: each then
@@ -195,9 +194,17 @@ RevolutionRay revolution_ray(uint body, Ray world) {
     ray.d = d / ray.size;
     // Squares of less would be nothing.
     ray.d.xy = dot(ray.d.xy, ray.d.xy) < 1.0e-24 ? vec2(0.0) : ray.d.xy;
+    ray.d.z = abs(ray.d.z) < SMALLEST_RISE ? 0.0 : ray.d.z;
     ray.a = dot(ray.d.xy, ray.d.xy);
+    ray.root_a = sqrt(ray.a);
+    ray.inverse_a = ray.a > 0.0 ? 1.0 / ray.a : 0.0;
     ray.b = dot(ray.p.xy, ray.d.xy);
     ray.moment = abs(ray.p.x * ray.d.y - ray.p.y * ray.d.x);
+    ray.closest = -ray.b * ray.inverse_a;
+    ray.inverse = 1.0 / (ray.d.z == 0.0 ? SMALLEST_RISE : ray.d.z);
+    // The hyperbola's slope is 1 there. A ray that is steeper everywhere has A alone.
+    float rest = ray.a - ray.d.z * ray.d.z;
+    ray.border = rest > 0.0 ? ray.moment * inversesqrt(rest) : INFINITY_T;
     return ray;
 }
 
@@ -206,256 +213,303 @@ float k_of(RevolutionRay ray, float t) {
     return (t - ray.t_offset) * ray.size;
 }
 
-// The radius at which the hyperbola has a slope: it is flatter below, steeper above. A
-// ray that is steeper than the slope everywhere is flat in this sense at any radius.
-float radius_of_slope(RevolutionRay ray, float slope) {
-    float rest = ray.a - slope * slope * ray.d.z * ray.d.z;
-    return rest > 0.0 ? ray.moment * inversesqrt(rest) : INFINITY_T;
-}
-
-// Whether a ray passes by the ring around a piece: below or above it, outside, or inside.
-bool misses_ring(RevolutionRay ray, vec4 ends, float k_min, float k_max) {
-    float least = min(ends.x, ends.z);
-    float most = max(ends.x, ends.z);
-    if (most * most * ray.a * (1.0 + 1.0e-5) < ray.moment * ray.moment) {
-        return true;
-    }
-    // Rounding moves the slab's faces by less than this; in its plane, k is no number and no
-    // comparison holds.
-    const float slack = 1.0e-6;
-    float k0 = (min(ends.y, ends.w) - slack - ray.p.z) / ray.d.z;
-    float k1 = (max(ends.y, ends.w) + slack - ray.p.z) / ray.d.z;
-    float near = min(k0, k1);
-    float far = max(k0, k1);
-    if (near > k_max || far < k_min) {
-        return true;
-    }
-    // The distance from the axis is convex in k.
-    float closest = clamp(-ray.b / ray.a, near, far);
-    float base = dot(ray.p.xy, ray.p.xy);
-    vec3 k = vec3(near, far, closest);
-    vec3 rho2 = fma(k, fma(vec3(ray.a), k, vec3(2.0 * ray.b)), vec3(base));
-    return max(rho2.x, rho2.y) < (1.0 - 1.0e-5) * least * least - 1.0e-6
-        || rho2.z > (1.0 + 1.0e-5) * most * most + 1.0e-6;
-}
-
-// What a ray does on a piece. Lanes of a processor go through it in lockstep: each step is
-// one evaluation of the profile, whatever for, so that none waits for another's.
-const uint NEXT_SIDE = 0u; // take up the next equation, if the piece is in its domain
-const uint CUT = 1u;       // look for the border of its domain
-const uint STRETCH = 2u;   // take up what is inside
-const uint INTERVAL = 3u;  // judge an interval
-const uint ROOT = 4u;      // look for its root
-const uint DONE = 5u;
-
-struct Search {
-    uint phase;
-    int side;
-    float limit;           // the radius where the equation's domain ends
-    float x;               // where to evaluate next
-    float x0;              // the interval
-    float x1;
-    ProfilePoint point0;
-    ProfilePoint point1;
-    Equation e0;
-    Equation e1;
-    float end;             // of the stretch that it is part of
-    bool first;            // it begins where that does
-    vec2 bracket;          // of the border or root
-    bool rising;           // the value is negative at bracket.x
-    uint rounds;           // of Newton's method
+// A ray's stretch between two parameters, as rings see it.
+struct RingRay {
+    float k_min;
+    float k_max;
+    float p;       // height
+    float inverse; // of the rise
+    float a;       // squared distance from the axis by k: a k^2 + b k + c
+    float b;
+    float c;
+    float closest;
+    float least;   // of the squared distance
 };
+
+RingRay ring_ray(RevolutionRay ray, float t_min, float t_max) {
+    // Of a far origin, t_offset has a rounding error.
+    float most_k = 1.5 + 1.0e-6 * abs(k_of(ray, 0.0));
+    float c = dot(ray.p.xy, ray.p.xy);
+    return RingRay(max(k_of(ray, t_min), -most_k), min(k_of(ray, t_max), most_k), ray.p.z, ray.inverse, ray.a,
+                   2.0 * ray.b, c, ray.closest, c + ray.closest * ray.b);
+}
+
+bool enters_ring(RingRay ray, vec4 ring) {
+    bool rises = ray.inverse > 0.0;
+    float near = ((rises ? ring.x : ring.y) - ray.p) * ray.inverse;
+    float far = ((rises ? ring.y : ring.x) - ray.p) * ray.inverse;
+    near = near > ray.k_min ? near : ray.k_min;
+    far = far < ray.k_max ? far : ray.k_max;
+    // The squared distance from the axis is convex in k.
+    float rho2_near = near * (ray.a * near + ray.b) + ray.c;
+    float rho2_far = far * (ray.a * far + ray.b) + ray.c;
+    bool inside = rho2_near < ring.z && rho2_far < ring.z;
+    bool passes = near >= ray.closest || far <= ray.closest || ray.least > ring.w;
+    bool outside = rho2_near > ring.w && rho2_far > ring.w && passes;
+    return near <= far && !inside && !outside;
+}
+
+// Pieces from a first one: a bit for each.
+struct Pieces {
+    uint first;
+    uvec4 mask;
+};
+
+bool is_empty(Pieces pieces) {
+    return (pieces.mask.x | pieces.mask.y | pieces.mask.z | pieces.mask.w) == 0u;
+}
+
+// Takes the next one out.
+uint take_piece(inout Pieces pieces) {
+    uint word = pieces.mask.x != 0u ? 0u : pieces.mask.y != 0u ? 1u : pieces.mask.z != 0u ? 2u : 3u;
+    uint bits = word == 0u ? pieces.mask.x : word == 1u ? pieces.mask.y : word == 2u ? pieces.mask.z : pieces.mask.w;
+    uvec4 words = uvec4(0u, 1u, 2u, 3u);
+    pieces.mask = mix(pieces.mask, uvec4(bits & (bits - 1u)), equal(words, uvec4(word)));
+    return pieces.first + 32u * word + findLSB(bits);
+}
+
+// The pieces of a body whose rings a ray enters: of all groups first, then of those that it
+// meets, where each lane goes over its own.
+Pieces pieces_met(RevolutionRay ray, uint first, uint count, float t_min, float t_max) {
+    RingRay rings = ring_ray(ray, t_min, t_max);
+    uint groups = 0u;
+    for (uint i = 0u; GROUP * i < count; i++) {
+        groups |= enters_ring(rings, revolution_pieces_at(first + GROUP * i).group_ring) ? 1u << i : 0u;
+    }
+    Pieces pieces = Pieces(first, uvec4(0u));
+    while (groups != 0u) {
+        uint piece = GROUP * findLSB(groups);
+        groups &= groups - 1u;
+        uint bits = 0u;
+        [[unroll]] for (uint i = 0u; i < GROUP; i++) {
+            bits |= enters_ring(rings, revolution_pieces_at(first + piece + i).ring) ? 1u << i : 0u;
+        }
+        // What comes behind the last one is another body's.
+        bits = piece + GROUP > count ? bits & (1u << (count - piece)) - 1u : bits;
+        pieces.mask |= mix(uvec4(0u), uvec4(bits << (piece & 31u)),
+                           equal(uvec4(0u, 1u, 2u, 3u), uvec4(piece >> 5u)));
+    }
+    return pieces;
+}
 
 bool inside(vec2 range, float x) {
     return (x - range.x) * (x - range.y) <= 0.0; // false for no number
 }
 
 // A step of Newton's method that stays between points whose values have opposite signs.
-float newton(inout Search search, float value, float derivative) {
-    if ((value > 0.0) == search.rising) {
-        search.bracket.y = search.x;
+float newton(inout vec2 bracket, bool rising, float x, float value, float derivative) {
+    if ((value > 0.0) == rising) {
+        bracket.y = x;
     } else {
-        search.bracket.x = search.x;
+        bracket.x = x;
     }
-    float next = search.x - value / derivative;
-    return inside(search.bracket, next) ? next : 0.5 * (search.bracket.x + search.bracket.y);
+    float next = x - value / derivative;
+    return inside(bracket, next) ? next : 0.5 * (bracket.x + bracket.y);
 }
 
-// Takes up the next equation in whose domain some of the piece is. Along a ray the near
-// branch of B comes before A, and A before the far one.
-void next_side(Profile profile, RevolutionRay ray, inout Search search) {
-    float least = min(profile.ends.x, profile.ends.z);
-    float most = max(profile.ends.x, profile.ends.z);
-    float flattest = radius_of_slope(ray, 1.0 + OVERLAP);
-    float steepest = radius_of_slope(ray, 1.0 - OVERLAP);
+// Where the radius of a profile is the border's.
+float find_border(Profile profile, float border) {
+    vec2 ends = profile.ends.xz - border;
+    float x = 1.0;
+    float next = (ends.x + ends.y) / (ends.x - ends.y);
+    vec2 bracket = vec2(-1.0, 1.0);
+    for (uint i = 0u; i < MAX_ROUNDS && abs(next - x) >= 0.1 * BORDER; i++) {
+        x = next;
+        ProfilePoint point = evaluate_inside(profile, x);
+        next = newton(bracket, ends.y > ends.x, x, point.p.x - border, point.d.x);
+    }
+    return next;
+}
+
+// What a ray looks for: it goes over candidates, pieces that it may meet, and over the
+// stretches of each that belong to one of the equations, interval by interval.
+struct Search {
+    uint piece;
+    uint sides;    // those to come of the piece: bit 0 near branch of B, 1 A, 2 far branch
+    int side;
+    float border;  // between their domains, in x
+    float x0;      // the interval
+    float x1;
+    float end;     // of the stretch that it is part of
+    bool first;    // it begins where that does
+    vec2 d0;       // derivative of the profile at x0
+    Equation e0;
+    Equation e1;
+};
+
+// The equations in whose domain some of a piece is; of B, the branches that pass through its
+// ring.
+uint sides_of(RevolutionRay ray, vec4 ends, float k_min, float k_max) {
+    float least = min(ends.x, ends.z);
+    float most = max(ends.x, ends.z);
     // A ray that keeps its height has no A.
-    bool has_a = ray.d.z != 0.0 && least <= flattest;
-    bool has_b = most >= steepest;
-    search.side++;
-    search.side += search.side == SIDE_B_NEAR && !has_b ? 1 : 0;
-    search.side += search.side == SIDE_A && !has_a ? 1 : 0;
-    search.side += search.side == SIDE_B_FAR && !has_b ? 1 : 0;
+    uint sides = ray.d.z != 0.0 && least <= ray.border ? 2u : 0u;
+    // k is this uncertain where B begins.
+    const float slack = 1.0e-3;
+    vec2 k_ends = (ends.yw - ray.p.z) * ray.inverse;
+    float near = max(k_min, min(k_ends.x, k_ends.y) - HEIGHT_SLACK * abs(ray.inverse)) - slack;
+    float far = min(k_max, max(k_ends.x, k_ends.y) + HEIGHT_SLACK * abs(ray.inverse)) + slack;
+    vec2 reach = ray.root_a * vec2(least, most);
+    vec2 along = sqrt(max(vec2(0.0), (reach - ray.moment) * (reach + ray.moment))) * ray.inverse_a;
+    bool has_b = most >= ray.border;
+    sides |= has_b && ray.closest - along.y <= far && ray.closest - along.x >= near ? 1u : 0u;
+    sides |= has_b && ray.closest + along.x <= far && ray.closest + along.y >= near ? 4u : 0u;
+    return sides;
+}
+
+// Takes up the next stretch: of the piece on which the equation holds, in order of k.
+void next_stretch(Profile profile, RevolutionRay ray, inout Search search) {
+    search.side = findLSB(search.sides) - 1;
+    search.sides &= search.sides - 1u;
     bool is_a = search.side == SIDE_A;
-    search.limit = is_a ? flattest : steepest;
-    search.x0 = -1.0;
-    search.x1 = 1.0;
-    search.point0 = first_point(profile);
-    search.point1 = last_point(profile);
-    search.rounds = 0u;
-    if (search.side > SIDE_B_FAR) {
-        search.phase = DONE;
-    } else if (is_a ? most > search.limit : least < search.limit) {
-        search.phase = CUT;
-        search.bracket = vec2(-1.0, 1.0);
-        search.rising = profile.ends.z > profile.ends.x;
-        search.x = 2.0 * (search.limit - profile.ends.x) / (profile.ends.z - profile.ends.x) - 1.0;
-    } else {
-        search.phase = STRETCH;
-    }
-}
-
-// Leaves the part of the piece with radii up to the limit for A, from it on for B, and a
-// little more.
-void cut(ProfilePoint point, inout Search search) {
-    bool upper_end = (search.side == SIDE_A) == search.rising;
-    float border = clamp(search.x + (upper_end ? BORDER : -BORDER), -1.0, 1.0);
-    // So near, a tangent is the curve.
-    point.p += (border - search.x) * point.d;
-    if (upper_end) {
-        search.x1 = border;
-        search.point1 = point;
-    } else {
-        search.x0 = border;
-        search.point0 = point;
-    }
-    search.phase = STRETCH;
-}
-
-// Starts to march over a stretch, the way that k grows: the first root is the nearest.
-void begin_stretch(RevolutionRay ray, inout Search search) {
-    search.e0 = equation(ray, search.side, search.point0.p);
-    search.e1 = equation(ray, search.side, search.point1.p);
-    if (search.e0.k > search.e1.k) {
-        Equation e = search.e0;
-        search.e0 = search.e1;
-        search.e1 = e;
-        ProfilePoint point = search.point0;
-        search.point0 = search.point1;
-        search.point1 = point;
-        float x = search.x0;
-        search.x0 = search.x1;
-        search.x1 = x;
-    }
-    search.end = search.x1;
+    vec2 radii = profile.ends.xz;
+    bool widens = radii.y > radii.x;
+    bool cut = is_a ? max(radii.x, radii.y) > ray.border : min(radii.x, radii.y) < ray.border;
+    bool cut_end = is_a == widens;
+    float lower = cut && !cut_end ? max(search.border - BORDER, -1.0) : -1.0;
+    float upper = cut && cut_end ? min(search.border + BORDER, 1.0) : 1.0;
+    bool forward = is_a ? (profile.ends.w > profile.ends.y) == (ray.d.z > 0.0) : widens == (search.side > 0);
+    search.x0 = forward ? lower : upper;
+    search.end = forward ? upper : lower;
     search.first = true;
-    search.phase = INTERVAL;
+    ProfilePoint point = evaluate(profile, search.x0);
+    search.d0 = point.d;
+    search.e0 = equation(ray, search.side, point.p);
+    search.x1 = search.end;
 }
 
-// Goes on behind an interval that is done with.
-void advance(inout Search search) {
-    if (search.x1 == search.end) {
-        search.phase = NEXT_SIDE;
-        return;
-    }
-    float width = 2.0 * (search.x1 - search.x0);
-    search.first = false;
-    search.x0 = search.x1;
-    search.point0 = search.point1;
-    search.e0 = search.e1;
-    search.x = abs(search.end - search.x0) < abs(width) + 1.0e-6 ? search.end : search.x0 + width;
-    search.phase = INTERVAL;
-}
+// What becomes of an interval.
+const uint EMPTY = 0u;
+const uint HALVE = 1u;
+const uint ROOT = 2u;
 
-// Decides whether an interval is empty, has one root, or is to be halved.
-void judge(Profile profile, RevolutionRay ray, float k_min, float k_max, inout Search search) {
+uint judge(Profile profile, RevolutionRay ray, float k_min, float k_max, Search search, vec2 d1) {
     float f0 = search.e0.value;
     float f1 = search.e1.value;
     float width = abs(search.x1 - search.x0);
-    vec2 bounds = derivative_bounds(profile, search.side, search.point0.d, search.point1.d, search.e0.slope,
-                                    search.e1.slope, width);
+    vec2 bounds =
+        derivative_bounds(profile, search.side, search.d0, d1, search.e0.slope, search.e1.slope, width);
     bool crosses = (f0 > 0.0) != (f1 > 0.0);
-    bool monotone = bounds.x > 0.0 || bounds.y < 0.0;
-    float reach = max(abs(bounds.x), abs(bounds.y)) * width + REVOLUTION_TOLERANCE;
+    bool monotone = abs(bounds.x) > bounds.y;
+    float reach = (abs(bounds.x) + bounds.y) * width + REVOLUTION_TOLERANCE;
     // Inside a stretch a root is on one side of a point or the other.
     bool touches0 = search.first && abs(f0) <= REVOLUTION_TOLERANCE;
     bool touches1 = search.x1 == search.end && abs(f1) <= REVOLUTION_TOLERANCE;
     bool touches = touches0 || touches1 || (!monotone && min(abs(f0), abs(f1)) <= REVOLUTION_TOLERANCE);
     bool empty = !crosses && (abs(f0) + abs(f1) > reach || (monotone && !touches));
     // k is this uncertain where A is flat and where B begins.
-    float slack = search.side == SIDE_A ? 1.0e-6 / abs(ray.d.z) : 1.0e-3;
+    float slack = search.side == SIDE_A ? 1.0e-6 * abs(ray.inverse) : 1.0e-3;
     bool elsewhere = search.e1.k < k_min - slack || search.e0.k > k_max + slack;
-    if (empty || elsewhere) {
-        advance(search);
-    } else if (!monotone && width > SMALLEST_INTERVAL && reach > SMALLEST_CHANGE) {
-        search.x = 0.5 * (search.x0 + search.x1);
-    } else if (crosses || touches) {
-        search.phase = ROOT;
-        search.rounds = 0u;
-        search.rising = f1 > f0;
-        search.bracket = vec2(search.x0, search.x1);
-        search.x = search.x0 - f0 * ((search.x1 - search.x0) / (f1 - f0));
-        if (!crosses) {
-            search.x = abs(f0) < abs(f1) ? search.x0 : search.x1;
-            search.bracket = vec2(search.x);
-        }
-    } else {
-        advance(search);
-    }
+    bool halve = !monotone && width > SMALLEST_INTERVAL && reach > SMALLEST_CHANGE;
+    return empty || elsewhere ? EMPTY : halve ? HALVE : crosses || touches ? ROOT : EMPTY;
 }
 
-// The nearest hit with t_min < t < t_max on a piece; hit_x is where on its profile.
-bool intersect_revolution(uint piece, RevolutionRay ray, float t_min, inout float t_max, inout float hit_x) {
-    float k_min = k_of(ray, t_min);
-    float k_max = k_of(ray, t_max);
-    if (misses_ring(ray, revolution_pieces_at(piece).ends, k_min, k_max)) {
-        return false;
+// Goes on behind an interval that is done with.
+void advance(inout Search search, vec2 d1) {
+    float width = 2.0 * (search.x1 - search.x0);
+    search.first = false;
+    search.x0 = search.x1;
+    search.d0 = d1;
+    search.e0 = search.e1;
+    search.x1 = abs(search.end - search.x0) < abs(width) + 1.0e-6 ? search.end : search.x0 + width;
+}
+
+// The only root between two points; its x and k.
+vec2 find_root(Profile profile, RevolutionRay ray, Search search) {
+    float f0 = search.e0.value;
+    float f1 = search.e1.value;
+    bool crosses = (f0 > 0.0) != (f1 > 0.0);
+    vec2 bracket = vec2(search.x0, search.x1);
+    float next = search.x0 - f0 * ((search.x1 - search.x0) / (f1 - f0));
+    if (!crosses) {
+        next = abs(f0) < abs(f1) ? search.x0 : search.x1;
+        bracket = vec2(next);
     }
-    Profile profile = load_profile(piece);
+    float x;
+    ProfilePoint point;
+    Equation e;
+    uint rounds = 0u;
+    do {
+        x = next;
+        point = evaluate(profile, x);
+        e = equation(ray, search.side, point.p);
+        next = newton(bracket, f1 > f0, x, e.value, equation_derivative(search.side, point.d, e.slope));
+        rounds++;
+    } while (abs(next - x) >= CONVERGED && rounds < MAX_ROUNDS);
+    return polish(ray, point, x, e.k);
+}
+
+// The nearest hit with t_min < t < t_max on some pieces; with any_hit, some hit. hit_x is where
+// on the profile of hit_piece.
+bool intersect_pieces(Pieces candidates, RevolutionRay ray, float t_min, bool any_hit,
+                      inout float t_max, inout float hit_x, inout uint hit_piece) {
+    float k_min = k_of(ray, t_min);
+    bool found = false;
+    uint steps = 0u;
     Search search;
-    search.phase = NEXT_SIDE;
-    search.side = SIDE_B_NEAR - 1;
-    for (uint i = 0u; i < MAX_STEPS; i++) {
-        if (search.phase == NEXT_SIDE) {
-            next_side(profile, ray, search);
+    Profile profile;
+    search.sides = 0u;
+    bool fresh = true; // a stretch is to be taken up
+    while (!is_empty(candidates) || search.sides != 0u || !fresh) {
+        bool has_root = false;
+        float k_max = k_of(ray, t_max);
+        // Lanes of a processor look on until each has a root to find.
+        while (!has_root && (!is_empty(candidates) || search.sides != 0u || !fresh)) {
+            if (fresh && search.sides == 0u) {
+                search.piece = take_piece(candidates);
+                profile = load_profile(search.piece);
+                steps = 0u;
+                search.sides = sides_of(ray, profile.ends, k_min, k_max);
+                vec2 radii = profile.ends.xz - ray.border;
+                if (radii.x * radii.y <= 0.0) {
+                    search.border = find_border(profile, ray.border);
+                }
+                if (search.sides == 0u) {
+                    continue;
+                }
+            }
+            if (fresh) {
+                next_stretch(profile, ray, search);
+            }
+            ProfilePoint point = evaluate(profile, search.x1);
+            search.e1 = equation(ray, search.side, point.p);
+            uint verdict = judge(profile, ray, k_min, k_max, search, point.d);
+            fresh = false;
+            has_root = verdict == ROOT;
+            if (verdict == HALVE) {
+                search.x1 = 0.5 * (search.x0 + search.x1);
+            } else if (verdict == EMPTY) {
+                fresh = search.x1 == search.end;
+                advance(search, point.d);
+            }
+            if (++steps > MAX_STEPS) {
+                candidates.mask = uvec4(0u);
+                search.sides = 0u;
+                fresh = true;
+            }
         }
-        if (search.phase == STRETCH) {
-            begin_stretch(ray, search);
-            judge(profile, ray, k_min, k_max, search);
-        }
-        if (search.phase == DONE) {
-            break;
-        }
-        if (search.phase == NEXT_SIDE) {
-            continue;
-        }
-        ProfilePoint point = evaluate(profile, search.x);
-        Equation e = equation(ray, search.side, point.p);
-        if (search.phase == INTERVAL) {
-            search.x1 = search.x;
-            search.point1 = point;
-            search.e1 = e;
-            judge(profile, ray, k_min, k_max, search);
-            continue;
-        }
-        bool is_cut = search.phase == CUT;
-        float value = is_cut ? point.p.x - search.limit : e.value;
-        float next = newton(search, value, is_cut ? point.d.x : equation_derivative(search.side, point.d, e.slope));
-        search.rounds++;
-        bool converged = abs(next - search.x) < (is_cut ? 0.1 * BORDER : CONVERGED) || search.rounds >= MAX_ROUNDS;
-        if (!converged) {
-            search.x = next;
-        } else if (is_cut) {
-            cut(point, search);
-        } else {
-            vec2 root = polish(ray, point, search.x, e.k);
+        if (has_root) {
+            vec2 root = find_root(profile, ray, search);
             float t = ray.t_offset + root.y / ray.size;
-            if (t > t_min && t < t_max) {
+            bool hit = t > t_min && t < t_max;
+            if (hit) {
                 t_max = t;
                 hit_x = root.x;
-                return true;
+                hit_piece = search.piece;
+                found = true;
+                // Stretches and intervals come in order of k.
+                search.sides = 0u;
+                candidates.mask = any_hit ? uvec4(0u) : candidates.mask;
             }
-            advance(search);
+            fresh = hit || search.x1 == search.end;
+            vec2 d1 = evaluate(profile, search.x1).d;
+            advance(search, d1);
         }
     }
-    return false;
+    return found;
+}
+
+// The nearest hit with t_min < t < t_max on a piece.
+bool intersect_revolution(uint piece, RevolutionRay ray, float t_min, inout float t_max, inout float hit_x) {
+    return intersect_pieces(Pieces(piece, uvec4(1u, 0u, 0u, 0u)), ray, t_min, false, t_max, hit_x, piece);
 }

@@ -14,19 +14,24 @@ struct ProfilePoint {
     vec2 d;
 };
 
+struct Pieces {
+    uint none;
+};
+
 RevolutionRay revolution_ray(uint body, Ray ray) {
     return RevolutionRay(body);
 }
 
-float k_of(RevolutionRay ray, float t) {
-    return t;
-}
-
-bool misses_ring(RevolutionRay ray, vec4 ends, float k_min, float k_max) {
-    return true;
-}
-
 bool intersect_revolution(uint piece, RevolutionRay ray, float t_min, inout float t_max, inout float hit_x) {
+    return false;
+}
+
+Pieces pieces_met(RevolutionRay ray, uint first, uint count, float t_min, float t_max) {
+    return Pieces(0u);
+}
+
+bool intersect_pieces(Pieces candidates, RevolutionRay ray, float t_min, bool any_hit, inout float t_max,
+                      inout float hit_x, out uint piece) {
     return false;
 }
 

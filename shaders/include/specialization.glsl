@@ -32,6 +32,7 @@ layout(constant_id = 25) const bool HAS_TRIANGLE_LIGHTS = true;
 layout(constant_id = 26) const bool HAS_SPHERE_LIGHTS = true;
 layout(constant_id = 27) const bool HAS_DISK_LIGHTS = true;
 layout(constant_id = 28) const bool HAS_REVOLUTION_LIGHTS = true;
+layout(constant_id = 29) const uint FLAT_REVOLUTIONS = 0u;
 
 // Which kind of primitive a reference names; decided at compile time where it can be. Ask
 // in this order.

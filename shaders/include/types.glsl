@@ -71,22 +71,32 @@ struct Quadric {
     uint pad1;
 };
 
-// A body of revolution about z, in unit space: radii up to 1, heights in [-1, 1].
+// Pieces come in groups with a ring around all. Masks have a bit for each group and each
+// piece of a body.
+const uint GROUP = 4u;
+const uint MAX_PIECES = 128u;
+
+// A body of revolution about z, in unit space: radii up to 1, heights in [-1, 1]; or a part
+// of one, where its profile has many pieces.
 struct Revolution {
     vec4 unit_from_render[3]; // rows
     vec4 render_from_unit[3]; // rows
+    uint first_piece;  // into revolution_pieces
+    uint piece_count;  // up to MAX_PIECES
     uint material;
     uint flipped;      // 1 where the normal is reversed
+    vec3 lower;        // corners of its box
     float determinant; // of render_from_unit, positive
+    vec3 upper;
     uint pad;
 };
 
 // A stretch of a profile (u, v) = (radius, height) on which both are monotone, as
 // polynomials in x in [-1, 1].
 struct RevolutionPiece {
+    vec4 ring;       // least and most height, squares of least and most radius; all widened
+    vec4 group_ring; // the same of the group that begins here, if one does
     vec4 ends;       // u, v at x = -1 and at x = 1; neighbours share them to the bit
-    vec4 end_slopes; // u', v' there
-    vec4 slopes;     // least and most of u', least and most of v'
     vec2 curvature;  // bounds of |u''| and |v''|
     vec2 along;      // parameter of the whole profile at x = -1 and at x = 1, in [0, 1]
     uint body;       // index into revolutions

@@ -47,12 +47,7 @@ impl KdTree {
             ($($kernel:tt)*) => { device.pass(&$($kernel)*, specialization, workgroup_size)? };
         }
         Ok(Self {
-            fill: pass!(TreeFill {
-                visible_positions,
-                visible_normals,
-                tree_nodes: &nodes,
-                tree_points
-            }),
+            fill: pass!(TreeFill { visible_positions, visible_normals, tree_nodes: &nodes, tree_points }),
             accumulate: pass!(AccumulateTree {
                 photons,
                 max_radius2,

@@ -1,15 +1,17 @@
 //! Bodies of revolution: profiles in unit space, cut into the pieces that are intersected.
 //! `shaders/include/revolution.glsl` says what each number is for.
 
+use bytemuck::Zeroable;
 use glam::{DAffine3, DVec2, DVec3, Vec3A};
 use obvhs::aabb::Aabb;
 
 use super::{Packer, RevolutionSolver, rows};
 use crate::bezier::{Curve, Stretch};
-use crate::kernels::{KIND_SHIFT, NONE, REVOLUTION, Revolution, RevolutionPiece};
+use crate::bvh::PADDING;
+use crate::kernels::{GROUP, KIND_SHIFT, MAX_PIECES, NONE, REVOLUTION, Revolution, RevolutionPiece};
 use crate::scene::{AreaLight, Geometry, Profile, Scene, Shape};
 
-/// Pieces per unit of a segment's parameter; 4 to 16 cost about the same.
+/// Pieces per unit of a segment's parameter. More have more rings to test, fewer more intervals to judge.
 const PIECES_PER_UNIT: f64 = 8.0;
 /// Bounds are widened by this part of themselves, for their rounding to f32.
 const WIDENING: f64 = 1e-6;
@@ -28,18 +30,24 @@ impl Packer {
         let unit = UnitSpace::of(profile);
         let render_from_unit = *render_from_object * unit.to_object();
         let determinant = render_from_unit.matrix3.determinant();
-        let body = self.revolutions.len() as u32;
-        self.revolutions.push(Revolution {
+        let body = Revolution {
             unit_from_render: rows(&render_from_unit.inverse()),
             render_from_unit: rows(&render_from_unit),
             material: shape.material as u32,
             // As quadrics do: a mirrored body turns its normal.
             flipped: u32::from(shape.reverse_orientation ^ (determinant < 0.0)),
             determinant: determinant.abs() as f32,
-            pad: 0,
-        });
+            ..Revolution::zeroed()
+        };
         let curves = unit.curves(profile);
-        let (first, pieces) = (self.revolution_pieces.len(), pieces(&curves, body));
+        let (first, mut pieces) = (self.revolution_pieces.len(), pieces(&curves));
+        for (i, part) in pieces.chunks_mut(MAX_PIECES as usize).enumerate() {
+            self.add_part(
+                Revolution { first_piece: first as u32 + i as u32 * MAX_PIECES, ..body },
+                part,
+                &render_from_unit,
+            );
+        }
         let areas: Vec<f64> = pieces.iter().map(|piece| area(piece, &render_from_unit)).collect();
         let whole = areas.iter().sum();
         let emission = shape.emission.filter(|_| whole > 0.0).map(|emission| AreaLight {
@@ -53,13 +61,32 @@ impl Packer {
             if let Some(emission) = &emission {
                 piece.light = self.add_emitter(emission, reference, area, &bounds);
             }
-            if self.solver == RevolutionSolver::Certified {
-                self.add_primitive(reference, bounds);
-            }
             self.revolution_pieces.push(piece);
         }
         if let RevolutionSolver::Newton { segments, envelopes } = self.solver {
             self.add_segments(&curves, first, &render_from_unit, segments, envelopes);
+        }
+    }
+
+    /// Adds a body with some of its pieces.
+    fn add_part(&mut self, body: Revolution, pieces: &mut [RevolutionPiece], render_from_unit: &DAffine3) {
+        let index = self.revolutions.len() as u32;
+        let mut whole = Aabb::empty();
+        for piece in pieces.iter_mut() {
+            piece.body = index;
+            whole = whole.union(&bounds(piece, render_from_unit));
+        }
+        for group in pieces.chunks_mut(GROUP as usize) {
+            group[0].group_ring = group.iter().map(|piece| piece.ring).fold(group[0].ring, unite);
+        }
+        self.revolutions.push(Revolution {
+            lower: (whole.min - Vec3A::splat(PADDING)).to_array(),
+            upper: (whole.max + Vec3A::splat(PADDING)).to_array(),
+            piece_count: pieces.len() as u32,
+            ..body
+        });
+        if self.solver == RevolutionSolver::Certified {
+            self.add_primitive(REVOLUTION << KIND_SHIFT | index, whole);
         }
     }
 }
@@ -100,51 +127,56 @@ impl UnitSpace {
 }
 
 /// The pieces of a profile's segments.
-fn pieces(curves: &[Curve], body: u32) -> Vec<RevolutionPiece> {
+fn pieces(curves: &[Curve]) -> Vec<RevolutionPiece> {
     let mut pieces: Vec<RevolutionPiece> = Vec::new();
     for (i, curve) in curves.iter().enumerate() {
         for stretch in curve.monotone_stretches(PIECES_PER_UNIT) {
             let begin = pieces.last().map(|piece| [piece.ends[2], piece.ends[3]]);
             let along = stretch.range.map(|t| ((i as f64 + t) / curves.len() as f64) as f32);
-            pieces.push(piece(&stretch, begin, along, body));
+            pieces.push(piece(&stretch, begin, along));
         }
     }
     pieces
 }
 
 /// A piece that begins where the last one ended, to the bit.
-fn piece(stretch: &Stretch, begin: Option<[f32; 2]>, along: [f32; 2], body: u32) -> RevolutionPiece {
+fn piece(stretch: &Stretch, begin: Option<[f32; 2]>, along: [f32; 2]) -> RevolutionPiece {
     let points = &stretch.curve.points;
     let single = |point: DVec2| point.as_vec2().to_array();
     let [u0, v0] = begin.unwrap_or(single(points[0]));
     let [u1, v1] = single(points[points.len() - 1]);
-    // By x = 2 t - 1, derivatives are half as large, second ones a quarter.
+    // By x = 2 t - 1, second derivatives are a quarter.
     let hodograph = stretch.curve.hodograph();
-    let slopes = hodograph.iter().map(|slope| *slope * 0.5);
-    let [du0, dv0] = single(0.5 * hodograph[0]);
-    let [du1, dv1] = single(0.5 * hodograph[hodograph.len() - 1]);
-    let least = slopes.clone().fold(DVec2::INFINITY, DVec2::min);
-    let most = slopes.fold(DVec2::NEG_INFINITY, DVec2::max);
     let bend = stretch.curve.degree() as f64 - 1.0;
     let curvature =
         hodograph.windows(2).map(|pair| (pair[1] - pair[0]).abs() * (0.25 * bend)).fold(DVec2::ZERO, DVec2::max);
-    let widening = DVec2::splat(WIDENING) * least.abs().max(most.abs());
-    let [least, most] = [least - widening, most + widening];
     let mut coefficients = [[0.0; 4]; 5];
     for (i, c) in stretch.curve.coefficients().into_iter().enumerate() {
         coefficients[i / 2][2 * (i % 2)..][..2].copy_from_slice(&single(c));
     }
     RevolutionPiece {
+        ring: ring([u0, v0, u1, v1].map(f64::from)),
+        group_ring: [0.0; 4],
         ends: [u0, v0, u1, v1],
-        end_slopes: [du0, dv0, du1, dv1],
-        slopes: [least.x, most.x, least.y, most.y].map(|slope| slope as f32),
         curvature: single(curvature * (1.0 + WIDENING)),
         along,
-        body,
+        body: NONE,
         light: NONE,
         pad: [0.0; 2],
         coefficients,
     }
+}
+
+/// The ring that a piece with these ends turns in. Rounding moves a ray by less than it is
+/// widened.
+fn ring([u0, v0, u1, v1]: [f64; 4]) -> [f32; 4] {
+    let square = |radius: f64, sign: f64| radius * radius * (1.0 + sign * 1e-5) + sign * 1e-6;
+    [v0.min(v1) - 1e-6, v0.max(v1) + 1e-6, square(u0.min(u1), -1.0), square(u0.max(u1), 1.0)].map(|x| x as f32)
+}
+
+/// The ring around two.
+fn unite(a: [f32; 4], b: [f32; 4]) -> [f32; 4] {
+    [a[0].min(b[0]), a[1].max(b[1]), a[2].min(b[2]), a[3].max(b[3])]
 }
 
 /// Area of a piece, by the midpoint rule in both parameters.

@@ -37,9 +37,7 @@ void main() {
     Ray ray = Ray(surface.position + AWAY * surface.normal, -surface.normal);
     Hit hit = Hit(2.0 * AWAY, NONE, vec2(0.0));
     float pdf_of_hit = 0.0;
-    RevolutionRay turned;
-    turned.body = NONE;
-    if (intersect_primitive(light.primitive, ray, shear_of(ray.direction), turned, hit)) {
+    if (intersect_primitive(light.primitive, ray, shear_of(ray.direction), hit)) {
         pdf_of_hit = surface_at(ray, hit).area_pdf;
     }
     sampled.data[i] = Sampled(surface.position, surface.area_pdf, surface.normal, pdf_of_hit);

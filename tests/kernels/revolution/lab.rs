@@ -64,6 +64,8 @@ impl<'a> Lab<'a> {
             has_disks: false,
             has_quadrics: false,
             revolution_pairs: packed.specialization.revolution_pairs,
+            is_flat: packed.specialization.is_flat,
+            flat_revolutions: packed.specialization.flat_revolutions,
             ..Specialization::default()
         };
         let uploaded = world.upload(bench);
