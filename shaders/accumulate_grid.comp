@@ -2,8 +2,7 @@
 // One invocation per POINTS pixels; those of a subgroup have a compact block of the image and
 // look at the same photons together: each loads one, and all test it. A subgroup that has met many photons
 // leaves its place in `places` and counts as unfinished, so that no dispatch is long. Reads
-// visible_*, cells, grid_photons. Updates flux_low, flux_high (fixed point, w of flux_low
-// counts photons), places.
+// visible_*, cells, grid_photons. Updates flux_* (fixed point), places.
 // Hachisuka and Jensen 2009, eq. 5.
 #version 460
 #extension GL_GOOGLE_include_directive : require
@@ -17,13 +16,11 @@
 #include "tile.glsl"
 #include "interruption.glsl"
 
-layout(std430, set = 1, binding = 0) readonly buffer PositionBlock { vec4 data[]; } visible_positions; // w: squared radius
-layout(std430, set = 1, binding = 1) readonly buffer VisibleNormalBlock { uint data[]; } visible_normals;
+TEXELS(1, 0, VisiblePoint, visible_points)
+TEXELS(1, 1, float, visible_radii2)
 layout(std430, set = 1, binding = 2) readonly buffer MaxRadiusBlock { uint value; } max_radius2;
 layout(std430, set = 1, binding = 3) readonly buffer CellBlock { Cell data[]; } cells;
 TEXELS(1, 4, PhotonRecord, grid_photons)
-layout(std430, set = 1, binding = 5) buffer FluxLowBlock { uint data[]; } flux_low; // r, g, b, count of each pixel
-layout(std430, set = 1, binding = 6) buffer FluxHighBlock { uint data[]; } flux_high; // r, g, b, unused
 layout(std430, set = 1, binding = 7) buffer CounterBlock { Counters value; } counters;
 layout(std430, set = 1, binding = 8) buffer PlaceBlock { GridPlace data[]; } places; // of invocations that go on
 
@@ -79,8 +76,8 @@ Point point_of(uint pixel) {
     if (pixel == NONE) {
         return Point(vec3(0.0), 0.0, vec3(0.0), false);
     }
-    vec4 visible = visible_positions.data[pixel];
-    return Point(visible.xyz, visible.w, unpack_normal(visible_normals.data[pixel]), false);
+    VisiblePoint point = visible_points_at(pixel);
+    return Point(point.position, visible_radii2_at(pixel), unpack_normal(point.normal), false);
 }
 
 // Each lane has a photon, some of them wanted; each point takes those on its disc.

@@ -2,8 +2,7 @@
 // found by the kd-tree.
 // Each invocation takes every stride-th recorded photon; one that has met many points
 // leaves its place in `places` and counts as unfinished, so that no dispatch is long. Reads
-// photons, tree_points. Updates flux_low, flux_high (atomic, fixed point, w
-// of flux_low counts photons), places.
+// photons, tree_points. Updates flux_* (atomic, fixed point), places.
 // Hachisuka and Jensen 2009, eq. 5.
 #version 460
 #extension GL_GOOGLE_include_directive : require
@@ -16,8 +15,6 @@
 TEXELS(1, 0, PhotonRecord, photons)
 layout(std430, set = 1, binding = 2) readonly buffer MaxRadiusBlock { uint value; } max_radius2;
 TEXELS(1, 3, TreePoint, tree_points)
-layout(std430, set = 1, binding = 5) buffer FluxLowBlock { uint data[]; } flux_low; // r, g, b, count of each pixel
-layout(std430, set = 1, binding = 6) buffer FluxHighBlock { uint data[]; } flux_high; // r, g, b, unused
 layout(std430, set = 1, binding = 7) buffer CounterBlock { Counters value; } counters;
 layout(std430, set = 1, binding = 8) buffer PlaceBlock { TreePlace data[]; } places; // of invocations that go on
 

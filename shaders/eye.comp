@@ -19,10 +19,9 @@
 
 TEXELS(1, 0, Camera, camera)
 TEXELS(1, 6, float, filter_offsets)
-layout(std430, set = 1, binding = 1) buffer PositionBlock { vec4 data[]; } visible_positions;
-layout(std430, set = 1, binding = 2) buffer VisibleNormalBlock { uint data[]; } visible_normals; // packed
-layout(std430, set = 1, binding = 3) buffer ThroughputBlock { vec4 data[]; } visible_throughputs; // bsdf times throughput; w: length of the path, 0 if there is no point
-layout(std430, set = 1, binding = 4) buffer RadianceBlock { vec4 data[]; } visible_radiances; // W/(m^2 sr)
+STORED_TEXELS(1, 1, VisiblePoint, visible_points)
+STORED_TEXELS(1, 3, vec4, visible_throughputs) // bsdf times throughput; w: length of the path, 0 if there is no point
+STORED_TEXELS(1, 4, vec4, visible_radiances) // W/(m^2 sr)
 layout(std430, set = 1, binding = 5) buffer CounterBlock { Counters value; } counters;
 
 layout(push_constant) uniform Push {
@@ -192,11 +191,10 @@ void main() {
         }
         sum += path.radiance;
     }
-    visible_radiances.data[pixel] = vec4(sum / float(paths), 0.0);
-    visible_throughputs.data[pixel] = path.reached > 0.0 ? vec4(path.bsdf, path.reached) : vec4(0.0);
+    store_visible_radiances(pixel, vec4(sum / float(paths), 0.0));
+    store_visible_throughputs(pixel, path.reached > 0.0 ? vec4(path.bsdf, path.reached) : vec4(0.0));
     if (path.reached > 0.0) {
-        visible_positions.data[pixel] = vec4(path.visible.position, 0.0);
-        visible_normals.data[pixel] = pack_normal(path.visible.normal);
+        store_visible_points(pixel, VisiblePoint(path.visible.position, pack_normal(path.visible.normal)));
     }
     if (interrupted(two)) {
         atomicAdd(counters.value.interrupted, 1u);

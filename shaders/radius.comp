@@ -1,6 +1,6 @@
 // radius: give each visible point its radius for this iteration.
-// One invocation per pixel. Reads visible_throughputs, pixel_states. Writes the w of
-// visible_positions; raises max_radius2. The first radius follows the length of
+// One invocation per pixel. Reads visible_throughputs, pixel_states. Writes visible_radii2;
+// raises max_radius2. The first radius follows the length of
 // the eye path, as the footprint of a pixel does; how much of it is left is either the
 // pixel's own affair (Hachisuka and Jensen 2009, eq. 7) or the same for all (Knaus and
 // Zwicker 2011, eq. 15).
@@ -9,8 +9,8 @@
 #include "invocation.glsl"
 #include "types.glsl"
 
-layout(std430, set = 1, binding = 0) buffer PositionBlock { vec4 data[]; } visible_positions; // w: squared radius, 0 if there is no point
-layout(std430, set = 1, binding = 1) readonly buffer ThroughputBlock { vec4 data[]; } visible_throughputs; // w: length of the path
+STORED_TEXELS(1, 0, float, visible_radii2) // squared radius, 0 if there is no point
+TEXELS(1, 1, vec4, visible_throughputs) // w: length of the path
 layout(std430, set = 1, binding = 2) buffer PixelStateBlock { PixelState data[]; } pixel_states;
 layout(std430, set = 1, binding = 3) buffer MaxRadiusBlock { uint value; } max_radius2; // bits of a float
 
@@ -31,10 +31,10 @@ void main() {
     if (first != 0u) {
         pixel_states.data[pixel] = PixelState(0.0, 1.0);
     }
-    float path_length = visible_throughputs.data[pixel].w;
+    float path_length = visible_throughputs_at(pixel).w;
     float radius = clamp(per_length * path_length, least, most);
     float radius2 = path_length > 0.0 ? radius * radius * shrink * pixel_states.data[pixel].shrink : 0.0;
-    visible_positions.data[pixel].w = radius2;
+    store_visible_radii2(pixel, radius2);
     if (floatBitsToUint(radius2) > max_radius2.value) {
         atomicMax(max_radius2.value, floatBitsToUint(radius2));
     }

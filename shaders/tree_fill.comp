@@ -6,8 +6,8 @@
 #include "invocation.glsl"
 #include "types.glsl"
 
-layout(std430, set = 1, binding = 0) readonly buffer PositionBlock { vec4 data[]; } visible_positions;
-layout(std430, set = 1, binding = 1) readonly buffer VisibleNormalBlock { uint data[]; } visible_normals;
+TEXELS(1, 0, VisiblePoint, visible_points)
+TEXELS(1, 1, float, visible_radii2)
 layout(std430, set = 1, binding = 2) readonly buffer TreeNodeBlock { uint data[]; } tree_nodes; // pixel, axis
 STORED_TEXELS(1, 3, TreePoint, tree_points)
 
@@ -22,6 +22,6 @@ void main() {
     }
     uint node = tree_nodes.data[index];
     uint pixel = node & PIXEL_MASK;
-    vec4 visible = visible_positions.data[pixel];
-    store_tree_points(index, TreePoint(visible.xyz, visible.w, visible_normals.data[pixel], node, 0u, 0u));
+    VisiblePoint point = visible_points_at(pixel);
+    store_tree_points(index, TreePoint(point.position, visible_radii2_at(pixel), point.normal, node, 0u, 0u));
 }

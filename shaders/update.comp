@@ -1,7 +1,7 @@
 // update: turn an iteration's flux into radiance, add it to the image, and shrink the
 // pixel's radius.
 // One invocation per pixel. Reads visible_*. Updates pixel_states and sum_* (exact, in
-// units of push.unit); clears flux_low, flux_high.
+// units of push.unit); clears flux_*.
 //
 // Hachisuka and Jensen 2009, eq. 6 to 9, scale the flux of all earlier iterations when the
 // radius shrinks: tau' / r'^2 = (tau + phi) / r^2. So tau / r^2 is the sum of phi / r^2 over
@@ -11,19 +11,17 @@
 #extension GL_GOOGLE_include_directive : require
 #include "invocation.glsl"
 #include "types.glsl"
-#include "flux.glsl"
+#include "flux_sums.glsl"
 #include "sum.glsl"
 
-layout(std430, set = 1, binding = 0) readonly buffer PositionBlock { vec4 data[]; } visible_positions; // w: squared radius
-layout(std430, set = 1, binding = 1) readonly buffer ThroughputBlock { vec4 data[]; } visible_throughputs;
-layout(std430, set = 1, binding = 2) readonly buffer RadianceBlock { vec4 data[]; } visible_radiances;
-layout(std430, set = 1, binding = 3) buffer FluxLowBlock { uint data[]; } flux_low; // r, g, b, count of each pixel
-layout(std430, set = 1, binding = 4) buffer FluxHighBlock { uint data[]; } flux_high; // r, g, b, unused
+TEXELS(1, 0, float, visible_radii2)
+TEXELS(1, 1, vec4, visible_throughputs)
+TEXELS(1, 2, vec4, visible_radiances)
 layout(std430, set = 1, binding = 5) buffer PixelStateBlock { PixelState data[]; } pixel_states;
-layout(std430, set = 1, binding = 6) buffer SumRedBlock { uvec4 data[]; } sum_red;
-layout(std430, set = 1, binding = 7) buffer SumGreenBlock { uvec4 data[]; } sum_green;
-layout(std430, set = 1, binding = 8) buffer SumBlueBlock { uvec4 data[]; } sum_blue;
-layout(std430, set = 1, binding = 9) buffer SumSecondBlock { uvec4 data[]; } sum_second; // luminance of the second half
+UPDATED_TEXELS(1, 6, uvec4, sum_red)
+UPDATED_TEXELS(1, 7, uvec4, sum_green)
+UPDATED_TEXELS(1, 8, uvec4, sum_blue)
+UPDATED_TEXELS(1, 9, uvec4, sum_second) // luminance of the second half
 layout(std430, set = 1, binding = 10) buffer CounterBlock { Counters value; } counters;
 
 layout(push_constant) uniform Push {
@@ -37,16 +35,15 @@ layout(push_constant) uniform Push {
 
 // Reads a pixel's flux and count, and clears them.
 vec3 take_flux(uint pixel, out uint count) {
-    count = flux_low.data[4u * pixel + 3u];
+    count = flux_counts.data[pixel];
     vec3 flux = vec3(0.0);
     if (count > 0u) {
-        flux_low.data[4u * pixel + 3u] = 0u;
+        Flux sums = load_flux(pixel);
         for (uint channel = 0u; channel < 3u; channel++) {
-            uint i = 4u * pixel + channel;
-            flux[channel] = from_fixed(flux_low.data[i], flux_high.data[i]);
-            flux_low.data[i] = 0u;
-            flux_high.data[i] = 0u;
+            flux[channel] = from_fixed(sums.low[channel], sums.high[channel]);
         }
+        store_flux(pixel, Flux(uvec3(0u), uvec3(0u)));
+        flux_counts.data[pixel] = 0u;
     }
     return flux;
 }
@@ -66,21 +63,21 @@ void main() {
     }
     uint count;
     vec3 flux = take_flux(pixel, count);
-    vec3 radiance = per_unit * visible_radiances.data[pixel].rgb;
+    vec3 radiance = per_unit * visible_radiances_at(pixel).rgb;
     if (count > 0u) {
-        float radius2 = visible_positions.data[pixel].w;
-        radiance += visible_throughputs.data[pixel].rgb * flux * (flux_scale / radius2);
+        float radius2 = visible_radii2_at(pixel);
+        radiance += visible_throughputs_at(pixel).rgb * flux * (flux_scale / radius2);
     }
     if (!all(lessThan(radiance, vec3(MAX_TERM)))) {
         atomicAdd(counters.value.saturated, 1u);
         radiance = mix(vec3(LARGEST_TERM), radiance, lessThan(radiance, vec3(MAX_TERM)));
     }
-    sum_red.data[pixel] = add_exactly(sum_red.data[pixel], to_term(radiance.r));
-    sum_green.data[pixel] = add_exactly(sum_green.data[pixel], to_term(radiance.g));
-    sum_blue.data[pixel] = add_exactly(sum_blue.data[pixel], to_term(radiance.b));
+    store_sum_red(pixel, add_exactly(sum_red_at(pixel), to_term(radiance.r)));
+    store_sum_green(pixel, add_exactly(sum_green_at(pixel), to_term(radiance.g)));
+    store_sum_blue(pixel, add_exactly(sum_blue_at(pixel), to_term(radiance.b)));
 
     if (half_of_rounds == 1u) {
-        sum_second.data[pixel] = add_exactly(sum_second.data[pixel], to_term(dot(radiance, luminance)));
+        store_sum_second(pixel, add_exactly(sum_second_at(pixel), to_term(dot(radiance, luminance))));
     }
 
     if (count > 0u) {

@@ -3,7 +3,7 @@
 use goblet_host::{Buffer, Device, Texels};
 
 use crate::estimate::Sum;
-use crate::kernels::{Camera, Counters, PhotonRecord, PixelState};
+use crate::kernels::{Camera, Counters, PhotonRecord, PixelState, VisiblePoint};
 use crate::view::View;
 
 /// The most photons that one batch can record: 32 MiB.
@@ -34,8 +34,8 @@ pub fn invocations_by_tile(resolution: [u32; 2]) -> u64 {
     resolution.map(|pixels| u64::from(pixels.next_multiple_of(TILE))).iter().product()
 }
 
-/// Device memory of a render; `shaders/` documents the contents. Four-component arrays are split by field, since a device
-/// may bind no more than 128 MiB at once.
+/// Device memory of a render; `shaders/` documents the contents. Arrays are split by field: a
+/// device may bind no more than 128 MiB of a buffer and 1 GiB of texels at once.
 pub struct Buffers {
     pub resolution: [u32; 2],
     pub camera: Texels<Camera>,
@@ -43,26 +43,28 @@ pub struct Buffers {
     pub counters: Buffer<Counters>,
 
     // Visible points of this round, by pixel.
-    pub visible_positions: Buffer<[f32; 4]>,
-    pub visible_normals: Buffer<u32>,
-    pub visible_throughputs: Buffer<[f32; 4]>,
-    pub visible_radiances: Buffer<[f32; 4]>,
+    pub visible_points: Texels<VisiblePoint>,
+    pub visible_radii2: Texels<f32>,
+    pub visible_throughputs: Texels<[f32; 4]>,
+    pub visible_radiances: Texels<[f32; 4]>,
     /// Bits of the largest squared radius.
     pub max_radius2: Buffer<u32>,
 
     // Photons of this batch.
     pub photons: Texels<PhotonRecord>,
 
-    // Fixed-point sums of this iteration, four words a pixel.
-    pub flux_low: Buffer<u32>,
-    pub flux_high: Buffer<u32>,
+    // Fixed-point sums of this iteration, two words a pixel, and its photons.
+    pub flux_red: Buffer<u32>,
+    pub flux_green: Buffer<u32>,
+    pub flux_blue: Buffer<u32>,
+    pub flux_counts: Buffer<u32>,
 
     // What is kept between iterations, by pixel.
     pub pixel_states: Buffer<PixelState>,
-    pub sum_red: Buffer<Sum>,
-    pub sum_green: Buffer<Sum>,
-    pub sum_blue: Buffer<Sum>,
-    pub sum_second: Buffer<Sum>,
+    pub sum_red: Texels<Sum>,
+    pub sum_green: Texels<Sum>,
+    pub sum_blue: Texels<Sum>,
+    pub sum_second: Texels<Sum>,
 }
 
 impl Buffers {
@@ -78,31 +80,33 @@ impl Buffers {
             camera: device.upload_texels("camera", &[view.camera])?,
             filter_offsets: device.upload_texels("filter_offsets", &view.filter_offsets)?,
             counters: device.buffer("counters", 1)?,
-            visible_positions: device.buffer("visible_positions", pixels)?,
-            visible_normals: device.buffer("visible_normals", pixels)?,
-            visible_throughputs: device.buffer("visible_throughputs", pixels)?,
-            visible_radiances: device.buffer("visible_radiances", pixels)?,
+            visible_points: device.texels("visible_points", pixels)?,
+            visible_radii2: device.texels("visible_radii2", pixels)?,
+            visible_throughputs: device.texels("visible_throughputs", pixels)?,
+            visible_radiances: device.texels("visible_radiances", pixels)?,
             max_radius2: device.buffer("max_radius2", 1)?,
             photons: device.texels("photons", recorded)?,
-            flux_low: device.buffer("flux_low", 4 * pixels)?,
-            flux_high: device.buffer("flux_high", 4 * pixels)?,
+            flux_red: device.buffer("flux_red", 2 * pixels)?,
+            flux_green: device.buffer("flux_green", 2 * pixels)?,
+            flux_blue: device.buffer("flux_blue", 2 * pixels)?,
+            flux_counts: device.buffer("flux_counts", pixels)?,
             pixel_states: device.buffer("pixel_states", pixels)?,
-            sum_red: device.buffer("sum_red", pixels)?,
-            sum_green: device.buffer("sum_green", pixels)?,
-            sum_blue: device.buffer("sum_blue", pixels)?,
-            sum_second: device.buffer("sum_second", pixels)?,
+            sum_red: device.texels("sum_red", pixels)?,
+            sum_green: device.texels("sum_green", pixels)?,
+            sum_blue: device.texels("sum_blue", pixels)?,
+            sum_second: device.texels("sum_second", pixels)?,
         };
         let mut frame = device.frame()?;
-        frame.clear(&buffers.flux_low);
-        frame.clear(&buffers.flux_high);
+        let Self { flux_red, flux_green, flux_blue, flux_counts, .. } = &buffers;
+        [flux_red, flux_green, flux_blue, flux_counts].into_iter().for_each(|flux| frame.clear(flux));
         frame.clear(&buffers.pixel_states);
-        buffers.sums().into_iter().for_each(|sums| frame.clear(sums));
+        buffers.sums().into_iter().for_each(|sums| frame.clear_texels(sums));
         frame.run()?;
         Ok(buffers)
     }
 
     /// The sums of red, green, blue, and of the second half's luminance.
-    pub fn sums(&self) -> [&Buffer<Sum>; 4] {
+    pub fn sums(&self) -> [&Texels<Sum>; 4] {
         [&self.sum_red, &self.sum_green, &self.sum_blue, &self.sum_second]
     }
 }

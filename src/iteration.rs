@@ -102,7 +102,7 @@ impl Stage<'_> {
 
 /// A radius that follows the footprints of pixels at the visible points on the device.
 fn measure_radius(on: Stage<'_>) -> Result<FirstRadius, RenderError> {
-    let lengths = on.device.read(&on.buffers.visible_throughputs)?.into_iter().map(|throughput| throughput[3]);
+    let lengths = on.device.read_texels(&on.buffers.visible_throughputs)?.into_iter().map(|throughput| throughput[3]);
     Ok(FirstRadius::from_footprints(on.settings.pixel_width, lengths))
 }
 
@@ -268,40 +268,34 @@ impl Passes {
     ) -> goblet_host::Result<Self> {
         let scene = scene.bindings();
         let Buffers { camera, filter_offsets, counters, max_radius2, pixel_states, .. } = buffers;
-        let Buffers { visible_positions, visible_normals, visible_throughputs, visible_radiances, .. } = buffers;
-        let Buffers { photons, flux_low, flux_high, .. } = buffers;
+        let Buffers { visible_points, visible_radii2, visible_throughputs, visible_radiances, .. } = buffers;
+        let Buffers { photons, flux_red, flux_green, flux_blue, flux_counts, .. } = buffers;
         let Buffers { sum_red, sum_green, sum_blue, sum_second, .. } = buffers;
         macro_rules! pass {
             ($($kernel:tt)*) => { device.pass(&$($kernel)*, specialization, workgroup_size)? };
         }
         // These two take the longest, at the same time.
-        let eye = Eye {
-            scene,
-            camera,
-            filter_offsets,
-            visible_positions,
-            visible_normals,
-            visible_throughputs,
-            visible_radiances,
-            counters,
-        };
+        let eye =
+            Eye { scene, camera, filter_offsets, visible_points, visible_throughputs, visible_radiances, counters };
         let eye = device.compile(&eye, specialization, workgroup_size)?;
         let photon = device.compile(&Photon { scene, photons, counters }, specialization, workgroup_size)?;
         let passes = Self {
-            radius: pass!(Radius { visible_positions, visible_throughputs, pixel_states, max_radius2 }),
+            radius: pass!(Radius { visible_radii2, visible_throughputs, pixel_states, max_radius2 }),
             lookup: Lookup::new(device, buffers, lookup, specialization, workgroup_size)?,
             update: pass!(Update {
-                visible_positions,
+                visible_radii2,
                 visible_throughputs,
                 visible_radiances,
-                flux_low,
-                flux_high,
                 pixel_states,
                 sum_red,
                 sum_green,
                 sum_blue,
                 sum_second,
-                counters
+                counters,
+                flux_red,
+                flux_green,
+                flux_blue,
+                flux_counts
             }),
             photon: photon.finish()?,
             eye: eye.finish()?,

@@ -17,14 +17,14 @@ struct Point {
     pixel: u32,
 }
 
-/// The tree over all points whose squared radius, their w, is not 0: of each node, in heap
-/// order, the index of its point and above [`AXIS_SHIFT`] the axis that it splits. Points
-/// left of it have no larger coordinate there, points right of it no smaller one. There are
-/// at most 2^28 points.
-pub fn build(points: &[[f32; 4]]) -> Vec<u32> {
-    let present = points.iter().enumerate().filter(|(_, point)| point[3] > 0.0);
+/// The tree over all points, given with their squared radius, that have one above 0: of each
+/// node, in heap order, the index of its point and above [`AXIS_SHIFT`] the axis that it
+/// splits. Points left of it have no larger coordinate there, points right of it no smaller
+/// one. There are at most 2^28 points.
+pub fn build(points: impl Iterator<Item = ([f32; 3], f32)>) -> Vec<u32> {
+    let present = points.enumerate().filter(|(_, (_, radius2))| *radius2 > 0.0);
     let mut points: Vec<Point> =
-        present.map(|(pixel, &[x, y, z, _])| Point { position: [x, y, z], pixel: pixel as u32 & PIXEL_MASK }).collect();
+        present.map(|(pixel, (position, _))| Point { position, pixel: pixel as u32 & PIXEL_MASK }).collect();
     arrange(&mut points);
     let mut nodes = vec![0; points.len()];
     flatten(&points, 0, &mut nodes);
@@ -85,7 +85,12 @@ fn flatten(points: &[Point], node: usize, nodes: &mut [u32]) {
 mod tests {
     use proptest::prelude::*;
 
-    use super::*;
+    use super::{AXIS_SHIFT, PIXEL_MASK, left_size};
+
+    /// The tree over points whose w is their squared radius.
+    fn build(points: &[[f32; 4]]) -> Vec<u32> {
+        super::build(points.iter().map(|&[x, y, z, radius2]| ([x, y, z], radius2)))
+    }
 
     /// Checks everything that is promised of a tree.
     fn assert_tree(points: &[[f32; 4]]) {

@@ -183,7 +183,11 @@ impl Options {
             format!("{photons} photons per iteration: expected 1 to {MAX_PHOTONS}")
         })?;
         check(Self::EYE_PATHS.contains(&eye_paths), || {
-            format!("{eye_paths} eye paths per iteration: expected {} to {}", Self::EYE_PATHS.start(), Self::EYE_PATHS.end())
+            format!(
+                "{eye_paths} eye paths per iteration: expected {} to {}",
+                Self::EYE_PATHS.start(),
+                Self::EYE_PATHS.end()
+            )
         })?;
         check(max_depth > 0, || "a maximum depth of 0: expected 1 or more".into())?;
         let [least, most] = RADIUS_RANGE.map(|bound| bound * size);

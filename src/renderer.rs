@@ -150,13 +150,13 @@ impl Renderer {
     /// The device fails.
     pub fn estimate(&self) -> Result<Estimate, RenderError> {
         let Buffers { sum_red, sum_green, sum_blue, sum_second, .. } = &self.buffers;
-        let [red, green, blue] = [sum_red, sum_green, sum_blue].map(|sums| self.device.read(sums));
+        let [red, green, blue] = [sum_red, sum_green, sum_blue].map(|sums| self.device.read_texels(sums));
         Ok(Estimate {
             resolution: self.resolution,
             unit: self.settings.unit,
             halves: self.settings.sequence.halves(self.progress.done),
             radiance: [red?, green?, blue?],
-            second_half: self.device.read(sum_second)?,
+            second_half: self.device.read_texels(sum_second)?,
         })
     }
 
@@ -195,8 +195,8 @@ impl Renderer {
         self.identity.check(&checkpoint.identity)?;
         checkpoint.check_form(self.resolution, self.settings.unit)?;
         let done = checkpoint.done_by(self.settings.sequence.shard)?;
-        for (buffer, sums) in self.buffers.sums().into_iter().zip(checkpoint.estimate.sums()) {
-            self.device.write(buffer, sums)?;
+        for (texels, sums) in self.buffers.sums().into_iter().zip(checkpoint.estimate.sums()) {
+            self.device.write_texels(texels, sums)?;
         }
         self.device.write(&self.buffers.pixel_states, &checkpoint.states)?;
         self.progress.done = done;
@@ -232,8 +232,8 @@ impl Renderer {
     /// # Errors
     /// The device fails.
     pub fn radius_range(&self) -> Result<[f64; 2], RenderError> {
-        let points = self.device.read(&self.buffers.visible_positions)?;
-        let squares = points.iter().map(|point| f64::from(point[3])).filter(|radius2| *radius2 > 0.0);
+        let squares = self.device.read_texels(&self.buffers.visible_radii2)?;
+        let squares = squares.into_iter().map(f64::from).filter(|radius2| *radius2 > 0.0);
         let [least, most] = squares.fold([f64::INFINITY, 0.0], |[least, most], r2| [r2.min(least), r2.max(most)]);
         Ok([least.min(most).sqrt() * self.scene_unit, most.sqrt() * self.scene_unit])
     }

@@ -78,7 +78,8 @@ impl RawBuffer {
         let mut buffer = Self::new(device, name, bytes, usage, visible)?;
         if let Some(memory) = &buffer.memory {
             // SAFETY: the memory is host visible and not mapped yet.
-            let mapped = unsafe { device.raw.map_memory(memory.handle, 0, vk::WHOLE_SIZE, vk::MemoryMapFlags::empty()) };
+            let mapped =
+                unsafe { device.raw.map_memory(memory.handle, 0, vk::WHOLE_SIZE, vk::MemoryMapFlags::empty()) };
             buffer.mapped = mapped.context("vkMapMemory")?.cast();
         }
         Ok(buffer)
@@ -94,14 +95,8 @@ impl RawBuffer {
         let create = vk::BufferCreateInfo::default().size(bytes).usage(usage);
         // SAFETY: the size is positive; the buffer is destroyed on drop.
         let handle = unsafe { device.raw.create_buffer(&create, None) }.context("vkCreateBuffer")?;
-        let mut buffer = Self {
-            name,
-            handle,
-            bytes,
-            memory: None,
-            mapped: std::ptr::null_mut(),
-            device: Arc::clone(device),
-        };
+        let mut buffer =
+            Self { name, handle, bytes, memory: None, mapped: std::ptr::null_mut(), device: Arc::clone(device) };
         // SAFETY: the buffer was just made by this device.
         let needs = unsafe { device.raw.get_buffer_memory_requirements(handle) };
         let memory = Memory::new(device, name, needs, properties)?;

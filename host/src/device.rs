@@ -11,6 +11,7 @@ use bytemuck::Pod;
 use crate::buffer::{Buffer, RawBuffer};
 use crate::error::{Context, Error, Result};
 use crate::instance::{DeviceInfo, Instance};
+use crate::texels::RawTexels;
 use crate::timing::Timer;
 use crate::{Compiling, Frame, Kernel, Pass, Texels};
 
@@ -39,7 +40,12 @@ pub struct Device {
 }
 
 impl Device {
-    pub(crate) fn open(instance: Instance, physical: vk::PhysicalDevice, info: DeviceInfo, texels_per_row: u32) -> Result<Self> {
+    pub(crate) fn open(
+        instance: Instance,
+        physical: vk::PhysicalDevice,
+        info: DeviceInfo,
+        texels_per_row: u32,
+    ) -> Result<Self> {
         let vulkan = &instance.shared.raw;
         let (family, timestamp_bits) = compute_family(vulkan, physical)
             .ok_or_else(|| Error::Unfit { device: info.name.clone(), reason: "it has no compute queue".into() })?;
@@ -156,16 +162,42 @@ impl Device {
     /// As [`Device::texels`], or the transfer fails.
     pub fn upload_texels<T: Pod>(&self, name: &'static str, data: &[T]) -> Result<Texels<T>> {
         let texels = self.texels(name, data.len() as u64)?;
-        let raw = texels.raw();
-        let rows = (STAGING_BYTES / raw.row_bytes()).max(1);
+        self.write_texels(&texels, data)?;
+        Ok(texels)
+    }
+
+    /// Overwrites the first elements of texels. Panics if `data` is longer than they are.
+    ///
+    /// # Errors
+    /// The transfer fails.
+    pub fn write_texels<T: Pod>(&self, texels: &Texels<T>, data: &[T]) -> Result<()> {
+        assert!(data.len() as u64 <= texels.len(), "texels {} are too short", texels.name());
+        let rows = staged_rows(texels.raw());
         let bytes: &[u8] = bytemuck::cast_slice(data);
-        for (index, chunk) in bytes.chunks((rows * raw.row_bytes()) as usize).enumerate() {
+        for (index, chunk) in bytes.chunks((rows * texels.raw().row_bytes()) as usize).enumerate() {
             self.staging.map_write(chunk);
             let mut frame = self.frame()?;
-            frame.copy_rows(&self.staging, raw, index as u64 * rows, chunk.len() as u64);
+            frame.copy_to_rows(&self.staging, texels.raw(), index as u64 * rows, chunk.len() as u64);
             frame.run()?;
         }
-        Ok(texels)
+        Ok(())
+    }
+
+    /// The contents of texels.
+    ///
+    /// # Errors
+    /// The transfer fails.
+    pub fn read_texels<T: Pod>(&self, texels: &Texels<T>) -> Result<Vec<T>> {
+        let mut data = vec![T::zeroed(); texels.len() as usize];
+        let rows = staged_rows(texels.raw());
+        let bytes: &mut [u8] = bytemuck::cast_slice_mut(&mut data);
+        for (index, chunk) in bytes.chunks_mut((rows * texels.raw().row_bytes()) as usize).enumerate() {
+            let mut frame = self.frame()?;
+            frame.copy_from_rows(texels.raw(), index as u64 * rows, &self.staging, chunk.len() as u64);
+            frame.run()?;
+            self.staging.map_read(chunk);
+        }
+        Ok(data)
     }
 
     /// Compiles a kernel for a workgroup size and binds its buffers, which the pass
@@ -213,6 +245,11 @@ impl Device {
     pub fn allocated_bytes(&self) -> u64 {
         self.shared.allocated.load(Ordering::Relaxed)
     }
+}
+
+/// Rows of texels that are moved at once.
+fn staged_rows(texels: &RawTexels) -> u64 {
+    (STAGING_BYTES / texels.row_bytes()).max(1)
 }
 
 impl Drop for DeviceShared {

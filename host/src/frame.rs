@@ -7,7 +7,7 @@ use crate::buffer::RawBuffer;
 use crate::error::{Context, Error, Result};
 use crate::texels::{RawTexels, WHOLE};
 use crate::timing::MAX_TIMED;
-use crate::{Buffer, Device, Pass};
+use crate::{Buffer, Device, Pass, Texels};
 
 /// Every device has at least this many workgroups along one axis.
 const MAX_GROUPS: u64 = 65535;
@@ -104,22 +104,44 @@ impl<'a> Frame<'a> {
         self.barrier();
     }
 
-    /// Copies bytes to texels from a row on: whole rows, then part of one.
-    pub(crate) fn copy_rows(&mut self, from: &RawBuffer, to: &RawTexels, first_row: u64, bytes: u64) {
-        let whole = bytes / to.row_bytes() * to.row_bytes();
-        let parts = [(0, whole), (whole, bytes - whole)].into_iter().filter(|(_, bytes)| *bytes > 0);
-        let regions: Vec<_> = parts
-            .map(|(offset, bytes)| to.region(first_row + offset / to.row_bytes(), bytes).buffer_offset(offset))
-            .collect();
-        if regions.is_empty() {
-            return;
-        }
-        let layout = vk::ImageLayout::TRANSFER_DST_OPTIMAL;
-        let vulkan = &self.device.shared.raw;
-        self.transition(to, vk::ImageLayout::GENERAL, layout);
-        // SAFETY: both places are inside what they are in, which outlives the run.
-        unsafe { vulkan.cmd_copy_buffer_to_image(self.commands, from.handle, to.image, layout, &regions) };
-        self.transition(to, layout, vk::ImageLayout::GENERAL);
+    /// Fills texels with zeros.
+    pub fn clear_texels<T: Pod>(&mut self, texels: &Texels<T>) {
+        let (texels, zeros) = (texels.raw(), vk::ClearColorValue { uint32: [0; 4] });
+        self.transfer(texels, vk::ImageLayout::TRANSFER_DST_OPTIMAL, |vulkan, commands, layout| {
+            // SAFETY: the image outlives the run and is in this layout.
+            unsafe { vulkan.cmd_clear_color_image(commands, texels.image, layout, &zeros, &[WHOLE]) };
+        });
+    }
+
+    /// Copies the first bytes of a buffer to texels from a row on.
+    pub(crate) fn copy_to_rows(&mut self, from: &RawBuffer, to: &RawTexels, first_row: u64, bytes: u64) {
+        let regions = to.regions(first_row, bytes);
+        self.transfer(to, vk::ImageLayout::TRANSFER_DST_OPTIMAL, |vulkan, commands, layout| {
+            // SAFETY: both places are inside what they are in, which outlives the run.
+            unsafe { vulkan.cmd_copy_buffer_to_image(commands, from.handle, to.image, layout, &regions) };
+        });
+    }
+
+    /// Copies texels from a row on to the first bytes of a buffer.
+    pub(crate) fn copy_from_rows(&mut self, from: &RawTexels, first_row: u64, to: &RawBuffer, bytes: u64) {
+        let regions = from.regions(first_row, bytes);
+        self.transfer(from, vk::ImageLayout::TRANSFER_SRC_OPTIMAL, |vulkan, commands, layout| {
+            // SAFETY: both places are inside what they are in, which outlives the run.
+            unsafe { vulkan.cmd_copy_image_to_buffer(commands, from.image, layout, to.handle, &regions) };
+        });
+        self.barrier();
+    }
+
+    /// Records a transfer that needs texels in another layout.
+    fn transfer(
+        &mut self,
+        texels: &RawTexels,
+        layout: vk::ImageLayout,
+        record: impl FnOnce(&ash::Device, vk::CommandBuffer, vk::ImageLayout),
+    ) {
+        self.transition(texels, vk::ImageLayout::GENERAL, layout);
+        record(&self.device.shared.raw, self.commands, layout);
+        self.transition(texels, layout, vk::ImageLayout::GENERAL);
     }
 
     /// Gives texels another layout, after all commands before and before all after.

@@ -80,9 +80,7 @@ impl<'a> Binding<'a> {
         let image = vk::DescriptorImageInfo::default();
         match self.resource {
             Resource::Buffer(raw) => ([buffer.buffer(raw.handle).range(raw.bytes)], [image]),
-            Resource::Texels(raw) => {
-                ([buffer], [image.image_view(raw.view).image_layout(vk::ImageLayout::GENERAL)])
-            }
+            Resource::Texels(raw) => ([buffer], [image.image_view(raw.view).image_layout(vk::ImageLayout::GENERAL)]),
         }
     }
 

@@ -72,7 +72,8 @@ impl RawTexels {
             return Err(Error::BufferTooLarge { buffer: name.to_owned(), bytes: rows * bytes_per_row, limit });
         }
         let format = if texel_bytes == 4 { vk::Format::R32_UINT } else { vk::Format::R32G32B32A32_UINT };
-        let usage = vk::ImageUsageFlags::STORAGE | vk::ImageUsageFlags::TRANSFER_DST;
+        let transfers = vk::ImageUsageFlags::TRANSFER_SRC | vk::ImageUsageFlags::TRANSFER_DST;
+        let usage = vk::ImageUsageFlags::STORAGE | transfers;
         let create = vk::ImageCreateInfo::default()
             .image_type(vk::ImageType::TYPE_2D)
             .format(format)
@@ -113,8 +114,17 @@ impl RawTexels {
         u64::from(self.per_row) * u64::from(self.texel_bytes)
     }
 
+    /// Where bytes of a buffer go that fill the image from a row on: whole rows, then part of one.
+    pub fn regions(&self, first_row: u64, bytes: u64) -> Vec<vk::BufferImageCopy> {
+        let whole = bytes / self.row_bytes() * self.row_bytes();
+        let parts = [(0, whole), (whole, bytes - whole)].into_iter().filter(|(_, bytes)| *bytes > 0);
+        parts
+            .map(|(offset, bytes)| self.region(first_row + offset / self.row_bytes(), bytes).buffer_offset(offset))
+            .collect()
+    }
+
     /// The place of `bytes` bytes from a row on: whole rows, or part of one.
-    pub fn region(&self, first_row: u64, bytes: u64) -> vk::BufferImageCopy {
+    fn region(&self, first_row: u64, bytes: u64) -> vk::BufferImageCopy {
         let rows = (bytes / self.row_bytes()) as u32;
         let (width, height) = match rows {
             0 => ((bytes / u64::from(self.texel_bytes)) as u32, 1),

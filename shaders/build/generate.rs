@@ -170,7 +170,10 @@ fn write_code(out: &mut String, kernel: &Kernel, sizes: &[u32]) -> Result<()> {
             let absent = id.map_or(String::new(), |constant| constant.id.to_string());
             let part = constant.map_or(String::new(), |constant| format!(".{constant}"));
             let file = format!("include_bytes!(concat!(env!(\"OUT_DIR\"), \"/{}.{size}{part}.spv\"))", kernel.name);
-            writeln!(out, "        goblet_host::Code {{ workgroup_size: {size}, absent: &[{absent}], spirv: {file} }},")?;
+            writeln!(
+                out,
+                "        goblet_host::Code {{ workgroup_size: {size}, absent: &[{absent}], spirv: {file} }},"
+            )?;
         }
     }
     writeln!(out, "    ];")?;

@@ -42,7 +42,7 @@ pub struct Binding {
 pub enum Resource {
     /// `Element name[]` or one `Element`.
     Buffer,
-    /// `TEXELS` or `STORED_TEXELS`.
+    /// `TEXELS`, `STORED_TEXELS` or `UPDATED_TEXELS`.
     Texels,
 }
 
@@ -111,7 +111,7 @@ pub fn reflect(name: &str, spirv: &[u8], elements: &BTreeMap<String, String>, ty
     Ok(kernel)
 }
 
-/// An image that TEXELS or STORED_TEXELS declared.
+/// An image that TEXELS or its like declared.
 fn texel_array(
     module: &Module,
     variable: &GlobalVariable,
@@ -120,21 +120,22 @@ fn texel_array(
     structs: &mut Vec<Struct>,
 ) -> Result<Binding> {
     let name = variable.name.clone().unwrap_or_default();
-    let element = elements.get(&name).ok_or_else(|| format!("{name}: declare images by TEXELS or STORED_TEXELS"))?;
+    let element = elements
+        .get(&name)
+        .ok_or_else(|| format!("{name}: declare images by TEXELS, STORED_TEXELS or UPDATED_TEXELS"))?;
     let place = variable.binding.as_ref().ok_or("texels have no place")?;
     if !matches!(module.types[variable.ty].inner, TypeInner::Image { .. }) {
         return Err(format!("{name} is not an image").into());
     }
     let resource = Resource::Texels;
-    let element = match element.as_str() {
-        "uint" => "u32".to_owned(),
-        "float" => "f32".to_owned(),
-        element => {
+    let element = match texels::plain_twin(element) {
+        Some(twin) => twin.to_owned(),
+        None => {
             let twin = texels::twin(element, types)?;
             if !structs.contains(&twin) {
                 structs.push(twin);
             }
-            element.to_owned()
+            element.clone()
         }
     };
     Ok(Binding { set: place.group, binding: place.binding, name, element, resource })

@@ -4,9 +4,10 @@
 //! ```glsl
 //! TEXELS(0, 3, Triangle, triangles)            // to read: Triangle triangles_at(uint i)
 //! STORED_TEXELS(1, 2, Triangle, new_triangles) // to write: void store_new_triangles(uint i, Triangle value)
+//! UPDATED_TEXELS(1, 3, uvec4, sums)            // both
 //! ```
 //!
-//! become an image and a function, by the struct's fields in types.glsl.
+//! become an image and functions, by the struct's fields in types.glsl.
 
 use std::collections::BTreeMap;
 use std::error::Error;
@@ -18,6 +19,23 @@ type Result<T> = std::result::Result<T, Box<dyn Error>>;
 
 /// Components of a texel.
 const WORDS: u32 = 4;
+
+/// Of texel `t`.
+const PLACE: &str = "ivec2(t % TEXELS_PER_ROW, t / TEXELS_PER_ROW)";
+
+/// What a kernel does with texels: their macro, whether it loads and stores, and the qualifier.
+struct Access {
+    prefix: &'static str,
+    loads: bool,
+    stores: bool,
+    qualifier: &'static str,
+}
+
+const ACCESSES: [Access; 3] = [
+    Access { prefix: "TEXELS(", loads: true, stores: false, qualifier: "readonly " },
+    Access { prefix: "STORED_TEXELS(", loads: false, stores: true, qualifier: "writeonly " },
+    Access { prefix: "UPDATED_TEXELS(", loads: true, stores: true, qualifier: "" },
+];
 
 /// A field of a struct.
 struct Field {
@@ -33,10 +51,10 @@ pub fn expand(text: &str, types: &str, elements: &mut BTreeMap<String, String>) 
     for line in text.lines() {
         match parse(line)? {
             None => out += line,
-            Some((stored, [set, binding, element, name])) => {
+            Some((access, [set, binding, element, name])) => {
                 elements.insert(name.to_owned(), element.to_owned());
                 out +=
-                    &declare(stored, set, binding, element, name, types).map_err(|error| format!("{line}: {error}"))?;
+                    &declare(access, set, binding, element, name, types).map_err(|error| format!("{line}: {error}"))?;
             }
         }
         out.push('\n');
@@ -44,42 +62,78 @@ pub fn expand(text: &str, types: &str, elements: &mut BTreeMap<String, String>) 
     Ok(out)
 }
 
-/// Whether a line declares texels, whether to be written, and its arguments.
-fn parse(line: &str) -> Result<Option<(bool, [&str; 4])>> {
-    let stored = line.strip_prefix("STORED_TEXELS(");
-    let Some(rest) = stored.or_else(|| line.strip_prefix("TEXELS(")) else {
+/// If a line declares texels, their access and its arguments.
+fn parse(line: &str) -> Result<Option<(&'static Access, [&str; 4])>> {
+    let Some(access) = ACCESSES.iter().find(|access| line.starts_with(access.prefix)) else {
         return Ok(None);
     };
+    let rest = &line[access.prefix.len()..];
     let arguments: Vec<&str> = rest.split(')').next().unwrap_or("").split(',').map(str::trim).collect();
     let arguments = arguments.try_into().map_err(|_| format!("{line}: expected (set, binding, type, name)"))?;
-    Ok(Some((stored.is_some(), arguments)))
+    Ok(Some((access, arguments)))
 }
 
-fn declare(stored: bool, set: &str, binding: &str, element: &str, name: &str, types: &str) -> Result<String> {
-    let place = "ivec2(t % TEXELS_PER_ROW, t / TEXELS_PER_ROW)";
-    let scalar = element == "uint" || element == "float";
-    let fields = if scalar { Vec::new() } else { fields(element, types)? };
-    let texels = if scalar { 1 } else { size(&fields)? / WORDS };
-    let format = if scalar { "r32ui" } else { "rgba32ui" };
-    let mut out = String::new();
-    if stored {
-        write!(out, "layout({format}, set = {set}, binding = {binding}) uniform writeonly uimage2D {name};")?;
-        write!(out, " void store_{name}(uint i, {element} value) {{ uint t = {texels}u * i;")?;
-        let values = if scalar { vec![format!("uvec4({})", to_bits(element, "value"))] } else { pack(&fields)? };
-        for value in values {
-            write!(out, " imageStore({name}, {place}, {value}); t++;")?;
-        }
-        write!(out, " }}")?;
-    } else {
-        write!(out, "layout({format}, set = {set}, binding = {binding}) uniform readonly uimage2D {name};")?;
-        write!(out, " {element} {name}_at(uint i) {{ uint t = {texels}u * i;")?;
-        for texel in 0..texels {
-            write!(out, " uvec4 t{texel} = imageLoad({name}, {place}); t++;")?;
-        }
-        let value = if scalar { from_bits(element, "t0.x") } else { unpack(element, &fields)? };
-        write!(out, " return {value}; }}")?;
+fn declare(access: &Access, set: &str, binding: &str, element: &str, name: &str, types: &str) -> Result<String> {
+    let format = if scalar_twin(element).is_some() { "r32ui" } else { "rgba32ui" };
+    let qualifier = access.qualifier;
+    let mut out = format!("layout({format}, set = {set}, binding = {binding}) uniform {qualifier}uimage2D {name};");
+    if access.loads {
+        out += &load(element, name, types)?;
+    }
+    if access.stores {
+        out += &store(element, name, types)?;
     }
     Ok(out)
+}
+
+/// The function that loads an element.
+fn load(element: &str, name: &str, types: &str) -> Result<String> {
+    let (texels, value) = match plain_twin(element) {
+        Some(_) if scalar_twin(element).is_some() => (1, from_bits(element, "t0.x")),
+        Some(_) => (1, from_bits(element, "t0")),
+        None => {
+            let fields = fields(element, types)?;
+            (size(&fields)? / WORDS, unpack(element, &fields)?)
+        }
+    };
+    let mut out = format!(" {element} {name}_at(uint i) {{ uint t = {texels}u * i;");
+    for texel in 0..texels {
+        write!(out, " uvec4 t{texel} = imageLoad({name}, {PLACE}); t++;")?;
+    }
+    write!(out, " return {value}; }}")?;
+    Ok(out)
+}
+
+/// The function that stores an element.
+fn store(element: &str, name: &str, types: &str) -> Result<String> {
+    let values = match plain_twin(element) {
+        Some(_) => vec![format!("uvec4({})", to_bits(element, "value"))],
+        None => pack(&fields(element, types)?)?,
+    };
+    let texels = values.len();
+    let mut out = format!(" void store_{name}(uint i, {element} value) {{ uint t = {texels}u * i;");
+    for value in values {
+        write!(out, " imageStore({name}, {PLACE}, {value}); t++;")?;
+    }
+    write!(out, " }}")?;
+    Ok(out)
+}
+
+fn scalar_twin(element: &str) -> Option<&'static str> {
+    match element {
+        "uint" => Some("u32"),
+        "float" => Some("f32"),
+        _ => None,
+    }
+}
+
+/// The Rust twin of an element that is no struct.
+pub fn plain_twin(element: &str) -> Option<&'static str> {
+    scalar_twin(element).or(match element {
+        "uvec4" => Some("[u32; 4]"),
+        "vec4" => Some("[f32; 4]"),
+        _ => None,
+    })
 }
 
 /// The Rust twin of a struct in types.glsl.

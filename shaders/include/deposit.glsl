@@ -1,23 +1,31 @@
 // A photon's weight on a visible point, added by many photons at once.
-// The kernel binds flux_low, flux_high and counters.
-
-#include "flux.glsl"
+// The kernel binds counters.
+#include "flux_sums.glsl"
 #include "disc.glsl"
 
-void add_channel(uint index, uvec2 fixed_point) {
-    uint low = atomicAdd(flux_low.data[index], fixed_point.x);
-    uint high = fixed_point.y + (low + fixed_point.x < low ? 1u : 0u);
-    if (high > 0u) {
-        uint before = atomicAdd(flux_high.data[index], high);
-        if (before + high < before) {
-            atomicAdd(counters.value.saturated, 1u);
-        }
+// The low word of a sum was `before`: what is to be added to the high one.
+uint carried(uint before, uvec2 fixed_point) {
+    return fixed_point.y + (before + fixed_point.x < before ? 1u : 0u);
+}
+
+void check_sum(uint before, uint high) {
+    if (before + high < before) {
+        atomicAdd(counters.value.saturated, 1u);
     }
 }
 
+// Functions cannot take a buffer.
+#define ADD_CHANNEL(sums, at, fixed_point) { \
+    uint high = carried(atomicAdd(sums.data[at], fixed_point.x), fixed_point); \
+    if (high > 0u) { \
+        check_sum(atomicAdd(sums.data[at + 1u], high), high); \
+    } \
+}
+
 void deposit(uint pixel, uvec2 red, uvec2 green, uvec2 blue) {
-    add_channel(4u * pixel, red);
-    add_channel(4u * pixel + 1u, green);
-    add_channel(4u * pixel + 2u, blue);
-    atomicAdd(flux_low.data[4u * pixel + 3u], 1u);
+    uint at = 2u * pixel;
+    ADD_CHANNEL(flux_red, at, red)
+    ADD_CHANNEL(flux_green, at, green)
+    ADD_CHANNEL(flux_blue, at, blue)
+    atomicAdd(flux_counts.data[pixel], 1u);
 }

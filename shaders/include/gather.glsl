@@ -1,6 +1,6 @@
 // What a visible point gathers from photons: sums of fixed-point weights, and their number.
-// The kernel binds flux_low, flux_high and counters.
-#include "flux.glsl"
+// The kernel binds counters.
+#include "flux_sums.glsl"
 #include "disc.glsl"
 
 struct Gathered {
@@ -25,18 +25,13 @@ void gather(inout Gathered sum, uvec3 low, uvec3 high, bool wanted) {
 
 // Adds to a pixel's sums, which no other invocation touches.
 void keep(Gathered sum, uint pixel) {
-    uint at = 4u * pixel;
-    bool saturated = sum.bits >= 0x80000000u;
-    for (uint channel = 0u; channel < 3u; channel++) {
-        uint low = flux_low.data[at + channel] + sum.low[channel];
-        uint high = sum.high[channel] + (low < sum.low[channel] ? 1u : 0u);
-        uint total = flux_high.data[at + channel] + high;
-        flux_low.data[at + channel] = low;
-        flux_high.data[at + channel] = total;
-        saturated = saturated || total < high;
-    }
-    flux_low.data[at + 3u] += sum.count;
-    if (saturated) {
+    Flux before = load_flux(pixel);
+    uvec3 low = before.low + sum.low;
+    uvec3 high = sum.high + mix(uvec3(0u), uvec3(1u), lessThan(low, sum.low));
+    uvec3 total = before.high + high;
+    store_flux(pixel, Flux(low, total));
+    flux_counts.data[pixel] += sum.count;
+    if (sum.bits >= 0x80000000u || any(lessThan(total, high))) {
         atomicAdd(counters.value.saturated, 1u);
     }
 }

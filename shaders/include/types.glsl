@@ -213,6 +213,12 @@ struct Counters {
     uint unfinished;    // invocations that wait for another dispatch
 };
 
+// Where a pixel's eye path ended.
+struct VisiblePoint {
+    vec3 position;
+    uint normal; // packed
+};
+
 // What a pixel remembers between iterations, besides the image.
 struct PixelState {
     float photons; // kept so far: N of Hachisuka and Jensen 2009

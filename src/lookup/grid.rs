@@ -37,8 +37,8 @@ impl HashGrid {
         specialization: &Specialization,
         workgroup_size: u32,
     ) -> goblet_host::Result<Self> {
-        let Buffers { photons, visible_positions, visible_normals, max_radius2, .. } = buffers;
-        let Buffers { flux_low, flux_high, counters, .. } = buffers;
+        let Buffers { photons, visible_points, visible_radii2, max_radius2, .. } = buffers;
+        let Buffers { flux_red, flux_green, flux_blue, flux_counts, counters, .. } = buffers;
         let cells = device.buffer("cells", photons.len().next_power_of_two())?;
         let grid_filled = device.buffer("grid_filled", 1)?;
         let grid_photons = &device.texels("grid_photons", photons.len())?;
@@ -51,15 +51,17 @@ impl HashGrid {
             reserve: pass!(GridReserve { grid_filled: &grid_filled, cells: &cells }),
             fill: pass!(GridFill { photons, max_radius2, cells: &cells, grid_photons }),
             accumulate: pass!(AccumulateGrid {
-                visible_positions,
-                visible_normals,
+                visible_points,
+                visible_radii2,
                 max_radius2,
                 cells: &cells,
                 grid_photons,
-                flux_low,
-                flux_high,
                 counters,
-                places
+                places,
+                flux_red,
+                flux_green,
+                flux_blue,
+                flux_counts
             }),
             filled: grid_filled,
             cells,

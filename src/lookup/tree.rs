@@ -37,25 +37,27 @@ impl KdTree {
         specialization: &Specialization,
         workgroup_size: u32,
     ) -> goblet_host::Result<Self> {
-        let pixels = buffers.visible_positions.len();
+        let pixels = buffers.visible_points.len();
         let nodes = device.buffer("tree_nodes", pixels)?;
         let places = &device.buffer::<TreePlace>("places", MAX_INVOCATIONS.into())?;
         let tree_points = &device.texels("tree_points", pixels)?;
-        let Buffers { visible_positions, visible_normals, max_radius2, counters, .. } = buffers;
-        let Buffers { photons, flux_low, flux_high, .. } = buffers;
+        let Buffers { visible_points, visible_radii2, max_radius2, counters, .. } = buffers;
+        let Buffers { photons, flux_red, flux_green, flux_blue, flux_counts, .. } = buffers;
         macro_rules! pass {
             ($($kernel:tt)*) => { device.pass(&$($kernel)*, specialization, workgroup_size)? };
         }
         Ok(Self {
-            fill: pass!(TreeFill { visible_positions, visible_normals, tree_nodes: &nodes, tree_points }),
+            fill: pass!(TreeFill { visible_points, visible_radii2, tree_nodes: &nodes, tree_points }),
             accumulate: pass!(AccumulateTree {
                 photons,
                 max_radius2,
                 tree_points,
-                flux_low,
-                flux_high,
                 counters,
-                places
+                places,
+                flux_red,
+                flux_green,
+                flux_blue,
+                flux_counts
             }),
             nodes,
             node_count: 0,
@@ -79,7 +81,10 @@ impl KdTree {
         let Stage { device, buffers, .. } = on;
         if new {
             let start = Instant::now();
-            let nodes = kd_tree::build(&device.read(&buffers.visible_positions)?);
+            let points = device.read_texels(&buffers.visible_points)?;
+            let radii2 = device.read_texels(&buffers.visible_radii2)?;
+            let positions = points.iter().map(|point| point.position);
+            let nodes = kd_tree::build(positions.zip(radii2));
             device.write(&self.nodes, &nodes)?;
             self.node_count = nodes.len() as u32;
             self.host_time += start.elapsed();

@@ -2,7 +2,7 @@
 
 use bytemuck::Zeroable;
 use glam::DVec3;
-use goblet::kernels::{Counters, PhotonRecord};
+use goblet::kernels::{Counters, PhotonRecord, VisiblePoint};
 use goblet_host::{Buffer, Frame};
 
 use crate::bench::{Bench, Rng, double};
@@ -14,39 +14,55 @@ pub struct Disc {
     pub radius: f32,
 }
 
-/// Positions with squared radii, as kernels read them.
-pub fn visible(points: &[Disc]) -> Vec<[f32; 4]> {
-    let place = |point: &Disc| [point.position[0], point.position[1], point.position[2], point.radius * point.radius];
-    points.iter().map(place).collect()
+pub fn visible(points: &[Disc]) -> Vec<VisiblePoint> {
+    points.iter().map(|point| VisiblePoint { position: point.position, normal: point.normal }).collect()
 }
 
-pub fn normals(points: &[Disc]) -> Vec<u32> {
-    points.iter().map(|point| point.normal).collect()
+pub fn radii2(points: &[Disc]) -> Vec<f32> {
+    points.iter().map(|point| point.radius * point.radius).collect()
 }
 
 /// Bits of the largest squared radius.
 pub fn max_radius2(points: &[Disc]) -> u32 {
-    points.iter().map(|point| point.radius * point.radius).fold(0.0, f32::max).to_bits()
+    radii2(points).into_iter().fold(0.0, f32::max).to_bits()
 }
 
 /// Photons of these weights in units of 2^28: 1, 2, 1/2.
 pub fn records(photons: &[Disc]) -> Vec<PhotonRecord> {
-    let record =
-        |photon: &Disc| PhotonRecord { position: photon.position, normal: photon.normal, weight: [1.0, 2.0, 0.5], cell: 0 };
+    let record = |photon: &Disc| PhotonRecord {
+        position: photon.position,
+        normal: photon.normal,
+        weight: [1.0, 2.0, 0.5],
+        cell: 0,
+    };
     photons.iter().map(record).collect()
 }
 
 /// The sums of some pixels.
 pub struct Flux {
-    pub low: Buffer<u32>,
-    pub high: Buffer<u32>,
+    pub red: Buffer<u32>,
+    pub green: Buffer<u32>,
+    pub blue: Buffer<u32>,
+    pub counts: Buffer<u32>,
     pub counters: Buffer<Counters>,
 }
 
 impl Flux {
     pub fn new(bench: &Bench, pixels: usize) -> Self {
-        let zeros = vec![0_u32; 4 * pixels];
-        Self { low: bench.upload(&zeros), high: bench.upload(&zeros), counters: bench.upload(&[Counters::zeroed()]) }
+        Self::of(bench, [(); 3].map(|()| vec![[0; 2]; pixels]))
+    }
+
+    /// Of these low and high words by channel, and no photons yet.
+    pub fn of(bench: &Bench, channels: [Vec<[u32; 2]>; 3]) -> Self {
+        let counts = bench.upload(&vec![0; channels[0].len()]);
+        let [red, green, blue] = channels.map(|words| bench.upload(words.as_flattened()));
+        Self { red, green, blue, counts, counters: bench.upload(&[Counters::zeroed()]) }
+    }
+
+    /// The sums of each channel.
+    pub fn sums(&self, bench: &Bench) -> [Vec<u64>; 3] {
+        let sum = |words: &[u32]| u64::from(words[1]) << 32 | u64::from(words[0]);
+        [&self.red, &self.green, &self.blue].map(|words| bench.read(words).chunks_exact(2).map(sum).collect())
     }
 
     /// Dispatches until no invocation is unfinished; how often that was.
@@ -67,12 +83,10 @@ impl Flux {
 
     /// Photons of each point, whose flux must be theirs.
     pub fn counts(&self, bench: &Bench) -> Vec<u32> {
-        let (low, high) = (bench.read(&self.low), bench.read(&self.high));
-        let counts: Vec<u32> = low.chunks_exact(4).map(|words| words[3]).collect();
+        let (sums, counts) = (self.sums(bench), bench.read(&self.counts));
         for (point, count) in counts.iter().enumerate() {
-            let sum = |channel: usize| u64::from(high[4 * point + channel]) << 32 | u64::from(low[4 * point + channel]);
             let unit = u64::from(*count) << 28;
-            assert_eq!([sum(0), sum(1), sum(2)], [unit, 2 * unit, unit / 2], "flux of point {point}");
+            assert_eq!(sums.each_ref().map(|sums| sums[point]), [unit, 2 * unit, unit / 2], "flux of point {point}");
         }
         counts
     }
@@ -128,4 +142,3 @@ pub fn scattered(rng: &mut Rng, count: usize, radii: [f64; 2]) -> Vec<Disc> {
     };
     (0..count).map(|_| disc(rng)).collect()
 }
-

@@ -1,8 +1,9 @@
 //! Fixed-point sums: to_fixed and from_fixed, and accumulate_grid's exact sums over photons.
 
-use goblet::kernels::{AccumulateGrid, AccumulateGridPush, Cell, Counters, PhotonRecord, Specialization};
+use goblet::kernels::{AccumulateGrid, AccumulateGridPush, Cell, PhotonRecord, Specialization, VisiblePoint};
 
 use crate::bench::{Bench, EPS, Rng};
+use crate::discs::Flux;
 use crate::generated::RoundFixed;
 
 /// Fixed-point units of weight 1.
@@ -69,9 +70,17 @@ fn more_weight_is_never_less_in_fixed_point() {
     assert!(rounded[0].0 == 0 && rounded[rounded.len() - 1].0 == to_fixed(LARGEST));
 }
 
-/// Sends photons of these weights to one visible point; its low and high words and whether
-/// they are saturated.
-fn accumulate(weights: &[[f32; 3]], low: [u32; 4], high: [u32; 4]) -> ([u32; 4], [u32; 4], u32) {
+/// What one visible point has gathered.
+#[derive(Debug, PartialEq)]
+struct Sums {
+    channels: [u64; 3],
+    count: u32,
+    saturated: u32,
+}
+
+/// Sends photons of these weights to one visible point, whose sums have the words `low` and
+/// `high` before.
+fn accumulate(weights: &[[f32; 3]], low: u32, high: u32) -> Sums {
     let bench = Bench::new();
     let device = bench.device();
     let position = [0.3; 3];
@@ -81,35 +90,36 @@ fn accumulate(weights: &[[f32; 3]], low: [u32; 4], high: [u32; 4]) -> ([u32; 4],
     let photons = bench.upload_texels(&weights.iter().map(record).collect::<Vec<_>>());
     // A table of one cell, which every cell of the grid therefore shares.
     let cells = bench.upload(&[Cell { first: 0, count: weights.len() as u32 }]);
-    let (flux_low, flux_high) = (bench.upload(&low), bench.upload(&high));
-    let counters = bench.upload(&[<Counters as bytemuck::Zeroable>::zeroed()]);
+    let flux = Flux::of(&bench, [(); 3].map(|()| vec![[low, high]]));
     let kernel = AccumulateGrid {
-        visible_positions: &bench.upload(&[[0.3_f32, 0.3, 0.3, 0.01]]),
-        visible_normals: &bench.upload(&[0_u32]),
+        visible_points: &bench.upload_texels(&[VisiblePoint { position, normal: 0 }]),
+        visible_radii2: &bench.upload_texels(&[0.01_f32]),
         max_radius2: &bench.upload(&[0.01_f32.to_bits()]),
         cells: &cells,
         grid_photons: &photons,
-        flux_low: &flux_low,
-        flux_high: &flux_high,
-        counters: &counters,
+        flux_red: &flux.red,
+        flux_green: &flux.green,
+        flux_blue: &flux.blue,
+        flux_counts: &flux.counts,
+        counters: &flux.counters,
         places: &bench.output(64),
     };
     let pass = device.pass(&kernel, &Specialization::default(), 64).expect("a pass");
     let mut saturated = 0;
     for resumed in 0.. {
         let mut frame = device.frame().expect("a frame");
-        frame.clear(&counters);
+        frame.clear(&flux.counters);
         let push = AccumulateGridPush { width: 1, height: 1, cell_mask: 0, resumed: u32::min(resumed, 1), two: 2 };
         frame.dispatch(&pass, push, 32);
         frame.run().expect("a run");
-        let counted = bench.read(&counters)[0];
+        let counted = bench.read(&flux.counters)[0];
         saturated += counted.saturated;
         if counted.unfinished == 0 {
             break;
         }
     }
-    let words = |buffer| <[u32; 4]>::try_from(bench.read(buffer)).expect("four words");
-    (words(&flux_low), words(&flux_high), saturated)
+    let channels = flux.sums(&bench).map(|sums| sums[0]);
+    Sums { channels, count: bench.read(&flux.counts)[0], saturated }
 }
 
 /// Bright and faint photons, so that low words carry thousands of times.
@@ -118,27 +128,25 @@ fn sums_of_deposits_are_exact() {
     let mut rng = Rng(2);
     let mut weight = || [1e-7, 1e-3, 1.0, 15.99, 1e4][rng.below(5)] as f32 * (0.5 + 0.5 * rng.unit_f32());
     let weights: Vec<[f32; 3]> = (0..200_000).map(|_| [weight(), weight(), weight()]).collect();
-    let (low, high, saturated) = accumulate(&weights, [0; 4], [0; 4]);
+    let sums = accumulate(&weights, 0, 0);
     for channel in 0..3 {
-        let exact: u128 = weights.iter().map(|weight| u128::from(to_fixed(weight[channel]))).sum();
-        assert_eq!(u128::from(high[channel]) << 32 | u128::from(low[channel]), exact);
+        let exact: u64 = weights.iter().map(|weight| to_fixed(weight[channel])).sum();
+        assert_eq!(sums.channels[channel], exact);
     }
-    assert_eq!((low[3], saturated), (weights.len() as u32, 0));
+    assert_eq!((sums.count, sums.saturated), (weights.len() as u32, 0));
 }
 
 #[test]
 fn the_carry_happens_at_two_to_the_32() {
     let almost = u32::MAX;
     let one = 1.0 / UNIT as f32;
-    let (low, high, saturated) = accumulate(&[[one, 2.0 * one, 0.0]], [almost; 4], [7, 7, 7, 0]);
-    assert_eq!((low[0], low[1], low[2]), (0, 1, almost));
-    assert_eq!((high, saturated), ([8, 8, 7, 0], 0));
+    let sums = accumulate(&[[one, 2.0 * one, 0.0]], almost, 7);
+    let carried = 8 << 32;
+    assert_eq!(sums, Sums { channels: [carried, carried + 1, carried - 1], count: 1, saturated: 0 });
 }
 
 #[test]
 fn a_sum_that_overflows_is_counted_as_saturated() {
-    let (_, _, within) = accumulate(&[[16.0, 0.0, 0.0]], [0; 4], [u32::MAX - 1; 4]);
-    assert_eq!(within, 0);
-    let (_, _, beyond) = accumulate(&[[16.0, 0.0, 16.0]], [0; 4], [u32::MAX; 4]);
-    assert_eq!(beyond, 1);
+    assert_eq!(accumulate(&[[16.0, 0.0, 0.0]], 0, u32::MAX - 1).saturated, 0);
+    assert_eq!(accumulate(&[[16.0, 0.0, 16.0]], 0, u32::MAX).saturated, 1);
 }

@@ -36,13 +36,15 @@ fn accumulate(points: &[Disc], width: u32, photons: &[Disc], cells: u32, workgro
     let fill = GridFill { photons: &records, max_radius2: &max_radius2, cells: &table, grid_photons: &grid_photons };
     let fill = pass!(fill);
     let add = pass!(AccumulateGrid {
-        visible_positions: &bench.upload(&discs::visible(points)),
-        visible_normals: &bench.upload(&discs::normals(points)),
+        visible_points: &bench.upload_texels(&discs::visible(points)),
+        visible_radii2: &bench.upload_texels(&discs::radii2(points)),
         max_radius2: &max_radius2,
         cells: &table,
         grid_photons: &grid_photons,
-        flux_low: &flux.low,
-        flux_high: &flux.high,
+        flux_red: &flux.red,
+        flux_green: &flux.green,
+        flux_blue: &flux.blue,
+        flux_counts: &flux.counts,
         counters: &flux.counters,
         places: &bench.output(invocations as usize),
     });
@@ -61,7 +63,8 @@ fn accumulate(points: &[Disc], width: u32, photons: &[Disc], cells: u32, workgro
 #[test]
 fn points_find_every_photon_that_is_in_reach() {
     let mut rng = Rng(21);
-    for (width, count, radii) in [(1, 1, [0.5, 2.0]), (2, 2, [0.5, 2.0]), (10, 100, [0.1, 1.0]), (50, 3000, [0.01, 0.3])]
+    for (width, count, radii) in
+        [(1, 1, [0.5, 2.0]), (2, 2, [0.5, 2.0]), (10, 100, [0.1, 1.0]), (50, 3000, [0.01, 0.3])]
     {
         let mut points = scattered(&mut rng, count, radii);
         // At least one is a point.

@@ -17,14 +17,14 @@ struct Deposits {
 fn accumulate(points: &[Disc], photons: &[Disc], invocations: u32) -> Deposits {
     let bench = Bench::new();
     let device = bench.device();
-    let visible = discs::visible(points);
-    let nodes = kd_tree::build(&visible);
+    let radii2 = discs::radii2(points);
+    let nodes = kd_tree::build(points.iter().map(|point| point.position).zip(radii2.iter().copied()));
     let node_count = nodes.len() as u32;
 
     let tree_points = device.texels("tree_points", nodes.len() as u64).expect("texels");
     let fill = TreeFill {
-        visible_positions: &bench.upload(&visible),
-        visible_normals: &bench.upload(&discs::normals(points)),
+        visible_points: &bench.upload_texels(&discs::visible(points)),
+        visible_radii2: &bench.upload_texels(&radii2),
         tree_nodes: &bench.upload(&nodes),
         tree_points: &tree_points,
     };
@@ -33,8 +33,10 @@ fn accumulate(points: &[Disc], photons: &[Disc], invocations: u32) -> Deposits {
         photons: &bench.upload_texels(&discs::records(photons)),
         max_radius2: &bench.upload(&[discs::max_radius2(points)]),
         tree_points: &tree_points,
-        flux_low: &flux.low,
-        flux_high: &flux.high,
+        flux_red: &flux.red,
+        flux_green: &flux.green,
+        flux_blue: &flux.blue,
+        flux_counts: &flux.counts,
         counters: &flux.counters,
         places: &bench.output(invocations as usize),
     };

@@ -1,0 +1,30 @@
+// The flux of an iteration: fixed-point sums of each pixel, and how many photons are in them.
+// A buffer each, so that images may be large where a device binds no more than 128 MiB.
+#include "flux.glsl"
+
+// Low and high word of each pixel.
+layout(std430, set = 1, binding = 20) buffer FluxRedBlock { uint data[]; } flux_red;
+layout(std430, set = 1, binding = 21) buffer FluxGreenBlock { uint data[]; } flux_green;
+layout(std430, set = 1, binding = 22) buffer FluxBlueBlock { uint data[]; } flux_blue;
+layout(std430, set = 1, binding = 23) buffer FluxCountBlock { uint data[]; } flux_counts;
+
+struct Flux {
+    uvec3 low; // red, green, blue
+    uvec3 high;
+};
+
+Flux load_flux(uint pixel) {
+    uint at = 2u * pixel;
+    return Flux(uvec3(flux_red.data[at], flux_green.data[at], flux_blue.data[at]),
+        uvec3(flux_red.data[at + 1u], flux_green.data[at + 1u], flux_blue.data[at + 1u]));
+}
+
+void store_flux(uint pixel, Flux flux) {
+    uint at = 2u * pixel;
+    flux_red.data[at] = flux.low.r;
+    flux_red.data[at + 1u] = flux.high.r;
+    flux_green.data[at] = flux.low.g;
+    flux_green.data[at + 1u] = flux.high.g;
+    flux_blue.data[at] = flux.low.b;
+    flux_blue.data[at + 1u] = flux.high.b;
+}
