@@ -98,7 +98,7 @@ mod tests {
 
     #[test]
     fn slow_batches_shrink_and_fast_ones_grow_within_bounds() {
-        let mut size = Schedule::new(None, 1 << 20, DeviceKind::Cpu);
+        let mut size = Schedule::new(None, 1 << 20, DeviceKind::Discrete);
         size.observe(FIRST, Duration::from_secs(100));
         assert_eq!(size.photons, FIRST / 4);
         for _ in 0..10 {

@@ -206,7 +206,8 @@ fn the_same_side_of_a_mesh_is_out() {
             let lit = reverse.is_empty() == mirror.is_empty();
             assert!(if lit { body[0] > 0.05 } else { body == [0.0; 3] }, "{case}: {body:?}");
             for (body, mesh) in body.iter().zip(mesh) {
-                assert!((body - mesh).abs() <= 0.1 * body, "{case}: {body} and {mesh}");
+                // A triangle seen edge-on may show either side by rounding, a millionth of what it emits.
+                assert!((body - mesh).abs() <= 0.1 * body + 1e-6, "{case}: {body} and {mesh}");
             }
         }
     }

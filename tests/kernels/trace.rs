@@ -6,15 +6,22 @@ use std::fmt::Write;
 use glam::DVec3;
 
 use crate::bench::{Bench, Rng, UNBOUNDED, double, single};
-use crate::generated::{NONE, TraceRays, TracedHit, TracedRay};
+use crate::generated::{NONE, Specialization, TraceRays, TracedHit, TracedRay};
 use crate::world::World;
 
 fn trace(world: &World, rays: &[TracedRay]) -> (Vec<TracedHit>, Vec<u32>) {
+    trace_by(&Specialization::default(), world, rays)
+}
+
+fn trace_by(specialization: &Specialization, world: &World, rays: &[TracedRay]) -> (Vec<TracedHit>, Vec<u32>) {
     let bench = Bench::new();
     let world = world.upload(&bench);
     let (rays, hits, any_hits) = (bench.upload(rays), bench.output(rays.len()), bench.output(rays.len()));
     let kernel = TraceRays { scene: world.bindings(), rays: &rays, hits: &hits, any_hits: &any_hits };
-    bench.run(&kernel, rays.len() as usize);
+    let pass = bench.device().pass(&kernel, specialization, 64).expect("a pass");
+    let mut frame = bench.device().frame().expect("a frame");
+    frame.dispatch(&pass, (), rays.len());
+    frame.run().expect("a run");
     (bench.read(&hits), bench.read(&any_hits))
 }
 
@@ -131,16 +138,16 @@ fn no_ray_slips_through_the_hierarchy() {
 }
 
 /// Triangles, spheres, ellipsoids and disks of many sizes, some cut.
-fn mixed_scene(rng: &mut Rng) -> World {
+fn mixed_scene(rng: &mut Rng, triangle_count: usize, quadric_count: usize) -> World {
     let mut text = format!("WorldBegin\n{LIGHT}");
     let (mut points, mut triangles) = (Vec::new(), Vec::new());
-    for i in 0..500 {
+    for i in 0..triangle_count {
         let (center, size) = (rng.cube(1.0), rng.log_range(0.01, 0.3));
         points.extend([0; 3].map(|_| center + size * rng.cube(1.0)));
         triangles.push([3 * i, 3 * i + 1, 3 * i + 2]);
     }
     text.push_str(&mesh_text(&points, &triangles));
-    for i in 0..300 {
+    for i in 0..quadric_count {
         let (place, axis) = (rng.cube(1.0), rng.direction());
         let radius = rng.log_range(0.005, 0.1);
         let stretch = if i % 3 == 0 { rng.range(0.2, 1.0) } else { 1.0 };
@@ -189,7 +196,7 @@ fn ray_through(world: &World, rng: &mut Rng) -> TracedRay {
 #[test]
 fn the_hierarchy_loses_no_hit() {
     let mut rng = Rng(3);
-    let world = mixed_scene(&mut rng);
+    let world = mixed_scene(&mut rng, 500, 300);
     let rays: Vec<_> = (0..60_000).map(|_| ray_through(&world, &mut rng)).collect();
     let (hits, any_hits) = trace(&world, &rays);
     let (all_hits, _) = trace(&world.without_hierarchy(), &rays);
@@ -201,6 +208,27 @@ fn the_hierarchy_loses_no_hit() {
         found += usize::from(hit.primitive != NONE);
     }
     assert!(found > rays.len() / 4 && found < rays.len(), "{found}");
+}
+
+/// Scenes of few primitives go without a hierarchy.
+#[test]
+fn all_of_a_few_primitives_are_tested() {
+    let mut rng = Rng(5);
+    for (triangles, quadrics) in [(9, 0), (0, 7), (6, 9)] {
+        let world = mixed_scene(&mut rng, triangles.max(1), quadrics);
+        let flat = Specialization {
+            is_flat: true,
+            flat_triangles: world.triangles.len() as u32,
+            flat_quadrics: world.quadrics.len() as u32,
+            ..Specialization::default()
+        };
+        let rays: Vec<_> = (0..10_000).map(|_| ray_through(&world, &mut rng)).collect();
+        let (hits, any_hits) = trace_by(&flat, &world, &rays);
+        for (((ray, hit), other), any) in rays.iter().zip(&hits).zip(trace(&world, &rays).0).zip(any_hits) {
+            assert_eq!((hit.t, hit.primitive == NONE), (other.t, other.primitive == NONE), "{ray:?}");
+            assert_eq!(any == NONE, hit.primitive == NONE, "{ray:?}: some hit {any}, the nearest {hit:?}");
+        }
+    }
 }
 
 /// An f64 twin of the nearest of all triangles.

@@ -110,12 +110,23 @@ impl<'a> Lab<'a> {
         body_ray(single(turn(origin) + translation), single(turn(direction)))
     }
 
+    /// What rays meet first, found as in scenes of many bodies.
+    pub fn meet_by_hierarchy(&self, rays: &[BodyRay]) -> Vec<Met> {
+        let kernel = HitRevolutions { scene: self.uploaded.bindings(), rays: &self.rays, met: &self.met };
+        let specialization = Specialization { is_flat: false, flat_revolutions: 0, ..self.specialization };
+        self.run_hit(&self.bench.device().pass(&kernel, &specialization, 64).expect("a pass"), rays)
+    }
+
     /// What rays meet first.
     pub fn meet(&self, rays: &[BodyRay]) -> Vec<Met> {
+        self.run_hit(&self.hit, rays)
+    }
+
+    fn run_hit(&self, hit: &Pass<()>, rays: &[BodyRay]) -> Vec<Met> {
         let device = self.bench.device();
         device.write(&self.rays, rays).expect("an upload");
         let mut frame = device.frame().expect("a frame");
-        frame.dispatch(&self.hit, (), rays.len() as u64);
+        frame.dispatch(hit, (), rays.len() as u64);
         frame.run().expect("a run");
         let mut met = self.bench.read(&self.met);
         met.truncate(rays.len());

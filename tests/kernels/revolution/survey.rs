@@ -39,6 +39,23 @@ fn survey(seed: u64, shares: &[Share]) -> Vec<Tally> {
     tallies
 }
 
+/// Scenes of many bodies have a hierarchy over them; what a ray meets is the same.
+#[test]
+fn a_hierarchy_over_bodies_changes_nothing() {
+    let bench = Bench::new();
+    let mut rng = Rng(31);
+    let mut hits = 0;
+    for profile in profiles::all(&mut rng) {
+        let lab = Lab::exact(&bench, &profile, BATCH);
+        let rays: Vec<_> = (0..BATCH).map(|_| lab.draw(Kind::Primary5, &mut rng)).collect();
+        for (ray, (flat, met)) in rays.iter().zip(lab.meet(&rays).iter().zip(lab.meet_by_hierarchy(&rays))) {
+            assert_eq!((flat.t, flat.position), (met.t, met.position), "{}: {ray:?}", profile.name);
+            hits += usize::from(flat.t > 0.0);
+        }
+    }
+    assert!(hits > 10 * BATCH, "{hits} hits");
+}
+
 /// What must hold of a kind of rays, among roots with |N.D| > 0.01: the nearest hit is right
 /// where it makes the image, no root is missed (of nearly horizontal rays, 10 in a million),
 /// and distances are right. Bodies have about unit size.
