@@ -54,6 +54,13 @@ uint peer(uint lane) {
     return (gl_SubgroupInvocationID & ~31u) + lane;
 }
 
+// As invocation_index, but neighbours in a subgroup have neighbouring numbers whatever order the
+// device puts invocations into subgroups, so that a later dispatch goes on with the same peers.
+uint numbered_by_subgroup() {
+    uint workgroup = gl_WorkGroupID.y * gl_NumWorkGroups.x + gl_WorkGroupID.x;
+    return workgroup * gl_WorkGroupSize.x + gl_SubgroupID * gl_SubgroupSize + gl_SubgroupInvocationID;
+}
+
 vec3 least_of_lanes(vec3 v) {
     for (uint step = 1u; step < lanes(); step *= 2u) {
         v = min(v, subgroupShuffle(v, gl_SubgroupInvocationID ^ step));
@@ -103,15 +110,16 @@ void gather_from(PhotonRecord photon, bool wanted, Point points[POINTS], inout G
 
 void main() {
     uint lane = gl_SubgroupInvocationID & 31u;
+    uint invocation = numbered_by_subgroup();
     float inverse_size = 1.0 / cell_size(max_radius2.value);
     GridPlace place = GridPlace(0u, 0u, 0u, 0u);
     if (resumed != 0u) {
-        place = places.data[invocation_index()];
+        place = places.data[invocation];
     }
     Point points[POINTS];
     Gathered sums[POINTS];
     [[unroll]] for (uint i = 0u; i < POINTS; i++) {
-        points[i] = point_of(pixel_of(POINTS * invocation_index() + i, width, height));
+        points[i] = point_of(pixel_of(POINTS * invocation + i, width, height));
         sums[i] = nothing_gathered();
         place.served |= points[i].radius2 > 0.0 ? 0u : 1u << i;
     }
@@ -140,7 +148,7 @@ void main() {
         ivec3 corner = cell_of(lower, inverse_size);
         uvec3 size = uvec3(cell_of(upper, inverse_size) - corner + 1);
         uint total = size.x * size.y * size.z;
-    for (; place.cell < total && left > 0u; place.cell += left > 0u ? lanes() : 0u) {
+        for (; place.cell < total && left > 0u; place.cell += left > 0u ? lanes() : 0u) {
             // Each lane looks up a cell.
             uint i = place.cell + lane;
             ivec3 cell = corner + ivec3(i % size.x, (i / size.x) % size.y, i / (size.x * size.y));
@@ -181,10 +189,10 @@ void main() {
     }
     [[unroll]] for (uint i = 0u; i < POINTS; i++) {
         if (sums[i].count > 0u) {
-            keep(sums[i], pixel_of(POINTS * invocation_index() + i, width, height));
+            keep(sums[i], pixel_of(POINTS * invocation + i, width, height));
         }
     }
-    places.data[invocation_index()] = place;
+    places.data[invocation] = place;
     if (place.served != ALL_SERVED) {
         atomicAdd(counters.value.unfinished, 1u);
     }

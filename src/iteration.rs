@@ -128,10 +128,10 @@ impl Passes {
             let Some(recorded) = self.trace(on, place, first..end, progress)? else {
                 continue; // with a smaller batch
             };
+            progress.schedule.observe(end - first, start.elapsed());
             let per_invocation = progress.schedule.per_invocation();
             let deposited = self.lookup.accumulate(on, recorded, per_invocation)?;
             progress.tally.merge(&deposited);
-            progress.schedule.observe(end - first, start.elapsed());
             first = end;
         }
         self.update(on, place, progress)?;

@@ -4,13 +4,13 @@ use std::time::Duration;
 
 use goblet_host::DeviceKind;
 
-/// A batch should keep the device this long: short of any watchdog, long enough that
+/// Tracing a batch should keep the device this long: short of any watchdog, long enough that
 /// submitting costs nothing.
 const TARGET: Duration = Duration::from_millis(300);
-/// The first batch, before anything is known: should every visible point lie under one
-/// focus, each photon costs as much as the image has pixels.
-const FIRST: u64 = 1 << 12;
 /// No CPU has a watchdog, and every batch visits every visible point.
+const TARGET_OF_CPU: Duration = Duration::from_secs(3);
+/// The first batch, before anything is known.
+const FIRST: u64 = 1 << 12;
 const FIRST_OF_CPU: u64 = 1 << 18;
 
 /// SIMD lanes of a CPU want many photons each, to start the next where a path ends; a GPU
@@ -24,6 +24,7 @@ pub struct Schedule {
     photons: u64,
     max: u64,
     fixed: bool,
+    target: Duration,
     per_invocation: u64,
 }
 
@@ -33,7 +34,8 @@ impl Schedule {
         let first = if kind == DeviceKind::Cpu { FIRST_OF_CPU } else { FIRST };
         let photons = asked.unwrap_or(first).clamp(1, max);
         let per_invocation = if kind == DeviceKind::Cpu { PER_INVOCATION_OF_CPU } else { PER_INVOCATION };
-        Self { photons, max, fixed: asked.is_some(), per_invocation }
+        let target = if kind == DeviceKind::Cpu { TARGET_OF_CPU } else { TARGET };
+        Self { photons, max, fixed: asked.is_some(), target, per_invocation }
     }
 
     /// Photons that an invocation traces, one after the other.
@@ -65,12 +67,13 @@ impl Schedule {
         first + left.div_ceil(left.div_ceil(self.photons))
     }
 
-    /// Learns from a finished batch.
+    /// Learns how long a batch was traced. What its photons then cost the visible points is
+    /// cut into dispatches by itself, and hardly less for fewer photons.
     pub fn observe(&mut self, photons: u64, took: Duration) {
         if self.fixed || took.is_zero() {
             return;
         }
-        let wanted = photons as f64 * TARGET.as_secs_f64() / took.as_secs_f64();
+        let wanted = photons as f64 * self.target.as_secs_f64() / took.as_secs_f64();
         // At most a factor of four at once: one slow batch may be the machine's doing.
         let low = self.photons / 4;
         let high = self.photons.saturating_mul(4);
