@@ -5,6 +5,7 @@
 //! millimetres or kilometres, or far from the origin, thus renders alike. Radiance does
 //! not change under scaling; intensities scale with the square of length.
 
+mod material;
 mod newton;
 mod quadric;
 mod reach;
@@ -13,6 +14,7 @@ mod revolution;
 use glam::{DAffine3, DVec3, Vec3A};
 use obvhs::aabb::Aabb;
 
+use material::{pack_materials, specialize};
 pub use newton::{Envelopes, RevolutionSolver};
 pub use quadric::longest_row;
 use quadric::{quadric, quadric_area, quadric_bounds};
@@ -22,11 +24,11 @@ pub use reach::sphere_of_reach;
 use crate::alias;
 use crate::bvh;
 use crate::kernels::{
-    self, AREA, AliasEntry, BvhPair, CONDUCTOR, DIELECTRIC, DIFFUSE, DISK, DISTANT, INFINITE, KIND_SHIFT, NONE,
-    NewtonStart, POINT, Quadric, REVOLUTION, Revolution, RevolutionPiece, RevolutionSegment, SPHERE, SPOT,
-    Specialization, TRIANGLE, Triangle, TriangleNormals,
+    self, AREA, AliasEntry, BvhPair, DISK, DISTANT, INFINITE, KIND_SHIFT, NONE, NewtonStart, POINT, Quadric,
+    REVOLUTION, Revolution, RevolutionPiece, RevolutionSegment, SPHERE, SPOT, Specialization, TRIANGLE, Triangle,
+    TriangleNormals,
 };
-use crate::scene::{AreaLight, Geometry, Light, Material, Mesh, Rgb, Scene, Shape};
+use crate::scene::{AreaLight, Geometry, Light, Mesh, Rgb, Scene, Shape};
 
 /// The largest radius of a scene's bounding sphere, scene units: squares of lengths must
 /// stay finite in every product of f64.
@@ -159,12 +161,13 @@ pub fn pack(scene: &Scene, solver: RevolutionSolver) -> Result<PackedScene, Pack
         return Err(PackError::NoLight);
     }
     let (emission_table, direct_table) = packer.choose_lights();
-    let specialization = packer.specialization(scene, &direct_table);
+    let materials = pack_materials(&scene.materials);
+    let specialization = packer.specialization(scene, &materials, &direct_table);
     Ok(PackedScene {
         space,
         bvh_pairs: bvh.pairs,
         primitives,
-        materials: scene.materials.iter().map(pack_material).collect(),
+        materials,
         emission_table,
         direct_table,
         infinite: packer.infinite,
@@ -369,17 +372,18 @@ impl Packer {
         (alias::table(&self.powers, &all), alias::table(&located_powers, &located))
     }
 
-    fn specialization(&self, scene: &Scene, direct_table: &[AliasEntry]) -> Specialization {
+    fn specialization(
+        &self,
+        scene: &Scene,
+        materials: &[kernels::Material],
+        direct_table: &[AliasEntry],
+    ) -> Specialization {
         let has_light = |kind| self.lights.iter().any(|light| light.kind == kind);
         let shines = |kind| self.lights.iter().any(|light| light.kind == AREA && light.primitive >> KIND_SHIFT == kind);
         let has_kind = |kind| self.references.iter().any(|reference| reference >> KIND_SHIFT == kind);
-        let used =
-            |wanted: fn(&Material) -> bool| scene.shapes.iter().any(|shape| wanted(&scene.materials[shape.material]));
         let whole = |quadric: &Quadric| {
             quadric.z_min <= -1.0 && quadric.z_max >= 1.0 && quadric.phi_max >= std::f32::consts::TAU
         };
-        let has_conductors = used(|material| matches!(material, Material::Conductor { .. }));
-        let has_dielectrics = used(|material| matches!(material, Material::Dielectric { .. }));
         let is_flat = self.triangles.len() + self.quadrics.len() <= MAX_FLAT
             && self.revolutions.len() <= MAX_FLAT_REVOLUTIONS
             && self.solver == RevolutionSolver::Certified;
@@ -394,9 +398,6 @@ impl Packer {
             revolution_newton: self.solver != RevolutionSolver::Certified,
             has_cut_spheres: self.quadrics.iter().any(|quadric| !whole(quadric)),
             has_shading_normals: !self.triangle_normals.is_empty(),
-            has_conductors,
-            has_dielectrics,
-            has_specular: has_conductors || has_dielectrics,
             has_spot_lights: has_light(SPOT),
             has_distant_lights: has_light(DISTANT),
             has_infinite_lights: has_light(INFINITE),
@@ -411,7 +412,7 @@ impl Packer {
             flat_triangles: if is_flat { self.triangles.len() as u32 } else { 0 },
             flat_quadrics: if is_flat { self.quadrics.len() as u32 } else { 0 },
             flat_revolutions: if is_flat { self.revolutions.len() as u32 } else { 0 },
-            ..Specialization::default()
+            ..specialize(materials)
         }
     }
 }
@@ -465,22 +466,6 @@ pub fn rows(transform: &DAffine3) -> [[f32; 4]; 3] {
 
 fn light_of(kind: u32, emission: Rgb) -> kernels::Light {
     kernels::Light { emission: emission.as_vec3().to_array(), kind, primitive: NONE, ..bytemuck::Zeroable::zeroed() }
-}
-
-fn pack_material(material: &Material) -> kernels::Material {
-    let zero = kernels::Material { kind: DIFFUSE, ..bytemuck::Zeroable::zeroed() };
-    match material {
-        Material::Diffuse { reflectance } => kernels::Material { color: reflectance.as_vec3().to_array(), ..zero },
-        Material::Conductor { eta, k } => {
-            kernels::Material { kind: CONDUCTOR, eta: eta.as_vec3().to_array(), k: k.as_vec3().to_array(), ..zero }
-        }
-        Material::Dielectric { eta, transmittance } => kernels::Material {
-            kind: DIELECTRIC,
-            color: transmittance.as_vec3().to_array(),
-            eta: [*eta as f32; 3],
-            ..zero
-        },
-    }
 }
 
 fn mean(rgb: Rgb) -> f64 {
