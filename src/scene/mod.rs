@@ -17,6 +17,8 @@ mod film;
 mod lexer;
 mod light;
 mod material;
+#[cfg(test)]
+mod material_tests;
 mod model;
 mod params;
 mod parser;
