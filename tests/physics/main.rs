@@ -2,6 +2,7 @@
 
 mod diffuse;
 mod focus;
+mod layers;
 mod leaks;
 mod lights;
 mod specular;
