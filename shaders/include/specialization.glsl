@@ -15,11 +15,11 @@ layout(constant_id = 7) const bool HAS_REVOLUTIONS = true;
 #endif
 layout(constant_id = 8) const bool HAS_SPOT_LIGHTS = true;
 layout(constant_id = 9) const bool HAS_DISTANT_LIGHTS = true;
-layout(constant_id = 10) const bool HAS_INFINITE_LIGHTS = true;
+layout(constant_id = 10) const bool HAS_INFINITE_LIGHTS = true; // constant ones or skies
 layout(constant_id = 11) const bool HAS_AREA_LIGHTS = true;
 layout(constant_id = 12) const bool HAS_QUADRICS = true;        // spheres or disks
 layout(constant_id = 13) const bool HAS_SPECULAR = true;        // conductors or dielectrics
-layout(constant_id = 14) const bool HAS_LOCATABLE_LIGHTS = true; // any but infinite ones
+layout(constant_id = 14) const bool HAS_LOCATABLE_LIGHTS = true; // any but constant infinite ones
 layout(constant_id = 15) const bool HAS_HITTABLE_LIGHTS = true; // area or infinite ones
 layout(constant_id = 16) const bool HAS_CURVED = true;          // any but triangles
 layout(constant_id = 17) const uint REVOLUTION_PAIRS = 5u;      // of powers in the highest polynomial of any profile
@@ -33,6 +33,9 @@ layout(constant_id = 26) const bool HAS_SPHERE_LIGHTS = true;
 layout(constant_id = 27) const bool HAS_DISK_LIGHTS = true;
 layout(constant_id = 28) const bool HAS_REVOLUTION_LIGHTS = true;
 layout(constant_id = 29) const uint FLAT_REVOLUTIONS = 0u;
+layout(constant_id = 50) const bool HAS_SKIES = true;
+layout(constant_id = 51) const bool HAS_GONIOMETRIC_LIGHTS = true;
+layout(constant_id = 52) const bool HAS_PROJECTION_LIGHTS = true;
 
 // Which kind of primitive a reference names; decided at compile time where it can be. Ask
 // in this order.

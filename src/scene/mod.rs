@@ -16,6 +16,7 @@ mod error;
 mod film;
 mod lexer;
 mod light;
+mod light_image;
 mod material;
 mod model;
 mod params;
@@ -32,6 +33,7 @@ mod tests;
 mod transform;
 
 pub use error::{Location, SceneError};
+pub(crate) use light_image::window_cosine;
 pub use model::*;
 pub(crate) use parser::{directory, identity, load_with_text};
 pub use registry::{Family, Kind, ParamSpec, Support, TypeSpec};
