@@ -40,7 +40,7 @@ fn in_world(world: &str) -> Result<Scene, SceneError> {
 }
 
 fn light(world: &str) -> Light {
-    in_world(world).unwrap().lights[0]
+    in_world(world).unwrap().lights.remove(0)
 }
 
 fn message(result: Result<Scene, SceneError>) -> String {

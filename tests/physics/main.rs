@@ -2,6 +2,7 @@
 
 mod diffuse;
 mod focus;
+mod images;
 mod leaks;
 mod lights;
 mod specular;
