@@ -200,3 +200,6 @@ fn oriented(pixels: Arc<Image>, axes: DMat3, location: &Location) -> Result<Ligh
     let [x, y, z] = [axes.x_axis, axes.y_axis, axes.z_axis].map(DVec3::normalize);
     Ok(LightImage { pixels, world_from_image: DMat3::from_cols(x, y, z) })
 }
+
+#[cfg(test)]
+mod tests;
