@@ -1,6 +1,6 @@
 //! Images of lights, and tables that choose texels by the power that comes through them.
 
-use glam::{DVec2, DVec3};
+use glam::DVec2;
 
 use super::mean;
 use crate::alias;
@@ -12,10 +12,11 @@ use crate::scene::{LightImage, Rgb, window_cosine};
 pub fn pack(image: &LightImage, window: Option<DVec2>, texels: &mut Vec<LightTexel>) -> (kernels::LightImage, Rgb) {
     let (width, height) = (image.pixels.width, image.pixels.height);
     let size = DVec2::new(width.into(), height.into());
-    let first = texels.len() as u32;
-    let mut sum = Rgb::ZERO;
+    let first = texels.len();
+    texels.reserve(height as usize + image.pixels.pixels.len());
+    texels.resize(first + height as usize, bytemuck::Zeroable::zeroed());
     let mut rows = Vec::with_capacity(height as usize);
-    let mut inner = Vec::with_capacity(image.pixels.pixels.len());
+    let mut sum = Rgb::ZERO;
     for (y, row) in image.pixels.pixels.chunks_exact(width as usize).enumerate() {
         let weighed = |(x, pixel): (usize, &[f32; 3])| {
             let place = (DVec2::new(x as f64, y as f64) + 0.5) / size;
@@ -26,27 +27,23 @@ pub fn pack(image: &LightImage, window: Option<DVec2>, texels: &mut Vec<LightTex
         let weights: Vec<f64> = colours.iter().copied().map(mean).collect();
         sum += colours.iter().sum::<Rgb>();
         rows.push(weights.iter().sum());
-        let pairs = row.iter().zip(choices(&weights));
-        inner.extend(pairs.map(|(color, choice)| LightTexel { color: *color, choice }));
+        let texel = |(color, choice): (&[f32; 3], u32)| LightTexel { color: *color, choice };
+        texels.extend(row.iter().zip(choices(&weights)).map(texel));
     }
-    texels.extend(choices(&rows).into_iter().map(|choice| LightTexel { color: [0.0; 3], choice }));
-    texels.append(&mut inner);
-    let average = sum / f64::from(width) / f64::from(height);
-    let [x_axis, y_axis, z_axis] = {
-        let axes = image.world_from_image;
-        [axes.x_axis, axes.y_axis, axes.z_axis].map(|axis: DVec3| axis.as_vec3().to_array())
-    };
-    let half_extent = window.unwrap_or_default().as_vec2().to_array();
-    let average_mean = mean(average) as f32;
+    for (texel, choice) in texels[first..].iter_mut().zip(choices(&rows)) {
+        texel.choice = choice;
+    }
+    let average = sum / size.element_product();
+    let axes = image.world_from_image.as_mat3();
     let packed = kernels::LightImage {
-        x_axis,
-        first,
-        y_axis,
+        x_axis: axes.x_axis.to_array(),
+        first: first as u32,
+        y_axis: axes.y_axis.to_array(),
         width,
-        z_axis,
+        z_axis: axes.z_axis.to_array(),
         height,
-        half_extent,
-        average: average_mean,
+        half_extent: window.unwrap_or_default().as_vec2().to_array(),
+        average: mean(average) as f32,
         pad: 0.0,
     };
     (packed, average)

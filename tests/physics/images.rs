@@ -93,7 +93,7 @@ fn a_goniometric_light_has_its_closed_form_by_eye_and_by_photons() {
     let text = lamp("\"goniometric\" \"rgb I\" [4 4 4]", -90, &file);
     // The light's axes y and z are the world's -z and y; the map's pole is y.
     let image = &image;
-    let intensity = move |w: DVec3| 4.0 * value(&image, octahedral::place(DVec3::new(w.x, w.y, -w.z)));
+    let intensity = move |w: DVec3| 4.0 * value(image, octahedral::place(DVec3::new(w.x, w.y, -w.z)));
     assert_lights_floor("goniometric", &text, 0.06, &|p| from_lamp(p, intensity));
 }
 
@@ -105,6 +105,6 @@ fn a_projector_has_its_closed_form_by_eye_and_by_photons() {
     // The light's axes y and z are the world's -y and -z. The image's top is at +y.
     let half = 65_f64.to_radians().tan();
     let image = &image;
-    let intensity = move |w: DVec3| 4.0 * value(&image, 0.5 + 0.5 * DVec2::new(w.x, w.y) / -w.z / half);
+    let intensity = move |w: DVec3| 4.0 * value(image, 0.5 + 0.5 * DVec2::new(w.x, w.y) / -w.z / half);
     assert_lights_floor("projection", &text, 0.06, &|p| from_lamp(p, intensity));
 }
