@@ -12,6 +12,8 @@
 #include "intersect.glsl"
 #include "surface.glsl"
 #include "bsdf.glsl"
+#include "glossy.glsl"
+#include "material.glsl"
 #include "light.glsl"
 #include "normal.glsl"
 #include "tile.glsl"
@@ -31,13 +33,21 @@ layout(push_constant) uniform Push {
     uint two; // 2, see interruption.glsl
 };
 
-// Pairs of random numbers of an eye path. Scattering takes one per bounce from PAIR_LOBE.
+// Pairs of random numbers of an eye path. Scattering takes one per bounce from PAIR_LOBE; where
+// surfaces may be rough, one more for the facet and two for a light.
 const uint PAIR_FILTER = 0u;
 const uint PAIR_LENS = 1u;
 const uint PAIR_LIGHT = 2u;
 const uint PAIR_LIGHT_POINT = 3u;
 const uint PAIR_BSDF = 4u;
 const uint PAIR_LOBE = 5u;
+
+uint pair_of_bounce(uint depth) {
+    if (HAS_ROUGH) {
+        return PAIR_LOBE + 4u * depth;
+    }
+    return PAIR_LOBE + depth;
+}
 
 // A length that is not 0, however near the camera a surface is.
 const float SHORTEST_PATH = 1.0e-12;
@@ -68,14 +78,30 @@ Ray camera_ray(uint pixel, Random random) {
 }
 
 // Irradiance at a diffuse point that comes straight from a light chosen by power, W/m^2.
-vec3 irradiance_of_light(Surface surface, vec3 n, Random random) {
+vec3 irradiance_of_light(Surface surface, Material material, vec3 n, Random random) {
     if (HAS_LOCATABLE_LIGHTS) {
         LightSample direct = sample_direct(surface.position, random_pair(random, PAIR_LIGHT).x,
                                            random_pair(random, PAIR_LIGHT_POINT));
         float cos_surface = max(dot(direct.wi, n), 0.0);
         float weight = direct.competes ? mis_weight(direct.pdf, cos_surface / PI) : 1.0;
         bool blocked = occluded(offset_origin(surface, direct.wi), direct.target);
+        weight *= entering(material, cos_surface);
         return direct.pdf > 0.0 && !blocked ? direct.radiance * (cos_surface * weight / direct.pdf) : vec3(0.0);
+    }
+    return vec3(0.0);
+}
+
+// Radiance towards wo that a rough surface has straight from a light. No photon is recorded
+// there: rays of its bsdf find the rest, and lights that are hit share with this by MIS.
+vec3 radiance_of_light(Surface surface, Material material, vec3 wo, Random random, uint pair) {
+    if (HAS_LOCATABLE_LIGHTS) {
+        LightSample direct = sample_direct(surface.position, random_pair(random, pair).x,
+                                           random_pair(random, pair + 1u));
+        Response response = respond(material, wo, direct.wi, surface.shading_normal, surface.tangent, RADIANCE);
+        float weight = direct.hittable ? mis_weight(direct.pdf, response.pdf) : 1.0;
+        bool blocked = occluded(offset_origin(surface, direct.wi), direct.target);
+        bool lit = direct.pdf > 0.0 && response.pdf > 0.0 && !blocked;
+        return lit ? direct.radiance * response.value * (weight / direct.pdf) : vec3(0.0);
     }
     return vec3(0.0);
 }
@@ -105,6 +131,7 @@ struct EyePath {
     Surface visible; // its end, if it is diffuse; the normal is on the eye's side
     vec3 facing;     // its shading normal, on the eye's side
     vec3 bsdf;       // its bsdf times the throughput
+    Material material; // of that end
     float reached;   // length to that end; 0 if there is none
 };
 
@@ -118,11 +145,15 @@ EyePath follow(Ray ray, Random random) {
     vec3 throughput = vec3(1.0);
     float index = 1.0; // of the medium the path is in, over the camera's
     float travelled = 0.0;
+    vec3 rough_at = vec3(0.0); // where the path has met a rough surface, if that was the last one
+    float rough_pdf = 0.0;     // of the direction that it took there
     for (uint depth = 0u; depth < scene.max_depth || path.reached > 0.0; depth++) {
         Hit hit = intersect(ray);
         if (hit.primitive == NONE) {
-            bool competes = HAS_SKIES && path.reached > 0.0;
-            float pdf = competes ? max(dot(ray.direction, path.facing), 0.0) / PI : INFINITY_T;
+            float pdf = path.reached > 0.0 ? max(dot(ray.direction, path.facing), 0.0) / PI : INFINITY_T;
+            if (HAS_ROUGH && rough_pdf > 0.0) {
+                pdf = rough_pdf;
+            }
             path.radiance += throughput * radiance_from_infinity(ray.direction, pdf);
             if (path.reached == 0.0 && is_in_glass(index)) {
                 atomicAdd(counters.value.eye_lost_in_glass, 1u);
@@ -131,7 +162,7 @@ EyePath follow(Ray ray, Random random) {
         }
         travelled += hit.t;
         Surface surface = surface_at(ray, hit);
-        Material material = materials_at(surface.material);
+        Material material = material_at(surface);
         vec3 wo = -ray.direction;
         if (HAS_AREA_LIGHTS && surface.light != NONE) {
             Light light = lights_at(surface.light);
@@ -139,33 +170,54 @@ EyePath follow(Ray ray, Random random) {
             if (path.reached > 0.0) {
                 weight = bsdf_weight(light, path.visible.position, path.facing, surface, ray.direction);
             }
+            if (HAS_ROUGH && rough_pdf > 0.0) {
+                weight = mis_weight(rough_pdf, direct_pdf(light, rough_at, surface, ray.direction));
+            }
             path.radiance += throughput * emitted_radiance(light, surface.normal, wo) * weight;
         }
         if (path.reached > 0.0) {
             break;
         }
         Scatter scattered = Scatter(wo, vec3(0.0), 1.0);
+        uint pair = pair_of_bounce(depth);
+        float u_lobe = random_pair(random, pair).x;
+        if (HAS_LAYERS) {
+            material = choose_lobe(material, abs(dot(wo, surface.shading_normal)), u_lobe);
+        }
+        rough_pdf = 0.0;
         if (is_specular(material)) {
-            scattered = scatter_specular(material, wo, surface.shading_normal,
-                                         random_pair(random, PAIR_LOBE + depth).x, RADIANCE);
+            vec2 u_facet = is_rough(material) ? random_pair(random, pair + 1u) : vec2(0.0);
+            scattered = scatter_specular(material, wo, surface.shading_normal, surface.tangent, u_lobe, u_facet, RADIANCE);
+            if (HAS_ROUGH && is_rough(material)) {
+                path.radiance += throughput * radiance_of_light(surface, material, wo, random, pair + 2u);
+                rough_at = surface.position;
+                rough_pdf = respond(material, wo, scattered.wi, surface.shading_normal, surface.tangent, RADIANCE).pdf;
+            }
         } else {
             if (is_in_glass(index)) {
                 atomicAdd(counters.value.immersed, 1u);
             }
             // The side of the geometric normal: shading normals must not see through.
             bool front = dot(wo, surface.normal) >= 0.0;
+            if (HAS_DIFFUSE_TRANSMISSION) {
+                front = front != ((material.flags & BEHIND) != 0u);
+            }
             path.facing = front ? surface.shading_normal : -surface.shading_normal;
             surface.normal = front ? surface.normal : -surface.normal;
             path.bsdf = throughput * material.color / PI;
             path.visible = surface;
+            path.material = material;
             path.reached = max(travelled, SHORTEST_PATH);
             if (!looks_for_lights(surface.position)) {
                 break;
             }
-            scattered.weight = material.color;
             scattered.wi = sample_cosine(random_pair(random, PAIR_BSDF), path.facing);
+            scattered.weight = material.color * entering(material, dot(scattered.wi, path.facing));
         }
         throughput *= scattered.weight;
+        if (HAS_ROUGH && throughput == vec3(0.0)) {
+            break; // a facet would send it into the surface
+        }
         index *= scattered.eta;
         ray = Ray(offset_origin(surface, scattered.wi), scattered.wi);
     }
@@ -185,7 +237,7 @@ void main() {
         Random random = Random(seed, turn * paths + i);
         path = follow(camera_ray(pixel, random), random);
         if (DIRECT_NEE && path.reached > 0.0) {
-            path.radiance += path.bsdf * irradiance_of_light(path.visible, path.facing, random);
+            path.radiance += path.bsdf * irradiance_of_light(path.visible, path.material, path.facing, random);
         }
         if (!is_finite(path.radiance)) {
             path.radiance = vec3(0.0);

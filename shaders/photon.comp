@@ -11,6 +11,7 @@
 #include "intersect.glsl"
 #include "surface.glsl"
 #include "bsdf.glsl"
+#include "material.glsl"
 #include "light.glsl"
 #include "emission.glsl"
 #include "normal.glsl"
@@ -81,36 +82,41 @@ uint advance(inout Path path) {
         return is_in_glass(path.index) ? LOST_IN_GLASS : ESCAPED;
     }
     Surface surface = surface_at(path.ray, hit);
-    Material material = materials_at(surface.material);
+    Material material = material_at(surface);
     vec3 wo = -path.ray.direction;
-    bool specular = is_specular(material);
-    if (!specular && is_in_glass(path.index)) {
+    float cos_o = abs(dot(wo, surface.shading_normal));
+    bool receives = receives_photons(material);
+    if (receives && is_in_glass(path.index)) {
         // In a pool, or lost: unless something stands in glass, none does this.
         atomicAdd(counters.value.immersed, 1u);
         path.index = 1.0;
     }
     bool is_wanted = DIRECT_NEE ? path.depth > 0u : true;
-    if (!specular && is_wanted) {
-        record(surface, wo, path.weight);
+    if (receives && is_wanted) {
+        record(surface, wo, path.weight * entering(material, cos_o));
     }
     path.depth++;
     if (path.depth >= scene.max_depth) {
         return TRUNCATED;
     }
+    uint pair = PAIR_BOUNCE + 2u * (path.depth - 1u);
+    vec2 u = random_pair(path.random, pair + 1u);
+    if (HAS_LAYERS) {
+        material = choose_lobe(material, cos_o, u.x);
+    }
+    bool specular = is_specular(material);
     // Where shading and geometric normal disagree about the photon's side, a diffuse
     // surface must not let it through.
     bool same_side = dot(wo, surface.shading_normal) * dot(wo, surface.normal) > 0.0;
     vec3 n = specular || same_side ? surface.shading_normal : surface.normal;
-    uint pair = PAIR_BOUNCE + 2u * (path.depth - 1u);
-    vec2 u = random_pair(path.random, pair + 1u);
-    Scatter scattered = scatter(material, wo, n, u.x,
-                                specular ? vec2(0.0) : random_pair(path.random, pair), FLUX);
+    vec2 u_direction = specular && !is_rough(material) ? vec2(0.0) : random_pair(path.random, pair);
+    Scatter scattered = scatter(material, wo, n, surface.tangent, u.x, u_direction, FLUX);
     // Russian roulette keeps the largest channel of every photon's weight constant.
     vec3 weight = path.weight * scattered.weight;
     float before = max(path.weight.x, max(path.weight.y, path.weight.z));
     float after = max(weight.x, max(weight.y, weight.z));
     if (u.y * before >= after) {
-        return specular ? ABSORBED : DEPOSITED;
+        return receives ? DEPOSITED : ABSORBED;
     }
     path.weight = after < before ? weight * (before / after) : weight;
     path.index *= scattered.eta;

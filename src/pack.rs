@@ -7,6 +7,7 @@
 
 mod light;
 mod light_image;
+mod material;
 mod newton;
 mod quadric;
 mod reach;
@@ -16,6 +17,7 @@ use glam::{DAffine3, DVec3, Vec3A};
 use obvhs::aabb::Aabb;
 
 use light::light_of;
+use material::{pack_materials, specialize};
 pub use newton::{Envelopes, RevolutionSolver};
 pub use quadric::longest_row;
 use quadric::{quadric, quadric_area, quadric_bounds};
@@ -24,11 +26,11 @@ pub use reach::sphere_of_reach;
 
 use crate::bvh;
 use crate::kernels::{
-    self, AREA, AliasEntry, BvhPair, CONDUCTOR, DIELECTRIC, DIFFUSE, DISK, DISTANT, GONIOMETRIC, INFINITE, KIND_SHIFT,
-    LightTexel, NONE, NewtonStart, PROJECTION, Quadric, REVOLUTION, Revolution, RevolutionPiece, RevolutionSegment,
-    SKY, SPHERE, SPOT, Specialization, TRIANGLE, Triangle, TriangleNormals,
+    self, AREA, AliasEntry, BvhPair, DISK, DISTANT, GONIOMETRIC, INFINITE, KIND_SHIFT, LightTexel, NONE, NewtonStart,
+    PROJECTION, Quadric, REVOLUTION, Revolution, RevolutionPiece, RevolutionSegment, SKY, SPHERE, SPOT, Specialization,
+    TRIANGLE, Triangle, TriangleNormals,
 };
-use crate::scene::{AreaLight, Geometry, Material, Mesh, Rgb, Scene, Shape};
+use crate::scene::{AreaLight, Geometry, Mesh, Rgb, Scene, Shape};
 
 /// The largest radius of a scene's bounding sphere, scene units: squares of lengths must
 /// stay finite in every product of f64.
@@ -165,12 +167,13 @@ pub fn pack(scene: &Scene, solver: RevolutionSolver) -> Result<PackedScene, Pack
         return Err(PackError::NoLight);
     }
     let (emission_table, direct_table) = packer.choose_lights();
-    let specialization = packer.specialization(scene, &direct_table);
+    let materials = pack_materials(&scene.materials);
+    let specialization = packer.specialization(scene, &materials, &direct_table);
     Ok(PackedScene {
         space,
         bvh_pairs: bvh.pairs,
         primitives,
-        materials: scene.materials.iter().map(pack_material).collect(),
+        materials,
         emission_table,
         direct_table,
         infinite: packer.infinite,
@@ -321,17 +324,18 @@ impl Packer {
         }
     }
 
-    fn specialization(&self, scene: &Scene, direct_table: &[AliasEntry]) -> Specialization {
+    fn specialization(
+        &self,
+        scene: &Scene,
+        materials: &[kernels::Material],
+        direct_table: &[AliasEntry],
+    ) -> Specialization {
         let has_light = |kind| self.lights.iter().any(|light| light.kind == kind);
         let shines = |kind| self.lights.iter().any(|light| light.kind == AREA && light.primitive >> KIND_SHIFT == kind);
         let has_kind = |kind| self.references.iter().any(|reference| reference >> KIND_SHIFT == kind);
-        let used =
-            |wanted: fn(&Material) -> bool| scene.shapes.iter().any(|shape| wanted(&scene.materials[shape.material]));
         let whole = |quadric: &Quadric| {
             quadric.z_min <= -1.0 && quadric.z_max >= 1.0 && quadric.phi_max >= std::f32::consts::TAU
         };
-        let has_conductors = used(|material| matches!(material, Material::Conductor { .. }));
-        let has_dielectrics = used(|material| matches!(material, Material::Dielectric { .. }));
         let is_flat = self.triangles.len() + self.quadrics.len() <= MAX_FLAT
             && self.revolutions.len() <= MAX_FLAT_REVOLUTIONS
             && self.solver == RevolutionSolver::Certified;
@@ -346,9 +350,6 @@ impl Packer {
             revolution_newton: self.solver != RevolutionSolver::Certified,
             has_cut_spheres: self.quadrics.iter().any(|quadric| !whole(quadric)),
             has_shading_normals: !self.triangle_normals.is_empty(),
-            has_conductors,
-            has_dielectrics,
-            has_specular: has_conductors || has_dielectrics,
             has_spot_lights: has_light(SPOT),
             has_distant_lights: has_light(DISTANT),
             has_infinite_lights: has_light(INFINITE) || has_light(SKY),
@@ -366,7 +367,7 @@ impl Packer {
             flat_triangles: if is_flat { self.triangles.len() as u32 } else { 0 },
             flat_quadrics: if is_flat { self.quadrics.len() as u32 } else { 0 },
             flat_revolutions: if is_flat { self.revolutions.len() as u32 } else { 0 },
-            ..Specialization::default()
+            ..specialize(materials)
         }
     }
 }
@@ -416,22 +417,6 @@ pub fn rows(transform: &DAffine3) -> [[f32; 4]; 3] {
         row(linear.y_axis, transform.translation.y),
         row(linear.z_axis, transform.translation.z),
     ]
-}
-
-fn pack_material(material: &Material) -> kernels::Material {
-    let zero = kernels::Material { kind: DIFFUSE, ..bytemuck::Zeroable::zeroed() };
-    match material {
-        Material::Diffuse { reflectance } => kernels::Material { color: reflectance.as_vec3().to_array(), ..zero },
-        Material::Conductor { eta, k } => {
-            kernels::Material { kind: CONDUCTOR, eta: eta.as_vec3().to_array(), k: k.as_vec3().to_array(), ..zero }
-        }
-        Material::Dielectric { eta, transmittance } => kernels::Material {
-            kind: DIELECTRIC,
-            color: transmittance.as_vec3().to_array(),
-            eta: [*eta as f32; 3],
-            ..zero
-        },
-    }
 }
 
 fn mean(rgb: Rgb) -> f64 {

@@ -1,4 +1,5 @@
 // How surfaces scatter. Directions wo and wi point away from the surface.
+#include "microfacet.glsl"
 
 // What a path carries from the eye or from a light: radiance is compressed where it
 // enters glass, flux is not (Veach 1997, section 5.2).
@@ -49,48 +50,138 @@ vec3 fresnel_conductor(float cos_i, vec3 eta, vec3 k) {
     return 0.5 * (perpendicular + parallel);
 }
 
+#include "layers.glsl"
+
+// Whether a material of one lobe is no Lambertian one.
 bool is_specular(Material material) {
     return HAS_SPECULAR && material.kind != DIFFUSE;
 }
 
-Scatter scatter_dielectric(Material material, vec3 wo, vec3 n, float u, bool carries) {
-    float cos_o = dot(wo, n);
-    bool outside = cos_o > 0.0;
-    vec3 facing = outside ? n : -n;
-    float eta = outside ? material.eta.x : 1.0 / material.eta.x;
-    float cos_t;
-    float reflectance = fresnel_dielectric(abs(cos_o), eta, cos_t);
-    if (u < reflectance) {
-        return Scatter(2.0 * abs(cos_o) * facing - wo, vec3(1.0), 1.0);
+// Whether a material's facets are not all alike.
+bool is_rough(Material material) {
+    return HAS_ROUGH && material.alpha_u > 0.0;
+}
+
+vec2 alpha_of(Material material) {
+    return vec2(material.alpha_u, material.alpha_v);
+}
+
+// The facet that light from wo meets, by its normal on wo's side.
+vec3 facet_of(Material material, vec3 wo, Frame frame, vec2 u) {
+    if (is_rough(material)) {
+        return from_frame(frame, sample_facet(to_frame(frame, wo), alpha_of(material), u));
     }
-    vec3 wi = normalize((abs(cos_o) * facing - wo) / eta - cos_t * facing);
+    return frame.n;
+}
+
+// What part of light that leaves a facet along wi other facets let pass: nothing where they
+// would send it to the wrong side.
+float unhidden(Material material, vec3 wo, vec3 wi, Frame frame, bool same_side) {
+    if (is_rough(material)) {
+        vec3 local = to_frame(frame, wi);
+        return local.z > 0.0 == same_side ? facets_seen(to_frame(frame, wo), local, alpha_of(material)) : 0.0;
+    }
+    return 1.0;
+}
+
+// frame.n is on wo's side in all of these; eta: the far side over the near side.
+Scatter scatter_dielectric(Material material, vec3 wo, Frame frame, float eta, float u, vec2 u_facet, bool carries) {
+    vec3 m = facet_of(material, wo, frame, u_facet);
+    float cos_o = dot(wo, m);
+    float cos_t;
+    float reflectance = fresnel_dielectric(cos_o, eta, cos_t);
+    if (u < reflectance) {
+        vec3 wi = 2.0 * cos_o * m - wo;
+        return Scatter(wi, vec3(unhidden(material, wo, wi, frame, true)), 1.0);
+    }
+    vec3 wi = normalize((cos_o * m - wo) / eta - cos_t * m);
     float compression = carries == RADIANCE ? 1.0 / (eta * eta) : 1.0;
-    return Scatter(wi, material.color * compression, eta);
+    return Scatter(wi, material.color * (compression * unhidden(material, wo, wi, frame, false)), eta);
 }
 
-Scatter scatter_conductor(Material material, vec3 wo, vec3 n) {
-    vec3 facing = dot(wo, n) < 0.0 ? -n : n;
-    float cos_o = dot(wo, facing);
-    return Scatter(2.0 * cos_o * facing - wo, fresnel_conductor(cos_o, material.eta, material.k), 1.0);
+Scatter scatter_conductor(Material material, vec3 wo, Frame frame, vec2 u_facet) {
+    vec3 m = facet_of(material, wo, frame, u_facet);
+    float cos_o = dot(wo, m);
+    vec3 wi = 2.0 * cos_o * m - wo;
+    vec3 reflectance = fresnel_conductor(cos_o, material.eta, material.k);
+    return Scatter(wi, reflectance * unhidden(material, wo, wi, frame, true), 1.0);
 }
 
-// A direction from a surface without a diffuse lobe; the other is chosen by u.
-Scatter scatter_specular(Material material, vec3 wo, vec3 n, float u, bool carries) {
+// A pane reflects at both of its sides, and between them again and again.
+Scatter scatter_thin(Material material, vec3 wo, Frame frame, float u) {
+    float cos_o = dot(wo, frame.n);
+    float cos_t;
+    float once = fresnel_dielectric(min(cos_o, 1.0), material.eta.x, cos_t);
+    bool reflects = u < 2.0 * once / (1.0 + once);
+    return Scatter(reflects ? 2.0 * cos_o * frame.n - wo : -wo, vec3(1.0), 1.0);
+}
+
+Scatter scatter_coat(Material material, vec3 wo, Frame frame, vec2 u_facet) {
+    vec3 m = facet_of(material, wo, frame, u_facet);
+    float cos_o = dot(wo, m);
+    vec3 wi = 2.0 * cos_o * m - wo;
+    float cos_t;
+    float reflectance = fresnel_dielectric(cos_o, material.coat_eta, cos_t);
+    return Scatter(wi, material.color * (reflectance * unhidden(material, wo, wi, frame, true)), 1.0);
+}
+
+// Through the coat, off the metal, and back through the coat. What the coat's underside sends
+// back meets the metal again: a geometric series, as if always at the same angles.
+Scatter scatter_coated_conductor(Material material, vec3 wo, Frame frame, vec2 u_facet) {
+    float cos_o = dot(wo, frame.n);
+    float cos_in;
+    float reflectance = fresnel_dielectric(min(cos_o, 1.0), material.coat_eta, cos_in);
+    vec3 inside = normalize((wo - cos_o * frame.n) / material.coat_eta + cos_in * frame.n);
+    Scatter scattered = scatter_conductor(material, inside, frame, u_facet);
+    float cos_up = dot(scattered.wi, frame.n);
+    float cos_out;
+    float back = fresnel_dielectric(clamp(cos_up, 0.0, 1.0), 1.0 / material.coat_eta, cos_out);
+    float kept = (1.0 - reflectance) * (1.0 - back)
+               * exp(-material.coat_thickness * (1.0 / max(cos_in, 1.0e-6) + 1.0 / max(cos_up, 1.0e-6)));
+    vec3 metal = fresnel_conductor(cos_in, material.eta, material.k);
+    scattered.weight *= material.color * kept / (1.0 - material.coat_sent_back * metal);
+    scattered.wi = normalize((scattered.wi - cos_up * frame.n) * material.coat_eta + cos_out * frame.n);
+    return scattered;
+}
+
+// A direction from a surface without a diffuse lobe; the other is chosen by u, the facet by
+// u_facet.
+Scatter scatter_specular(Material material, vec3 wo, vec3 n, vec3 tangent, float u, vec2 u_facet, bool carries) {
     Scatter scattered = Scatter(wo, vec3(0.0), 1.0);
+    bool outside = dot(wo, n) > 0.0;
+    Frame frame;
+    frame.n = outside ? n : -n;
+    if (HAS_ROUGH) {
+        frame = frame_about(frame.n, tangent);
+    }
     if (HAS_DIELECTRICS && material.kind == DIELECTRIC) {
-        scattered = scatter_dielectric(material, wo, n, u, carries);
+        float eta = outside ? material.eta.x : 1.0 / material.eta.x;
+        scattered = scatter_dielectric(material, wo, frame, eta, u, u_facet, carries);
     }
     if (HAS_CONDUCTORS && material.kind == CONDUCTOR) {
-        scattered = scatter_conductor(material, wo, n);
+        scattered = scatter_conductor(material, wo, frame, u_facet);
+    }
+    if (HAS_THIN && material.kind == THIN_DIELECTRIC) {
+        scattered = scatter_thin(material, wo, frame, u);
+    }
+    if (HAS_COATS && material.kind == COAT) {
+        scattered = scatter_coat(material, wo, frame, u_facet);
+    }
+    if (HAS_COATS && material.kind == COATED_CONDUCTOR) {
+        scattered = scatter_coated_conductor(material, wo, frame, u_facet);
     }
     return scattered;
 }
 
 // A direction from the surface's bsdf; the lobe is chosen by u_lobe.
-Scatter scatter(Material material, vec3 wo, vec3 n, float u_lobe, vec2 u, bool carries) {
+Scatter scatter(Material material, vec3 wo, vec3 n, vec3 tangent, float u_lobe, vec2 u, bool carries) {
     if (is_specular(material)) {
-        return scatter_specular(material, wo, n, u_lobe, carries);
+        return scatter_specular(material, wo, n, tangent, u_lobe, u, carries);
     }
     vec3 facing = dot(wo, n) < 0.0 ? -n : n;
-    return Scatter(sample_cosine(u, facing), material.color, 1.0);
+    if (HAS_DIFFUSE_TRANSMISSION) {
+        facing = (material.flags & BEHIND) != 0u ? -facing : facing;
+    }
+    vec3 wi = sample_cosine(u, facing);
+    return Scatter(wi, material.color * entering(material, dot(wi, facing)), 1.0);
 }

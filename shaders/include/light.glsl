@@ -6,7 +6,8 @@ struct LightSample {
     vec3 wi;       // unit direction to the light
     vec3 radiance; // arriving if unoccluded, or irradiance for lights without area
     float pdf;     // solid angle, selection included; 0 if there is nothing to gain
-    bool competes; // directions of the bsdf look for this light, too
+    bool competes; // directions of a diffuse bsdf look for this light, too
+    bool hittable; // rays may find it
 };
 
 // Whether an area light is so large as seen from a point that directions of the bsdf are worth
@@ -128,7 +129,7 @@ Surface sample_emitter(Light light, vec2 u) {
 
 // An emitter seen from a point by next-event estimation.
 LightSample sample_area(Light light, vec3 from, vec2 u) {
-    LightSample direct = LightSample(from, vec3(0.0), vec3(0.0), 0.0, competes(light, from));
+    LightSample direct = LightSample(from, vec3(0.0), vec3(0.0), 0.0, competes(light, from), true);
     Surface surface = sample_emitter(light, u);
     if (HAS_SPHERE_LIGHTS && light.primitive >> KIND_SHIFT == SPHERE) {
         if (!sample_sphere(light, from, u, surface)) {
@@ -152,7 +153,8 @@ LightSample sample_sky(Light sky, vec3 from, vec2 u) {
     LightImage image = light_images_at(sky.primitive);
     ImageSample found = sample_octahedral(image, u);
     vec3 target = from + 2.0 * scene.radius * found.direction;
-    return LightSample(target, found.direction, sky.emission * found.color, sky_pdf(sky, image, found.color), true);
+    float pdf = sky_pdf(sky, image, found.color);
+    return LightSample(target, found.direction, sky.emission * found.color, pdf, true, true);
 }
 
 // Factor of a point light's intensity in direction w.
@@ -184,13 +186,13 @@ LightSample sample_direct(vec3 from, float u_light, vec2 u) {
     }
     if (HAS_DISTANT_LIGHTS && light.kind == DISTANT) {
         vec3 target = from - 2.0 * scene.radius * light.direction;
-        return LightSample(target, -light.direction, light.emission, light.direct_pmf, false);
+        return LightSample(target, -light.direction, light.emission, light.direct_pmf, false, false);
     }
     vec3 to_light = light.position - from;
     float distance2 = dot(to_light, to_light);
     vec3 wi = to_light * inversesqrt(distance2);
     vec3 radiance = light.emission * intensity_towards(light, -wi) / distance2;
-    return LightSample(light.position, wi, radiance, light.direct_pmf, false);
+    return LightSample(light.position, wi, radiance, light.direct_pmf, false, false);
 }
 
 // Weight of one of two strategies (Veach 1997, power heuristic).

@@ -33,6 +33,13 @@ layout(constant_id = 26) const bool HAS_SPHERE_LIGHTS = true;
 layout(constant_id = 27) const bool HAS_DISK_LIGHTS = true;
 layout(constant_id = 28) const bool HAS_REVOLUTION_LIGHTS = true;
 layout(constant_id = 29) const uint FLAT_REVOLUTIONS = 0u;
+layout(constant_id = 30) const bool HAS_ROUGH = false;          // conductors, dielectrics or coats that are
+layout(constant_id = 31) const bool HAS_COATS = false;
+layout(constant_id = 32) const bool HAS_THIN = false;           // panes of glass without thickness
+layout(constant_id = 33) const bool HAS_DIFFUSE_TRANSMISSION = false;
+layout(constant_id = 34) const bool HAS_MIXES = false;
+layout(constant_id = 35) const bool HAS_ANISOTROPIC = false;    // roughness that differs by direction
+layout(constant_id = 36) const bool HAS_LAYERS = false;         // any material of several lobes: coats, mixes, diffuse transmission
 layout(constant_id = 50) const bool HAS_SKIES = true;
 layout(constant_id = 51) const bool HAS_GONIOMETRIC_LIGHTS = true;
 layout(constant_id = 52) const bool HAS_PROJECTION_LIGHTS = true;

@@ -5,6 +5,7 @@ struct Surface {
     float error;         // bound of the position's error, and of a ray that starts there
     vec3 normal;         // geometric, on the surface's front side
     vec3 shading_normal; // on the same side as the geometric one
+    vec3 tangent;        // dp/du, not normalised; only where roughness differs by direction
     uint material;
     uint light;          // index into lights, or NONE
     float area_pdf;      // of light from a body of revolution: with which this point is sampled
@@ -24,6 +25,7 @@ Surface triangle_surface(Triangle triangle, vec2 barycentric) {
     surface.error = position_error(extent, 0.0);
     surface.normal = normalize(cross(triangle.p1 - triangle.p0, triangle.p2 - triangle.p0));
     surface.shading_normal = surface.normal;
+    surface.tangent = vec3(0.0);
     surface.material = triangle.material;
     surface.light = triangle.light;
     if (HAS_SHADING_NORMALS && triangle.normals != NONE) {
@@ -48,6 +50,7 @@ Surface quadric_surface(Quadric quadric, bool sphere, vec3 p) {
     n = normalize(transform_normal(quadric.object_from_render, n));
     surface.normal = quadric.flipped != 0u ? -n : n;
     surface.shading_normal = surface.normal;
+    surface.tangent = vec3(0.0);
     surface.material = quadric.material;
     surface.light = quadric.light;
     return surface;
@@ -75,6 +78,7 @@ Surface revolution_surface(uint piece, float x, vec2 azimuth) {
     float growth = length(n);
     surface.normal = n * ((body.flipped != 0u ? -1.0 : 1.0) / growth);
     surface.shading_normal = surface.normal;
+    surface.tangent = vec3(0.0);
     surface.material = body.material;
     surface.light = revolution_pieces_at(piece).light;
     surface.area_pdf = 0.0;

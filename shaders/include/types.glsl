@@ -131,14 +131,47 @@ struct NewtonStart {
 const uint DIFFUSE = 0u;
 const uint CONDUCTOR = 1u;
 const uint DIELECTRIC = 2u;
+const uint THIN_DIELECTRIC = 3u;
+const uint DIFFUSE_TRANSMISSION = 4u;
+const uint COATED_DIFFUSE = 5u;
+const uint COATED_CONDUCTOR = 6u;
+const uint MIX = 7u;
+// The upper side of a coat: a lobe, never a whole material.
+const uint COAT = 8u;
 
+// Flags of materials.
+const uint HAS_LAMBERTIAN = 1u; // some lobe is, so that photons are recorded
+const uint BY_REFLECTANCE = 2u; // a metal whose color is its reflectance
+const uint REMAPPED = 4u;       // textures of alpha hold its square
+const uint REMAPPED_COAT = 8u;
+const uint BEHIND = 16u;        // of a lobe: on the side away from wo
+
+// Textures are indices or NONE; where there is one, it takes the place of the value.
 struct Material {
-    vec3 color; // diffuse: albedo; dielectric: transmittance of one crossing
+    vec3 color;  // albedo; dielectric: transmittance of one crossing; metal: reflectance
     uint kind;
-    vec3 eta;   // conductor: per channel; dielectric: inside over outside, in x
-    float pad0;
-    vec3 k;     // conductor: absorption coefficient per channel
-    float pad1;
+    vec3 eta;    // conductor: per channel; dielectric: inside over outside, in x
+    float alpha_u; // roughness of GGX along the tangent; 0 is smooth
+    vec3 k;      // conductor: absorption coefficient per channel
+    float alpha_v; // and across
+    vec3 second; // diffuse transmission: albedo on the other side
+    float amount; // mix: chance of the second material; diffuse transmission: factor of textures
+    float coat_eta; // inside over outside
+    float coat_thickness; // optical
+    float coat_alpha_u;
+    float coat_alpha_v;
+    float coat_sent_back; // of light that leaves what is under the coat: the part that comes back
+    uint color_texture;
+    uint second_texture;
+    uint alpha_u_texture;
+    uint alpha_v_texture;
+    uint amount_texture;
+    uint coat_u_texture;
+    uint coat_v_texture;
+    uint flags;
+    uint first; // mix: indices of the two
+    uint second_part;
+    uint pad0;
 };
 
 const uint POINT = 0u;

@@ -156,6 +156,12 @@ fn count(scene: &Scene) -> BTreeMap<&'static str, u64> {
             Material::Diffuse { .. } => add("diffuse_shapes", 1),
             Material::Conductor { .. } => add("conductor_shapes", 1),
             Material::Dielectric { .. } => add("dielectric_shapes", 1),
+            Material::ThinDielectric { .. } => add("thin_dielectric_shapes", 1),
+            Material::DiffuseTransmission { .. } => add("diffuse_transmission_shapes", 1),
+            Material::CoatedDiffuse { .. } => add("coated_diffuse_shapes", 1),
+            Material::CoatedConductor { .. } => add("coated_conductor_shapes", 1),
+            Material::Mix { .. } => add("mix_shapes", 1),
+            Material::Interface => {}
         }
     }
     for light in &scene.lights {

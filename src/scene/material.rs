@@ -1,33 +1,42 @@
 //! `Material` and `MakeNamedMaterial`.
 
 use super::error::{Location, SceneError};
-use super::model::{Material, Rgb};
-use super::params::ParamList;
+use super::model::{Coat, Input, Material, Metal, Rgb, Roughness};
+use super::params::{Param, ParamList};
 use super::registry::{Family, Kind, ParamSpec, full, ignored, later, not_yet, supported};
 use super::spectrum::{Spectrum, conductor, conductor_from_reflectance, copper, optional};
+use super::texture::Textures;
 
-const COLOUR: &[Kind] = &[Kind::Rgb, Kind::Spectrum, Kind::Texture];
+const FLOAT: &[Kind] = &[Kind::Float];
+const COLOUR: &[Kind] = &[Kind::Rgb, Kind::Spectrum];
+const TEXTURED: &[Kind] = &[Kind::Rgb, Kind::Spectrum, Kind::Texture];
 const NUMBER: &[Kind] = &[Kind::Float, Kind::Texture];
+const INDEX: &[Kind] = &[Kind::Float, Kind::Spectrum];
 
 const DISPLACEMENT: ParamSpec = later("displacement", NUMBER);
 const NORMAL_MAP: ParamSpec = later("normalmap", &[Kind::String]);
 const ROUGHNESS: ParamSpec = full("roughness", NUMBER);
 const U_ROUGHNESS: ParamSpec = full("uroughness", NUMBER);
 const V_ROUGHNESS: ParamSpec = full("vroughness", NUMBER);
-/// How roughness is measured is of no matter while there is none.
-const REMAP_ROUGHNESS: ParamSpec = ignored("remaproughness", &[Kind::Bool]);
+const REMAP_ROUGHNESS: ParamSpec = full("remaproughness", &[Kind::Bool]);
+const REFLECTANCE: ParamSpec = full("reflectance", TEXTURED);
+/// Coats scatter nothing inside, and are followed in closed form.
+const ALBEDO: ParamSpec = full("albedo", COLOUR);
+const PHASE: ParamSpec = ignored("g", FLOAT);
+const LAYER_DEPTH: ParamSpec = ignored("maxdepth", &[Kind::Integer]);
+const LAYER_SAMPLES: ParamSpec = ignored("nsamples", &[Kind::Integer]);
 
 /// The materials of pbrt.
 pub(super) const FAMILY: Family = Family {
     directive: "Material",
     types: &[
-        supported("diffuse", &[full("reflectance", COLOUR), DISPLACEMENT, NORMAL_MAP]),
+        supported("diffuse", &[REFLECTANCE, DISPLACEMENT, NORMAL_MAP]),
         supported(
             "conductor",
             &[
                 full("eta", COLOUR),
                 full("k", COLOUR),
-                full("reflectance", COLOUR),
+                REFLECTANCE,
                 ROUGHNESS,
                 U_ROUGHNESS,
                 V_ROUGHNESS,
@@ -39,7 +48,7 @@ pub(super) const FAMILY: Family = Family {
         supported(
             "dielectric",
             &[
-                full("eta", &[Kind::Float, Kind::Spectrum, Kind::Texture]),
+                full("eta", INDEX),
                 // Goblet's own: pbrt's dielectrics are untinted.
                 full("transmittance", &[Kind::Rgb]),
                 ROUGHNESS,
@@ -50,40 +59,125 @@ pub(super) const FAMILY: Family = Family {
                 NORMAL_MAP,
             ],
         ),
-        not_yet("coateddiffuse"),
-        not_yet("coatedconductor"),
-        not_yet("diffusetransmission"),
+        supported("thindielectric", &[full("eta", INDEX), DISPLACEMENT, NORMAL_MAP]),
+        supported(
+            "diffusetransmission",
+            &[REFLECTANCE, full("transmittance", TEXTURED), full("scale", FLOAT), DISPLACEMENT, NORMAL_MAP],
+        ),
+        supported(
+            "coateddiffuse",
+            &[
+                REFLECTANCE,
+                ROUGHNESS,
+                U_ROUGHNESS,
+                V_ROUGHNESS,
+                REMAP_ROUGHNESS,
+                full("eta", INDEX),
+                full("thickness", FLOAT),
+                ALBEDO,
+                PHASE,
+                LAYER_DEPTH,
+                LAYER_SAMPLES,
+                DISPLACEMENT,
+                NORMAL_MAP,
+            ],
+        ),
+        supported(
+            "coatedconductor",
+            &[
+                full("conductor.eta", COLOUR),
+                full("conductor.k", COLOUR),
+                REFLECTANCE,
+                full("conductor.roughness", NUMBER),
+                full("conductor.uroughness", NUMBER),
+                full("conductor.vroughness", NUMBER),
+                full("interface.roughness", NUMBER),
+                full("interface.uroughness", NUMBER),
+                full("interface.vroughness", NUMBER),
+                full("interface.eta", INDEX),
+                REMAP_ROUGHNESS,
+                full("thickness", FLOAT),
+                ALBEDO,
+                PHASE,
+                LAYER_DEPTH,
+                LAYER_SAMPLES,
+                DISPLACEMENT,
+                NORMAL_MAP,
+            ],
+        ),
+        supported("mix", &[full("materials", &[Kind::String]), full("amount", NUMBER)]),
+        supported("interface", &[]),
         not_yet("hair"),
-        not_yet("interface"),
         not_yet("measured"),
-        not_yet("mix"),
         not_yet("subsurface"),
-        not_yet("thindielectric"),
     ],
 };
 
 /// What surfaces are made of where no `Material` is in force.
 pub(super) fn default() -> Material {
-    Material::Diffuse { reflectance: Rgb::splat(0.5) }
+    Material::Diffuse { reflectance: Input::Constant(Rgb::splat(0.5)) }
 }
 
-/// Makes a material from parameters that [`FAMILY`] has checked.
-pub(super) fn material(name: &str, params: &ParamList, location: &Location) -> Result<Material, SceneError> {
-    match name {
+/// Makes a material, other than a mix, from parameters that [`FAMILY`] has checked.
+pub(super) fn material(
+    name: &str,
+    params: &ParamList,
+    textures: &Textures,
+    location: &Location,
+) -> Result<Material, SceneError> {
+    let color = |name, default| match params.get(name) {
+        Some(param) => textures.color(param),
+        None => Ok(Input::Constant(Rgb::splat(default))),
+    };
+    let roughness = |prefix| roughness(params, prefix, textures);
+    Ok(match name {
         "conductor" => {
-            require_smooth(params)?;
-            smooth_conductor(params, location)
+            let metal = metal(params, ["eta", "k"], 1.0, textures, location)?;
+            Material::Conductor { metal, roughness: roughness("")? }
         }
-        "dielectric" => {
-            require_smooth(params)?;
-            smooth_dielectric(params)
+        "dielectric" => dielectric(params, roughness("")?)?,
+        "thindielectric" => Material::ThinDielectric { eta: index(params, "eta")? },
+        "diffusetransmission" => Material::DiffuseTransmission {
+            reflectance: color("reflectance", 0.25)?,
+            transmittance: color("transmittance", 0.25)?,
+            scale: params.not_negative("scale", 1.0)?,
+        },
+        "coateddiffuse" => Material::CoatedDiffuse {
+            reflectance: color("reflectance", 0.5)?,
+            coat: coat(params, "eta", roughness("")?)?,
+        },
+        "coatedconductor" => {
+            let coat = coat(params, "interface.eta", roughness("interface.")?)?;
+            let metal = metal(params, ["conductor.eta", "conductor.k"], coat.eta, textures, location)?;
+            Material::CoatedConductor { metal, roughness: roughness("conductor.")?, coat }
         }
-        _ => Ok(Material::Diffuse { reflectance: reflectance(params)?.unwrap_or(Rgb::splat(0.5)) }),
-    }
+        "interface" => Material::Interface,
+        _ => Material::Diffuse { reflectance: color("reflectance", 0.5)? },
+    })
 }
 
-fn reflectance(params: &ParamList) -> Result<Option<Rgb>, SceneError> {
-    fraction(params, "reflectance")
+/// The names of the two materials that a mix is of, and the chance of the second.
+pub(super) fn mix(
+    params: &ParamList,
+    textures: &Textures,
+    location: &Location,
+) -> Result<([String; 2], Input<f64>), SceneError> {
+    let expected = "two names of materials";
+    let Some(param) = params.get("materials") else {
+        return Err(location.invalid(format!("Material \"mix\" has no \"string materials\"; expected {expected}")));
+    };
+    let names = param.texts().try_into().map_err(|_| param.bad_value(expected))?;
+    let amount = number(params, "amount", textures, 0.5)?;
+    if let (Some(param), Input::Constant(value)) = (params.get("amount"), amount)
+        && !(0.0..=1.0).contains(&value)
+    {
+        return Err(param.bad_value("a number from 0 to 1"));
+    }
+    Ok((names, amount))
+}
+
+fn number(params: &ParamList, name: &str, textures: &Textures, default: f64) -> Result<Input<f64>, SceneError> {
+    params.get(name).map_or(Ok(Input::Constant(default)), |param| textures.number(param))
 }
 
 /// A colour with channels from 0 to 1.
@@ -98,45 +192,83 @@ fn fraction(params: &ParamList, name: &str) -> Result<Option<Rgb>, SceneError> {
     Ok(Some(rgb))
 }
 
-fn require_smooth(params: &ParamList) -> Result<(), SceneError> {
-    for name in ["roughness", "uroughness", "vroughness"] {
-        let value = params.not_negative(name, 0.0)?;
-        if let Some(param) = params.get(name).filter(|_| value != 0.0) {
-            let what = format!("{param} {value}");
-            return Err(param.location.unsupported(&what, "a roughness of 0"));
+/// One value for both directions, unless they have their own.
+fn roughness(params: &ParamList, prefix: &str, textures: &Textures) -> Result<Roughness, SceneError> {
+    let along = |name: &str| {
+        let name = format!("{prefix}{name}");
+        let value = params.get(&name).map(|param| textures.number(param)).transpose()?;
+        match (params.get(&name), value) {
+            (Some(param), Some(Input::Constant(value))) if value < 0.0 => {
+                Err(param.bad_value("0 or a number above it"))
+            }
+            _ => Ok(value),
         }
-    }
-    Ok(())
+    };
+    let both = along("roughness")?.unwrap_or(Input::Constant(0.0));
+    Ok(Roughness {
+        u: along("uroughness")?.unwrap_or(both),
+        v: along("vroughness")?.unwrap_or(both),
+        remap: params.get("remaproughness").is_none() || params.flag("remaproughness")?,
+    })
 }
 
-fn smooth_conductor(params: &ParamList, location: &Location) -> Result<Material, SceneError> {
-    let constant = params.get("eta").or(params.get("k"));
-    if let (Some(constant), Some(_)) = (constant, params.get("reflectance")) {
+/// A metal by its reflectance or its optical constants, copper's if it has none; inside of
+/// something with the index `outside`.
+fn metal(
+    params: &ParamList,
+    constants: [&str; 2],
+    outside: f64,
+    textures: &Textures,
+    location: &Location,
+) -> Result<Metal, SceneError> {
+    let [eta, k] = constants.map(|name| params.get(name));
+    if let (Some(constant), Some(_)) = (eta.or(k), params.get("reflectance")) {
         return Err(constant
             .location
             .invalid(format!("{constant} is given beside a reflectance; expected either reflectance, or eta and k")));
     }
-    let (eta, k) = if let Some(reflectance) = reflectance(params)? {
-        conductor_from_reflectance(reflectance)
-    } else {
-        let (copper_eta, copper_k) = copper(location)?;
-        for param in ["eta", "k"].into_iter().filter_map(|n| params.get(n)) {
-            if param.numbers().iter().any(|v| *v < 0.0) {
+    let reflectance = params.get("reflectance").map(|param| textures.color(param)).transpose()?;
+    let (eta, k) = match reflectance {
+        Some(Input::Constant(reflectance)) => conductor_from_reflectance(reflectance),
+        Some(texture) => return Ok(Metal::Reflectance(texture)),
+        None => {
+            let (copper_eta, copper_k) = copper(location)?;
+            let negative = |param: &&Param| param.numbers().iter().any(|v| *v < 0.0);
+            if let Some(param) = [eta, k].into_iter().flatten().find(negative) {
                 return Err(param.bad_value("no negative value"));
             }
+            conductor(&optional(eta)?.unwrap_or(copper_eta), &optional(k)?.unwrap_or(copper_k))
         }
-        conductor(&optional(params.get("eta"))?.unwrap_or(copper_eta), &optional(params.get("k"))?.unwrap_or(copper_k))
     };
-    Ok(Material::Conductor { eta, k })
+    Ok(Metal::Index { eta: eta / outside, k: k / outside })
 }
 
-fn smooth_dielectric(params: &ParamList) -> Result<Material, SceneError> {
-    let eta = match params.get("eta") {
+/// An index of refraction.
+fn index(params: &ParamList, name: &str) -> Result<f64, SceneError> {
+    let eta = match params.get(name) {
         Some(param) if param.kind == Kind::Spectrum => Spectrum::from_param(param)?.photopic_mean(),
-        _ => params.float("eta")?.unwrap_or(1.5),
+        _ => params.float(name)?.unwrap_or(1.5),
     };
-    if let Some(param) = params.get("eta").filter(|_| !(0.1..=10.0).contains(&eta)) {
-        return Err(param.bad_value("an index of refraction from 0.1 to 10"));
+    match params.get(name) {
+        Some(param) if !(0.1..=10.0).contains(&eta) => Err(param.bad_value("an index of refraction from 0.1 to 10")),
+        _ => Ok(eta),
     }
-    Ok(Material::Dielectric { eta, transmittance: fraction(params, "transmittance")?.unwrap_or(Rgb::ONE) })
+}
+
+fn dielectric(params: &ParamList, roughness: Roughness) -> Result<Material, SceneError> {
+    let eta = index(params, "eta")?;
+    let transmittance = fraction(params, "transmittance")?.unwrap_or(Rgb::ONE);
+    // Without a difference of index there is nothing to see of the facets.
+    let roughness = if eta == 1.0 { Roughness::SMOOTH } else { roughness };
+    Ok(Material::Dielectric { eta, transmittance, roughness })
+}
+
+fn coat(params: &ParamList, eta: &str, roughness: Roughness) -> Result<Coat, SceneError> {
+    if let (Some(param), Some(albedo)) = (params.get("albedo"), fraction(params, "albedo")?)
+        && albedo != Rgb::ZERO
+    {
+        return Err(param.location.unsupported(&format!("{param} that is not 0"), "coats that scatter nothing"));
+    }
+    let thickness = params.not_negative("thickness", 0.01)?;
+    Ok(Coat { eta: index(params, eta)?, thickness, roughness })
 }

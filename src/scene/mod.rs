@@ -30,6 +30,7 @@ mod spectrum_data;
 mod state;
 #[cfg(test)]
 mod tests;
+mod texture;
 mod transform;
 
 pub use error::{Location, SceneError};

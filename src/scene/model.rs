@@ -98,29 +98,121 @@ pub struct Integrator {
     pub iterations: u32,
 }
 
+/// A value that may vary over a surface.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Input<T> {
+    /// The same everywhere.
+    Constant(T),
+    /// Index into [`Scene::textures`].
+    Texture(usize),
+}
+
+/// Roughness of a surface of microfacets.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Roughness {
+    /// Along the direction in which the first texture coordinate grows; 0 or more.
+    pub u: Input<f64>,
+    /// Along the other.
+    pub v: Input<f64>,
+    /// The values are perceptual: their square roots are the slopes of the microfacets (GGX's
+    /// alpha), as in pbrt.
+    pub remap: bool,
+}
+
+impl Roughness {
+    /// None at all.
+    pub const SMOOTH: Self = Self { u: Input::Constant(0.0), v: Input::Constant(0.0), remap: false };
+}
+
+/// What a metal reflects.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Metal {
+    /// By optical constants, per channel.
+    Index {
+        /// Real part of the index of refraction.
+        eta: Rgb,
+        /// Absorption coefficient.
+        k: Rgb,
+    },
+    /// By reflectance at normal incidence, 0 to 1; a constant one has become an index.
+    Reflectance(Input<Rgb>),
+}
+
+/// A clear coat of varnish.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Coat {
+    /// Its index of refraction over that outside.
+    pub eta: f64,
+    /// Optical thickness: light that crosses it straight keeps exp(-thickness).
+    pub thickness: f64,
+    /// Of its surface.
+    pub roughness: Roughness,
+}
+
 /// How a surface scatters light.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Material {
     /// Lambertian.
     Diffuse {
         /// Albedo per channel, 0 to 1.
-        reflectance: Rgb,
+        reflectance: Input<Rgb>,
     },
-    /// A smooth metal.
+    /// Lambertian on both sides of a thin sheet.
+    DiffuseTransmission {
+        /// Albedo on the side that the light comes from, 0 to 1.
+        reflectance: Input<Rgb>,
+        /// Albedo on the other side, 0 to 1.
+        transmittance: Input<Rgb>,
+        /// Factor of both.
+        scale: f64,
+    },
+    /// A metal.
     Conductor {
-        /// Real part of the index of refraction, per channel.
-        eta: Rgb,
-        /// Absorption coefficient, per channel.
-        k: Rgb,
+        /// Its reflectance.
+        metal: Metal,
+        /// Its roughness.
+        roughness: Roughness,
     },
-    /// Smooth glass or water.
+    /// Glass or water.
     Dielectric {
         /// Index of refraction inside over outside, positive.
         eta: f64,
         /// What part of the light passes at each crossing, per channel, 0 to 1.
         /// An extension of the pbrt format: pbrt's dielectrics are untinted.
         transmittance: Rgb,
+        /// Its roughness.
+        roughness: Roughness,
     },
+    /// A thin pane of glass, with both of its surfaces.
+    ThinDielectric {
+        /// Index of refraction inside over outside, positive.
+        eta: f64,
+    },
+    /// A Lambertian surface under a coat.
+    CoatedDiffuse {
+        /// Albedo of what is under the coat, 0 to 1.
+        reflectance: Input<Rgb>,
+        /// The coat.
+        coat: Coat,
+    },
+    /// A metal under a coat.
+    CoatedConductor {
+        /// The metal's reflectance: of a constant index relative to the coat.
+        metal: Metal,
+        /// The metal's roughness.
+        roughness: Roughness,
+        /// The coat.
+        coat: Coat,
+    },
+    /// At each point one of two others, by chance.
+    Mix {
+        /// Indices into [`Scene::materials`].
+        materials: [usize; 2],
+        /// Chance of the second, 0 to 1.
+        amount: Input<f64>,
+    },
+    /// None: light passes. Shapes of it are left out.
+    Interface,
 }
 
 /// One surface of the scene.

@@ -136,6 +136,14 @@ impl Param {
         }
     }
 
+    /// The strings; empty where the parameter holds something else.
+    pub fn texts(&self) -> Vec<String> {
+        match &self.values {
+            Values::Texts(values) => values.clone(),
+            _ => Vec::new(),
+        }
+    }
+
     /// Exactly one group of values, of `N` numbers.
     pub fn one<const N: usize>(&self) -> Result<[f64; N], SceneError> {
         <[f64; N]>::try_from(self.numbers()).map_err(|_| self.wrong_count(N))

@@ -8,10 +8,11 @@ use glam::DAffine3;
 
 use super::error::{Location, SceneError};
 use super::lexer::shorten;
-use super::model::{AreaLight, Light, Material, Rgb, Scene, Shape};
+use super::model::{AreaLight, Input, Light, Material, Rgb, Scene, Shape};
 use super::params::ParamList;
 use super::registry::Family;
 use super::shape::MeshFiles;
+use super::texture::Textures;
 use super::{camera, film, light, material, shape, transform};
 
 /// What applies to the next shape or light.
@@ -35,11 +36,18 @@ enum MaterialRef {
     Named(Arc<str>, Location),
 }
 
+/// A material, or two that are looked up at the end.
+#[derive(Clone, Debug)]
+enum Made {
+    Material(Material),
+    Mix { parts: [MaterialRef; 2], amount: Input<f64>, location: Location },
+}
+
 /// A material of the scene file. One that goblet cannot render is an error only
 /// once a shape is made of it.
 #[derive(Debug)]
 struct MaterialSlot {
-    made: Result<Material, SceneError>,
+    made: Result<Made, SceneError>,
     /// Its place in [`Scene::materials`], once a shape is made of it.
     index: Option<usize>,
 }
@@ -55,6 +63,9 @@ struct Options {
     iterations: Option<u32>,
 }
 
+/// Mixes may be of mixes.
+const MAX_MIX_DEPTH: u32 = 4;
+
 /// Builds a [`Scene`] directive by directive.
 #[derive(Debug)]
 pub(super) struct SceneBuilder {
@@ -69,6 +80,7 @@ pub(super) struct SceneBuilder {
     shapes: Vec<(Shape, MaterialRef)>,
     lights: Vec<Light>,
     files: MeshFiles,
+    textures: Textures,
     unused_texture: Option<(Location, String)>,
     warnings: Vec<String>,
 }
@@ -76,7 +88,7 @@ pub(super) struct SceneBuilder {
 impl SceneBuilder {
     /// File names in the scene are relative to `directory`.
     pub fn new(directory: &Path) -> Self {
-        let default_material = MaterialSlot { made: Ok(material::default()), index: None };
+        let default_material = MaterialSlot { made: Ok(Made::Material(material::default())), index: None };
         Self {
             options: Options::default(),
             world: false,
@@ -96,6 +108,7 @@ impl SceneBuilder {
             shapes: Vec::new(),
             lights: Vec::new(),
             files: MeshFiles::new(directory),
+            textures: Textures::default(),
             unused_texture: None,
             warnings: Vec::new(),
         }
@@ -291,7 +304,7 @@ impl SceneBuilder {
         let defaults = &self.state.material_defaults;
         let made = material::FAMILY
             .check(kind, location, &mut params, defaults)
-            .and_then(|_| material::material(kind, &params, location));
+            .and_then(|_| self.material_of(kind, &params, location));
         if let Err(error) = &made
             && !matches!(error, SceneError::Unsupported { .. })
         {
@@ -299,6 +312,15 @@ impl SceneBuilder {
         }
         self.slots.push(MaterialSlot { made, index: None });
         Ok(self.slots.len() - 1)
+    }
+
+    fn material_of(&self, kind: &str, params: &ParamList, location: &Location) -> Result<Made, SceneError> {
+        if kind != "mix" {
+            return material::material(kind, params, &self.textures, location).map(Made::Material);
+        }
+        let (names, amount) = material::mix(params, &self.textures, location)?;
+        let parts = names.map(|name| MaterialRef::Named(name.into(), location.clone()));
+        Ok(Made::Mix { parts, amount, location: location.clone() })
     }
 
     pub fn named_material(&mut self, name: &str, location: &Location) {
@@ -402,37 +424,61 @@ impl SceneBuilder {
         })
     }
 
-    /// Shapes with the indices of their materials, and the materials in use.
+    /// Shapes with the indices of their materials, and the materials in use. Shapes of none are
+    /// left out.
     fn resolve_materials(&mut self) -> Result<(Vec<Shape>, Vec<Material>), SceneError> {
         let mut materials = Vec::new();
         let mut shapes = Vec::with_capacity(self.shapes.len());
-        for (mut shape, material) in self.shapes.drain(..) {
-            let slot = match material {
-                MaterialRef::Slot(slot) => slot,
-                MaterialRef::Named(name, location) => *self.named.get(&name).ok_or_else(|| {
-                    location.invalid(format!(
-                        "unknown material \"{}\"; expected one that MakeNamedMaterial has made",
-                        shorten(&name)
-                    ))
-                })?,
-            };
-            let slot = &mut self.slots[slot];
-            shape.material = match (slot.index, &slot.made) {
-                (Some(index), _) => index,
-                (None, Ok(material)) => {
-                    materials.push(material.clone());
-                    materials.len() - 1
-                }
-                (None, Err(_)) => {
-                    let unused = Ok(material::default());
-                    std::mem::replace(&mut slot.made, unused)?;
-                    0
-                }
-            };
-            slot.index = Some(shape.material);
-            shapes.push(shape);
+        for (mut shape, material) in std::mem::take(&mut self.shapes) {
+            shape.material = self.resolve_material(&material, &mut materials, 0)?;
+            if materials[shape.material] != Material::Interface {
+                shapes.push(shape);
+            }
         }
         Ok((shapes, materials))
+    }
+
+    /// The place of a material among `materials`, where it is put if it is not there yet.
+    fn resolve_material(
+        &mut self,
+        material: &MaterialRef,
+        materials: &mut Vec<Material>,
+        depth: u32,
+    ) -> Result<usize, SceneError> {
+        let slot = match material {
+            MaterialRef::Slot(slot) => *slot,
+            MaterialRef::Named(name, location) => *self.named.get(name).ok_or_else(|| {
+                location.invalid(format!(
+                    "unknown material \"{}\"; expected one that MakeNamedMaterial has made",
+                    shorten(name)
+                ))
+            })?,
+        };
+        if let Some(index) = self.slots[slot].index {
+            return Ok(index);
+        }
+        let nothing = Ok(Made::Material(material::default()));
+        let resolved = match std::mem::replace(&mut self.slots[slot].made, nothing)? {
+            Made::Material(material) => material,
+            Made::Mix { parts, amount, location } => {
+                let again = format!("this mix is of itself, or of mixes more than {MAX_MIX_DEPTH} deep; expected less");
+                if depth >= MAX_MIX_DEPTH {
+                    return Err(location.invalid(again));
+                }
+                self.slots[slot].made = Err(location.invalid(again));
+                let mut indices = [0; 2];
+                for (index, part) in indices.iter_mut().zip(&parts) {
+                    *index = self.resolve_material(part, materials, depth + 1)?;
+                    if materials[*index] == Material::Interface {
+                        return Err(location.unsupported("a mix with \"interface\"", "a mix of surfaces"));
+                    }
+                }
+                Material::Mix { materials: indices, amount }
+            }
+        };
+        materials.push(resolved);
+        self.slots[slot].index = Some(materials.len() - 1);
+        Ok(materials.len() - 1)
     }
 }
 

@@ -48,7 +48,7 @@ void main() {
     uint body = revolution_pieces_at(piece).body;
     vec2 around = transform_point(revolutions_at(body).unit_from_render, surface.position).xy;
     // The largest random number: refracted unless reflection is total.
-    Scatter scattered = scatter(materials_at(surface.material), -ray.direction, surface.shading_normal,
+    Scatter scattered = scatter(materials_at(surface.material), -ray.direction, surface.shading_normal, vec3(0.0),
                                 1.0 - ROUNDING, vec2(0.0), RADIANCE);
     met.data[i] = Met(surface.position, surface.error, surface.normal, hit.t,
                       revolution_uv(piece, hit.barycentric.x, around), hit.barycentric.x, hit.primitive,

@@ -42,10 +42,18 @@ void main() {
         return;
     }
     Incidence incidence = incidences.data[i];
-    Material material = Material(incidence.color, incidence.kind, incidence.eta, 0.0, incidence.k, 0.0);
+    Material material;
+    material.color = incidence.color;
+    material.kind = incidence.kind;
+    material.eta = incidence.eta;
+    material.k = incidence.k;
+    material.alpha_u = 0.0;
+    material.alpha_v = 0.0;
+    material.coat_eta = 0.0;
+    material.flags = 0u;
     bool carries = incidence.carries_radiance != 0u ? RADIANCE : FLUX;
-    Scatter there = scatter(material, incidence.wo, incidence.normal, incidence.u, incidence.u_direction, carries);
-    Scatter back = scatter(material, there.wi, incidence.normal, incidence.u, incidence.u_direction, carries);
+    Scatter there = scatter(material, incidence.wo, incidence.normal, vec3(0.0), incidence.u, incidence.u_direction, carries);
+    Scatter back = scatter(material, there.wi, incidence.normal, vec3(0.0), incidence.u, incidence.u_direction, carries);
     outcomes.data[i] = Outcome(there.wi, there.eta != 1.0 ? 1u : 0u, there.weight, 0.0,
                                back.wi, back.eta != 1.0 ? 1u : 0u, back.weight, 0.0);
 }
