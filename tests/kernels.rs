@@ -32,6 +32,8 @@ mod quadric;
 mod random;
 #[path = "kernels/revolution/mod.rs"]
 mod revolution;
+#[path = "kernels/rough.rs"]
+mod rough;
 #[path = "kernels/sampling.rs"]
 mod sampling;
 #[path = "kernels/statistics.rs"]

@@ -31,6 +31,21 @@ fn revolution_matches_the_reference() {
     assert_matches("revolution", 0.01333);
 }
 
+#[test]
+fn rough_surfaces_match_the_reference() {
+    assert_matches("rough", 0.00841);
+}
+
+#[test]
+fn layered_surfaces_match_the_reference() {
+    assert_matches("layers", 0.01863);
+}
+
+#[test]
+fn spectra_match_the_reference() {
+    assert_matches("spectra", 0.01753);
+}
+
 /// Renders a scene as it asks to be rendered, and compares.
 fn assert_matches(name: &str, max_relmse: f64) {
     let folder = support::root().join("tests/reference");

@@ -138,7 +138,8 @@ Scatter scatter_coated_conductor(Material material, vec3 wo, Frame frame, vec2 u
     float back = fresnel_dielectric(clamp(cos_up, 0.0, 1.0), 1.0 / material.coat_eta, cos_out);
     float kept = (1.0 - reflectance) * (1.0 - back)
                * exp(-material.coat_thickness * (1.0 / max(cos_in, 1.0e-6) + 1.0 / max(cos_up, 1.0e-6)));
-    vec3 metal = fresnel_conductor(cos_in, material.eta, material.k);
+    float cos_m = sqrt(0.5 + 0.5 * clamp(dot(inside, scattered.wi), -1.0, 1.0));
+    vec3 metal = fresnel_conductor(cos_m, material.eta, material.k);
     scattered.weight *= material.color * kept / (1.0 - material.coat_sent_back * metal);
     scattered.wi = normalize((scattered.wi - cos_up * frame.n) * material.coat_eta + cos_out * frame.n);
     return scattered;

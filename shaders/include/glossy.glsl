@@ -42,7 +42,8 @@ Response respond_coated_conductor(Material material, vec3 wo, vec3 wi) {
     vec3 inside_o = into_coat(material, wo, kept_o);
     vec3 inside_i = into_coat(material, wi, kept_i);
     Response response = respond_conductor(material, inside_o, inside_i);
-    vec3 metal = fresnel_conductor(inside_o.z, material.eta, material.k);
+    float cos_m = sqrt(0.5 + 0.5 * clamp(dot(inside_o, inside_i), -1.0, 1.0));
+    vec3 metal = fresnel_conductor(cos_m, material.eta, material.k);
     // Solid angles shrink on the way in.
     float shrink = wi.z / (material.coat_eta * material.coat_eta * inside_i.z);
     vec3 again = material.color / (1.0 - material.coat_sent_back * metal);

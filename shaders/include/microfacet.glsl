@@ -17,7 +17,9 @@ Frame frame_about(vec3 n, vec3 tangent) {
         vec3 along = tangent - dot(tangent, n) * n;
         float length2 = dot(along, along);
         if (length2 > 0.0) {
-            frame.s = along * inversesqrt(length2);
+            along *= inversesqrt(length2);
+            // Twice is enough, however near the normal the tangent was.
+            frame.s = normalize(along - dot(along, n) * n);
             frame.t = cross(n, frame.s);
         }
     }

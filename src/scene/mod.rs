@@ -18,6 +18,8 @@ mod lexer;
 mod light;
 mod light_image;
 mod material;
+#[cfg(test)]
+mod material_tests;
 mod model;
 mod params;
 mod parser;

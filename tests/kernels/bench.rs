@@ -50,7 +50,15 @@ impl Bench {
     where
         K: Kernel<Push = (), Specialization = Specialization>,
     {
-        let pass = self.device.pass(kernel, &Specialization::default(), 64).expect("a pass");
+        self.run_specialized(kernel, &Specialization::default(), invocations);
+    }
+
+    /// The same for a scene that has other things.
+    pub fn run_specialized<K>(&self, kernel: &K, specialization: &Specialization, invocations: usize)
+    where
+        K: Kernel<Push = (), Specialization = Specialization>,
+    {
+        let pass = self.device.pass(kernel, specialization, 64).expect("a pass");
         let mut frame = self.device.frame().expect("a frame");
         frame.dispatch(&pass, (), invocations as u64);
         frame.run().expect("a run");
