@@ -3,11 +3,13 @@
 use std::f64::consts::PI;
 
 use glam::{DMat3, DVec2, DVec3};
+use goblet::compare::{Gates, compare};
 use goblet::film::Image;
 use goblet::octahedral;
 
 use super::lights::assert_lights_floor;
 use super::support::ImageFile;
+use super::{EYE_ONLY, Shot, camera};
 
 const SIDE: u32 = 64;
 
@@ -68,6 +70,40 @@ fn a_sky_with_a_tiny_sun_has_its_closed_form_by_eye_and_by_photons() {
     assert_lights_floor("sky", &sky(&file), 0.25, &|_| expected);
     let lamps = format!("{0}{0}LightSource \"infinite\" \"rgb L\" [2 2 2]\n", sky(&file));
     assert_lights_floor("two skies and a constant one", &lamps, 0.25, &|_| 2.0 * expected + 2.0 * PI);
+}
+
+/// Rough spheres of metal and of glass look alike under both lights.
+fn assert_alike_on_rough(a: &str, b: &str, max_relmse: f64) {
+    let shot = Shot { iterations: 48, ..EYE_ONLY };
+    let take = |light: &str| {
+        let spheres = "Material \"conductor\" \"float roughness\" .4\nShape \"sphere\"\n\
+                       Material \"dielectric\" \"float roughness\" .3\nTranslate 2 0 0\nShape \"sphere\"";
+        shot.take(&camera("1 -6 1  1 0 0  0 0 1", 40.0), &format!("{light}{spheres}")).image
+    };
+    let comparison = compare(&take(a), &take(b)).expect("images of one size");
+    println!("{:.4}, relMSE {:.5}", comparison.energy_ratio, comparison.relmse);
+    let gates = Gates { max_relmse: Some(max_relmse), max_energy: Some(0.005) };
+    assert!(comparison.failures(&gates).is_empty(), "{comparison:#?}");
+}
+
+#[test]
+fn rough_surfaces_weigh_a_sky_by_both_techniques() {
+    let file = ImageFile::new(&image(|_| 2.0));
+    let constant = "LightSource \"infinite\" \"rgb L\" [2 2 2]\n";
+    assert_alike_on_rough(&sky(&file), constant, 0.001);
+
+    let towards = DVec3::new(-0.3, -0.8, 0.5).normalize();
+    let texel = (octahedral::place(turn().transpose() * towards) * f64::from(SIDE)).as_uvec2();
+    let mut image = image(|_| 0.0);
+    image.pixels[(texel.y * SIDE + texel.x) as usize] = [1000.0; 3];
+    let irradiance = 1000.0 * 4.0 * PI / f64::from(SIDE * SIDE);
+    let w = turn() * octahedral::direction((texel.as_dvec2() + 0.5) / f64::from(SIDE));
+    let sun = format!(
+        "LightSource \"distant\" \"rgb L\" [{irradiance} {irradiance} {irradiance}] \
+         \"point3 from\" [{} {} {}] \"point3 to\" [0 0 0]\n",
+        w.x, w.y, w.z
+    );
+    assert_alike_on_rough(&sky(&ImageFile::new(&image)), &sun, 0.001);
 }
 
 const LAMP: DVec3 = DVec3::new(0.3, 0.2, 1.2);
