@@ -150,7 +150,11 @@ EyePath follow(Ray ray, Random random) {
     for (uint depth = 0u; depth < scene.max_depth || path.reached > 0.0; depth++) {
         Hit hit = intersect(ray);
         if (hit.primitive == NONE) {
-            path.radiance += throughput * scene.infinite;
+            float pdf = path.reached > 0.0 ? max(dot(ray.direction, path.facing), 0.0) / PI : INFINITY_T;
+            if (HAS_ROUGH && rough_pdf > 0.0) {
+                pdf = rough_pdf;
+            }
+            path.radiance += throughput * radiance_from_infinity(ray.direction, pdf);
             if (path.reached == 0.0 && is_in_glass(index)) {
                 atomicAdd(counters.value.eye_lost_in_glass, 1u);
             }

@@ -33,7 +33,7 @@ impl Identity {
         let values = [
             (PARTS[0], shapes(scene)),
             (PARTS[1], digest(&[bytes(&scene.materials)])),
-            (PARTS[2], digest(&[bytes(&scene.lights), bytes(&[scene.infinite.to_array()])])),
+            (PARTS[2], lights(scene)),
             (PARTS[3], digest(&[bytes(&[view.camera]), bytes(&view.filter_offsets)])),
             ("resolution", format!("{width}x{height}")),
             ("photons per iteration", photons.to_string()),
@@ -84,6 +84,15 @@ fn digest(arrays: &[&[u8]]) -> String {
     }
     let hex: String = hash.finalize().iter().map(|byte| format!("{byte:02x}")).collect();
     format!("{DIGEST}{hex}")
+}
+
+fn lights(scene: &PackedScene) -> String {
+    digest(&[
+        bytes(&scene.lights),
+        bytes(&[scene.infinite.to_array()]),
+        bytes(&scene.light_images),
+        bytes(&scene.light_texels),
+    ])
 }
 
 fn shapes(scene: &PackedScene) -> String {

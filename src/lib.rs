@@ -36,6 +36,8 @@ mod iteration;
 pub mod kd_tree;
 pub mod kernels;
 mod lookup;
+#[doc(hidden)]
+pub mod octahedral;
 mod options;
 pub mod output;
 #[doc(hidden)]

@@ -5,6 +5,8 @@
 //! millimetres or kilometres, or far from the origin, thus renders alike. Radiance does
 //! not change under scaling; intensities scale with the square of length.
 
+mod light;
+mod light_image;
 mod material;
 mod newton;
 mod quadric;
@@ -14,6 +16,7 @@ mod revolution;
 use glam::{DAffine3, DVec3, Vec3A};
 use obvhs::aabb::Aabb;
 
+use light::light_of;
 use material::{pack_materials, specialize};
 pub use newton::{Envelopes, RevolutionSolver};
 pub use quadric::longest_row;
@@ -21,14 +24,13 @@ use quadric::{quadric, quadric_area, quadric_bounds};
 use reach::set_reach;
 pub use reach::sphere_of_reach;
 
-use crate::alias;
 use crate::bvh;
 use crate::kernels::{
-    self, AREA, AliasEntry, BvhPair, DISK, DISTANT, INFINITE, KIND_SHIFT, NONE, NewtonStart, POINT, Quadric,
-    REVOLUTION, Revolution, RevolutionPiece, RevolutionSegment, SPHERE, SPOT, Specialization, TRIANGLE, Triangle,
-    TriangleNormals,
+    self, AREA, AliasEntry, BvhPair, DISK, DISTANT, GONIOMETRIC, INFINITE, KIND_SHIFT, LightTexel, NONE, NewtonStart,
+    PROJECTION, Quadric, REVOLUTION, Revolution, RevolutionPiece, RevolutionSegment, SKY, SPHERE, SPOT, Specialization,
+    TRIANGLE, Triangle, TriangleNormals,
 };
-use crate::scene::{AreaLight, Geometry, Light, Mesh, Rgb, Scene, Shape};
+use crate::scene::{AreaLight, Geometry, Mesh, Rgb, Scene, Shape};
 
 /// The largest radius of a scene's bounding sphere, scene units: squares of lengths must
 /// stay finite in every product of f64.
@@ -116,8 +118,14 @@ pub struct PackedScene {
     pub newton_starts: Vec<NewtonStart>,
     /// Materials, indexed as the scene's.
     pub materials: Vec<kernels::Material>,
-    /// Lights: those that are no surface first, then every emitting primitive.
+    /// Lights: skies first, then others that are no surface, then every emitting primitive.
     pub lights: Vec<kernels::Light>,
+    /// How many of them are skies.
+    pub sky_count: u32,
+    /// What lights show that have an image.
+    pub light_images: Vec<kernels::LightImage>,
+    /// Their rows and texels.
+    pub light_texels: Vec<LightTexel>,
     /// Chooses lights for photons, by power.
     pub emission_table: Vec<AliasEntry>,
     /// Chooses lights for next-event estimation.
@@ -142,9 +150,7 @@ const MAX_FLAT_REVOLUTIONS: usize = 16;
 pub fn pack(scene: &Scene, solver: RevolutionSolver) -> Result<PackedScene, PackError> {
     let space = RenderSpace::of(scene)?;
     let mut packer = Packer { render_from_world: space.from_world(), solver, ..Packer::default() };
-    for light in &scene.lights {
-        packer.add_light(light, &space);
-    }
+    packer.add_lights(&scene.lights, &space);
     for shape in &scene.shapes {
         packer.add_shape(shape);
     }
@@ -181,6 +187,9 @@ pub fn pack(scene: &Scene, solver: RevolutionSolver) -> Result<PackedScene, Pack
         revolution_segments: packer.revolution_segments,
         newton_starts: packer.newton_starts,
         lights: packer.lights,
+        sky_count: packer.sky_count,
+        light_images: packer.light_images,
+        light_texels: packer.light_texels,
     })
 }
 
@@ -199,6 +208,9 @@ struct Packer {
     revolution_segments: Vec<RevolutionSegment>,
     newton_starts: Vec<NewtonStart>,
     lights: Vec<kernels::Light>,
+    sky_count: u32,
+    light_images: Vec<kernels::LightImage>,
+    light_texels: Vec<LightTexel>,
     /// Mean of channels of each light's power.
     powers: Vec<f64>,
     infinite: Rgb,
@@ -312,66 +324,6 @@ impl Packer {
         }
     }
 
-    fn add_light(&mut self, light: &Light, space: &RenderSpace) {
-        let place = |position: DVec3| self.render_from_world.transform_point3(position).as_vec3().to_array();
-        let area_scale = space.scale * space.scale;
-        let disk = std::f64::consts::PI * space.radius * space.radius;
-        let sphere = 4.0 * std::f64::consts::PI;
-        let (packed, power) = match light {
-            Light::Point { position, intensity } => {
-                let intensity = *intensity * area_scale;
-                let light = kernels::Light { position: place(*position), ..light_of(POINT, intensity) };
-                (light, mean(intensity) * sphere)
-            }
-            Light::Spot { position, direction, intensity, cos_falloff_start, cos_falloff_end } => {
-                let intensity = *intensity * area_scale;
-                let light = kernels::Light {
-                    position: place(*position),
-                    direction: direction.as_vec3().to_array(),
-                    cos_start: *cos_falloff_start as f32,
-                    cos_end: *cos_falloff_end as f32,
-                    ..light_of(SPOT, intensity)
-                };
-                let cone = 1.0 - 0.5 * (cos_falloff_start + cos_falloff_end);
-                (light, mean(intensity) * 2.0 * std::f64::consts::PI * cone)
-            }
-            Light::Distant { direction, irradiance } => {
-                let light =
-                    kernels::Light { direction: direction.as_vec3().to_array(), ..light_of(DISTANT, *irradiance) };
-                (light, mean(*irradiance) * disk)
-            }
-            Light::Infinite { radiance } => {
-                self.infinite += *radiance;
-                (light_of(INFINITE, *radiance), mean(*radiance) * sphere * disk)
-            }
-        };
-        self.push_light(packed, power);
-    }
-
-    fn push_light(&mut self, light: kernels::Light, power: f64) -> u32 {
-        self.lights.push(light);
-        self.powers.push(power);
-        self.lights.len() as u32 - 1
-    }
-
-    /// The tables that choose lights by power, for photons and for next-event estimation.
-    fn choose_lights(&mut self) -> (Vec<AliasEntry>, Vec<AliasEntry>) {
-        let all: Vec<u32> = (0..self.lights.len() as u32).collect();
-        // Infinite light is found along the bsdf's own directions.
-        let located: Vec<u32> =
-            all.iter().copied().filter(|index| self.lights[*index as usize].kind != INFINITE).collect();
-        let located_powers: Vec<f64> = located.iter().map(|index| self.powers[*index as usize]).collect();
-        let total: f64 = self.powers.iter().sum();
-        let located_total: f64 = located_powers.iter().sum();
-        for (light, power) in self.lights.iter_mut().zip(&self.powers) {
-            light.emission_pmf = (power / total) as f32;
-            if light.kind != INFINITE && located_total > 0.0 {
-                light.direct_pmf = (power / located_total) as f32;
-            }
-        }
-        (alias::table(&self.powers, &all), alias::table(&located_powers, &located))
-    }
-
     fn specialization(
         &self,
         scene: &Scene,
@@ -400,10 +352,13 @@ impl Packer {
             has_shading_normals: !self.triangle_normals.is_empty(),
             has_spot_lights: has_light(SPOT),
             has_distant_lights: has_light(DISTANT),
-            has_infinite_lights: has_light(INFINITE),
+            has_infinite_lights: has_light(INFINITE) || has_light(SKY),
+            has_skies: has_light(SKY),
+            has_goniometric_lights: has_light(GONIOMETRIC),
+            has_projection_lights: has_light(PROJECTION),
             has_area_lights: has_light(AREA),
             has_locatable_lights: !direct_table.is_empty(),
-            has_hittable_lights: has_light(AREA) || has_light(INFINITE),
+            has_hittable_lights: has_light(AREA) || has_light(INFINITE) || has_light(SKY),
             has_triangle_lights: shines(TRIANGLE),
             has_sphere_lights: shines(SPHERE),
             has_disk_lights: shines(DISK),
@@ -462,10 +417,6 @@ pub fn rows(transform: &DAffine3) -> [[f32; 4]; 3] {
         row(linear.y_axis, transform.translation.y),
         row(linear.z_axis, transform.translation.z),
     ]
-}
-
-fn light_of(kind: u32, emission: Rgb) -> kernels::Light {
-    kernels::Light { emission: emission.as_vec3().to_array(), kind, primitive: NONE, ..bytemuck::Zeroable::zeroed() }
 }
 
 fn mean(rgb: Rgb) -> f64 {

@@ -3,8 +3,8 @@
 use goblet_host::{Buffer, Device, Texels};
 
 use crate::kernels::{
-    AliasEntry, BvhPair, Light, Material, NewtonStart, Quadric, Revolution, RevolutionPiece, RevolutionSegment,
-    SceneBindings, SceneInfo, Triangle, TriangleNormals,
+    AliasEntry, BvhPair, Light, LightImage, LightTexel, Material, NewtonStart, Quadric, Revolution, RevolutionPiece,
+    RevolutionSegment, SceneBindings, SceneInfo, Triangle, TriangleNormals,
 };
 use crate::pack::{PackedScene, sphere_of_reach};
 
@@ -22,6 +22,8 @@ pub struct GpuScene {
     newton_starts: Buffer<NewtonStart>,
     materials: Texels<Material>,
     lights: Texels<Light>,
+    light_images: Texels<LightImage>,
+    light_texels: Texels<LightTexel>,
     emission_table: Texels<AliasEntry>,
     direct_table: Texels<AliasEntry>,
 }
@@ -45,6 +47,10 @@ impl GpuScene {
             seed,
             lights_center,
             lights_reach2,
+            sky_count: scene.sky_count,
+            pad0: 0,
+            pad1: 0,
+            pad2: 0,
         };
         Ok(Self {
             scene_info: device.upload_texels("scene_info", &[info])?,
@@ -59,6 +65,8 @@ impl GpuScene {
             newton_starts: device.upload("newton_starts", &scene.newton_starts)?,
             materials: device.upload_texels("materials", &scene.materials)?,
             lights: device.upload_texels("lights", &scene.lights)?,
+            light_images: device.upload_texels("light_images", &scene.light_images)?,
+            light_texels: device.upload_texels("light_texels", &scene.light_texels)?,
             emission_table: device.upload_texels("emission_table", &scene.emission_table)?,
             direct_table: device.upload_texels("direct_table", &scene.direct_table)?,
         })
@@ -79,6 +87,8 @@ impl GpuScene {
             newton_starts: &self.newton_starts,
             materials: &self.materials,
             lights: &self.lights,
+            light_images: &self.light_images,
+            light_texels: &self.light_texels,
             emission_table: &self.emission_table,
             direct_table: &self.direct_table,
         }

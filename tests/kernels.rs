@@ -20,6 +20,8 @@ mod grid;
 mod interruption;
 #[path = "kernels/light.rs"]
 mod light;
+#[path = "kernels/light_image.rs"]
+mod light_image;
 #[path = "kernels/newton.rs"]
 mod newton;
 #[path = "kernels/normal.rs"]

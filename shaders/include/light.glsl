@@ -1,4 +1,5 @@
 // Light sources: radiance they emit, directions to them, photons from them.
+#include "light_image.glsl"
 
 struct LightSample {
     vec3 target;   // the end of the shadow ray, offset from the light's own surface
@@ -143,6 +144,33 @@ LightSample sample_area(Light light, vec3 from, vec2 u) {
     return direct;
 }
 
+// Pdf, selection included, with which sample_direct finds a color of a sky.
+float sky_pdf(Light sky, LightImage image, vec3 color) {
+    return sky.direct_pmf * octahedral_pdf(image, color);
+}
+
+LightSample sample_sky(Light sky, vec3 from, vec2 u) {
+    LightImage image = light_images_at(sky.primitive);
+    ImageSample found = sample_octahedral(image, u);
+    vec3 target = from + 2.0 * scene.radius * found.direction;
+    float pdf = sky_pdf(sky, image, found.color);
+    return LightSample(target, found.direction, sky.emission * found.color, pdf, true, true);
+}
+
+// Factor of a point light's intensity in direction w.
+vec3 intensity_towards(Light light, vec3 w) {
+    if (HAS_SPOT_LIGHTS && light.kind == SPOT) {
+        return vec3(spot_falloff(light, dot(w, light.direction)));
+    }
+    if (HAS_GONIOMETRIC_LIGHTS && light.kind == GONIOMETRIC) {
+        return octahedral_color(light_images_at(light.primitive), w);
+    }
+    if (HAS_PROJECTION_LIGHTS && light.kind == PROJECTION) {
+        return projected_color(light_images_at(light.primitive), w);
+    }
+    return vec3(1.0);
+}
+
 // A light chosen by the direct table, and a direction to it.
 LightSample sample_direct(vec3 from, float u_light, vec2 u) {
     uint count = scene.direct_count;
@@ -153,6 +181,9 @@ LightSample sample_direct(vec3 from, float u_light, vec2 u) {
     if (HAS_AREA_LIGHTS && light.kind == AREA) {
         return sample_area(light, from, u);
     }
+    if (HAS_SKIES && light.kind == SKY) {
+        return sample_sky(light, from, u);
+    }
     if (HAS_DISTANT_LIGHTS && light.kind == DISTANT) {
         vec3 target = from - 2.0 * scene.radius * light.direction;
         return LightSample(target, -light.direction, light.emission, light.direct_pmf, false, false);
@@ -160,10 +191,7 @@ LightSample sample_direct(vec3 from, float u_light, vec2 u) {
     vec3 to_light = light.position - from;
     float distance2 = dot(to_light, to_light);
     vec3 wi = to_light * inversesqrt(distance2);
-    vec3 radiance = light.emission / distance2;
-    if (HAS_SPOT_LIGHTS && light.kind == SPOT) {
-        radiance *= spot_falloff(light, -dot(wi, light.direction));
-    }
+    vec3 radiance = light.emission * intensity_towards(light, -wi) / distance2;
     return LightSample(light.position, wi, radiance, light.direct_pmf, false, false);
 }
 
@@ -171,4 +199,21 @@ LightSample sample_direct(vec3 from, float u_light, vec2 u) {
 float mis_weight(float pdf, float other) {
     float ratio = other / pdf;
     return 1.0 / (1.0 + ratio * ratio);
+}
+
+// Radiance that a ray meets where it leaves the scene in direction w. Where next-event
+// estimation looks for the same light, bsdf_pdf is the pdf of w, and what that finds is left
+// out; elsewhere it is INFINITY_T, as of a mirror.
+vec3 radiance_from_infinity(vec3 w, float bsdf_pdf) {
+    vec3 radiance = scene.infinite;
+    if (HAS_SKIES) {
+        [[dont_unroll]] for (uint i = 0u; i < scene.sky_count; i++) {
+            Light sky = lights_at(i);
+            LightImage image = light_images_at(sky.primitive);
+            vec3 color = octahedral_color(image, w);
+            float weight = mis_weight(max(bsdf_pdf, 1.0e-20), sky_pdf(sky, image, color));
+            radiance += sky.emission * color * weight;
+        }
+    }
+    return radiance;
 }

@@ -15,11 +15,11 @@ layout(constant_id = 7) const bool HAS_REVOLUTIONS = true;
 #endif
 layout(constant_id = 8) const bool HAS_SPOT_LIGHTS = true;
 layout(constant_id = 9) const bool HAS_DISTANT_LIGHTS = true;
-layout(constant_id = 10) const bool HAS_INFINITE_LIGHTS = true;
+layout(constant_id = 10) const bool HAS_INFINITE_LIGHTS = true; // constant ones or skies
 layout(constant_id = 11) const bool HAS_AREA_LIGHTS = true;
 layout(constant_id = 12) const bool HAS_QUADRICS = true;        // spheres or disks
 layout(constant_id = 13) const bool HAS_SPECULAR = true;        // conductors or dielectrics
-layout(constant_id = 14) const bool HAS_LOCATABLE_LIGHTS = true; // any but infinite ones
+layout(constant_id = 14) const bool HAS_LOCATABLE_LIGHTS = true; // any but constant infinite ones
 layout(constant_id = 15) const bool HAS_HITTABLE_LIGHTS = true; // area or infinite ones
 layout(constant_id = 16) const bool HAS_CURVED = true;          // any but triangles
 layout(constant_id = 17) const uint REVOLUTION_PAIRS = 5u;      // of powers in the highest polynomial of any profile
@@ -40,6 +40,9 @@ layout(constant_id = 33) const bool HAS_DIFFUSE_TRANSMISSION = false;
 layout(constant_id = 34) const bool HAS_MIXES = false;
 layout(constant_id = 35) const bool HAS_ANISOTROPIC = false;    // roughness that differs by direction
 layout(constant_id = 36) const bool HAS_LAYERS = false;         // any material of several lobes: coats, mixes, diffuse transmission
+layout(constant_id = 50) const bool HAS_SKIES = true;
+layout(constant_id = 51) const bool HAS_GONIOMETRIC_LIGHTS = true;
+layout(constant_id = 52) const bool HAS_PROJECTION_LIGHTS = true;
 
 // Which kind of primitive a reference names; decided at compile time where it can be. Ask
 // in this order.

@@ -179,12 +179,15 @@ const uint SPOT = 1u;
 const uint DISTANT = 2u;
 const uint INFINITE = 3u;
 const uint AREA = 4u;
+const uint SKY = 5u;         // infinite, of an image
+const uint GONIOMETRIC = 6u; // a point whose intensity is an image
+const uint PROJECTION = 7u;  // a point that projects an image
 
 struct Light {
-    vec3 emission;      // point, spot: W/sr; distant: W/m^2; area, infinite: W/(m^2 sr)
+    vec3 emission;      // points: W/sr; distant: W/m^2; area, infinite: W/(m^2 sr); an image multiplies it
     uint kind;
-    vec3 position;      // point, spot; area: its middle
-    uint primitive;     // area: a primitive reference
+    vec3 position;      // points; area: its middle
+    uint primitive;     // area: a primitive reference; of an image: index into light_images
     vec3 direction;     // spot: axis; distant: the way the light travels
     float emission_pmf; // chance that a photon starts here
     float cos_start;    // spot: full intensity inside, smooth falloff outside
@@ -195,6 +198,25 @@ struct Light {
     float pad0;
     float pad1;
     float direct_pmf;   // chance that next-event estimation picks it
+};
+
+// What a light shows in each direction. Its texels are in light_texels: first one for each row,
+// which choose a row, then row by row those that have a color.
+struct LightImage {
+    vec3 x_axis;      // of the image's space, in render space; unit vectors
+    uint first;       // into light_texels
+    vec3 y_axis;
+    uint width;
+    vec3 z_axis;
+    uint height;
+    vec2 half_extent; // projection: of the window that the image fills on the plane z = 1
+    float average;    // of the texels' means of channels, as they are chosen
+    float pad;
+};
+
+struct LightTexel {
+    vec3 color;
+    uint choice; // an entry of its row's alias table: alias in the top half, below it threshold
 };
 
 // One entry of an alias table (Vose 1991).
@@ -216,6 +238,10 @@ struct SceneInfo {
     uint seed;
     vec3 lights_center;  // a sphere around all places from which any area light is large
     float lights_reach2;
+    uint sky_count;      // skies are the first of the lights
+    uint pad0;
+    uint pad1;
+    uint pad2;
 };
 
 // A perspective camera with a thin lens. Camera space: x right, y up, z forward.

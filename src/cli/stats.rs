@@ -169,7 +169,9 @@ fn count(scene: &Scene) -> BTreeMap<&'static str, u64> {
             Light::Point { .. } => add("point_lights", 1),
             Light::Spot { .. } => add("spot_lights", 1),
             Light::Distant { .. } => add("distant_lights", 1),
-            Light::Infinite { .. } => add("infinite_lights", 1),
+            Light::Infinite { .. } | Light::Sky { .. } => add("infinite_lights", 1),
+            Light::Goniometric { .. } => add("goniometric_lights", 1),
+            Light::Projection { .. } => add("projection_lights", 1),
         }
     }
     counts

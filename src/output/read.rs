@@ -16,7 +16,7 @@ use crate::film::{Image, srgb_decode};
 pub const READABLE_EXTENSIONS: &str = ".exr, .hdr, .pfm and .png";
 
 /// More pixels than this are taken for a damaged or hostile header.
-const MAX_PIXELS: u64 = 1 << 30;
+const MAX_PIXELS: u64 = 1 << 27;
 
 /// Bytes of one format to an image, or what is wrong with them.
 type Decode = fn(&[u8]) -> Result<Image, String>;

@@ -4,15 +4,18 @@
 //! `scale`; for an `rgb` spectrum it is the white behind the RGB that has
 //! luminance 1, so the RGB reaches the film as it is written. A `power` or
 //! `illuminance` that is positive then multiplies as if the light were white 1.
+//! `light_image` says the same of lights with images.
 
 use std::f64::consts::PI;
+use std::path::Path;
 
 use glam::{DAffine3, DVec3};
 
 use super::error::{Location, SceneError};
+use super::light_image;
 use super::model::{AreaLight, Light, Rgb};
 use super::params::ParamList;
-use super::registry::{Family, Kind, ParamSpec, full, ignored, later, not_yet, supported};
+use super::registry::{Family, Kind, ParamSpec, full, ignored, later, supported};
 use super::spectrum::{Spectrum, optional};
 
 const COLOUR: &[Kind] = &[Kind::Rgb, Kind::Spectrum, Kind::Blackbody];
@@ -22,6 +25,7 @@ const POWER: ParamSpec = full("power", &[Kind::Float]);
 const FROM: ParamSpec = full("from", &[Kind::Point3]);
 const TO: ParamSpec = full("to", &[Kind::Point3]);
 const ILLUMINANCE: ParamSpec = full("illuminance", &[Kind::Float]);
+const FILENAME: ParamSpec = full("filename", &[Kind::String]);
 
 /// The lights of pbrt that are not surfaces.
 pub(super) const FAMILY: Family = Family {
@@ -47,12 +51,13 @@ pub(super) const FAMILY: Family = Family {
                 full("L", COLOUR),
                 SCALE,
                 ILLUMINANCE,
-                later("filename", &[Kind::String]),
+                FILENAME,
+                // It hides what of the image is not seen through it.
                 later("portal", &[Kind::Point3]),
             ],
         ),
-        not_yet("goniometric"),
-        not_yet("projection"),
+        supported("goniometric", &[full("I", COLOUR), SCALE, POWER, FILENAME]),
+        supported("projection", &[SCALE, POWER, full("fov", &[Kind::Float]), FILENAME]),
     ],
 };
 
@@ -72,12 +77,15 @@ pub(super) const AREA_FAMILY: Family = Family {
     )],
 };
 
-/// Makes a light from parameters that [`FAMILY`] has checked.
+/// Makes a light from parameters that [`FAMILY`] has checked. Its image file is looked for in
+/// `directory`.
 pub(super) fn light(
     name: &str,
     params: &ParamList,
+    directory: &Path,
     world_from_light: DAffine3,
     location: &Location,
+    warnings: &mut Vec<String>,
 ) -> Result<Light, SceneError> {
     let light = match name {
         "point" => Light::Point {
@@ -93,15 +101,26 @@ pub(super) fn light(
                 irradiance: emitted(params, "L")? * positive(params, "illuminance")?.unwrap_or(1.0),
             }
         }
-        _ => Light::Infinite {
+        "infinite" if params.get("filename").is_none() => Light::Infinite {
             // A constant sky of radiance 1 lights an upward patch with π.
             radiance: emitted(params, "L")? * positive(params, "illuminance")?.map_or(1.0, |e| e / PI),
         },
+        _ => {
+            let file = light_image::read(name, params, directory, location, warnings)?;
+            match name {
+                "goniometric" => light_image::goniometric(file, params, world_from_light, location)?,
+                "projection" => light_image::projection(file, params, world_from_light, location)?,
+                _ => light_image::sky(file, params, world_from_light, location)?,
+            }
+        }
     };
     let emission = emission(&light);
     let position = match light {
-        Light::Point { position, .. } | Light::Spot { position, .. } => position,
-        Light::Distant { .. } | Light::Infinite { .. } => DVec3::ZERO,
+        Light::Point { position, .. }
+        | Light::Spot { position, .. }
+        | Light::Goniometric { position, .. }
+        | Light::Projection { position, .. } => position,
+        Light::Distant { .. } | Light::Infinite { .. } | Light::Sky { .. } => DVec3::ZERO,
     };
     if !emission.is_finite() || !position.is_finite() {
         return Err(location.invalid(format!(
@@ -112,12 +131,16 @@ pub(super) fn light(
     Ok(light)
 }
 
-/// Intensity, irradiance or radiance, whichever the light has.
+/// Intensity, irradiance or radiance, whichever the light has; the largest of an image.
 pub(super) fn emission(light: &Light) -> Rgb {
     match light {
         Light::Point { intensity, .. } | Light::Spot { intensity, .. } => *intensity,
         Light::Distant { irradiance, .. } => *irradiance,
         Light::Infinite { radiance } => *radiance,
+        Light::Goniometric { image, intensity, .. } | Light::Projection { image, intensity, .. } => {
+            *intensity * light_image::brightest(&image.pixels)
+        }
+        Light::Sky { image, radiance } => *radiance * light_image::brightest(&image.pixels),
     }
 }
 
@@ -170,7 +193,7 @@ fn direction(axis: DVec3, world_from_light: DAffine3, location: &Location) -> Re
 }
 
 /// The light's colour, `scale` included.
-fn emitted(params: &ParamList, name: &str) -> Result<Rgb, SceneError> {
+pub(super) fn emitted(params: &ParamList, name: &str) -> Result<Rgb, SceneError> {
     let rgb = optional(params.get(name))?.map_or(Rgb::ONE, |s: Spectrum| s.light());
     if let Some(param) = params.get(name).filter(|_| rgb.min_element() < 0.0) {
         return Err(param.bad_value("channels of 0 or more"));
@@ -188,6 +211,6 @@ fn power(params: &ParamList, directions: f64) -> Result<f64, SceneError> {
 }
 
 /// pbrt takes a value of 0 or less for none at all.
-fn positive(params: &ParamList, name: &str) -> Result<Option<f64>, SceneError> {
+pub(super) fn positive(params: &ParamList, name: &str) -> Result<Option<f64>, SceneError> {
     Ok(params.float(name)?.filter(|value| *value > 0.0))
 }

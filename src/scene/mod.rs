@@ -16,6 +16,7 @@ mod error;
 mod film;
 mod lexer;
 mod light;
+mod light_image;
 mod material;
 #[cfg(test)]
 mod material_tests;
@@ -35,6 +36,7 @@ mod texture;
 mod transform;
 
 pub use error::{Location, SceneError};
+pub(crate) use light_image::window_cosine;
 pub use model::*;
 pub(crate) use parser::{directory, identity, load_with_text};
 pub use registry::{Family, Kind, ParamSpec, Support, TypeSpec};

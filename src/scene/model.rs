@@ -7,9 +7,10 @@
 use std::path::PathBuf;
 use std::sync::Arc;
 
-use glam::{DAffine3, DVec2, DVec3};
+use glam::{DAffine3, DMat3, DVec2, DVec3};
 
 use crate::bezier::Curve;
+use crate::film::Image;
 
 /// Linear RGB, sRGB primaries.
 pub type Rgb = DVec3;
@@ -297,8 +298,17 @@ pub struct AreaLight {
     pub two_sided: bool,
 }
 
+/// What a light shows in each direction: a texel is of one colour, as in pbrt.
+#[derive(Clone, Debug, PartialEq)]
+pub struct LightImage {
+    /// Not negative, finite, and not all black. The top row is first: v = 0.
+    pub pixels: Arc<Image>,
+    /// Directions of the image's space in world space; orthogonal, of unit length.
+    pub world_from_image: DMat3,
+}
+
 /// A light that is not a surface.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub enum Light {
     /// Emits the same intensity in all directions from a point.
     Point {
@@ -326,6 +336,35 @@ pub enum Light {
         direction: DVec3,
         /// Irradiance on a surface that faces the light, W/m².
         irradiance: Rgb,
+    },
+    /// A point whose intensity depends on the direction, by the equal-area map of `octahedral`.
+    Goniometric {
+        /// World space.
+        position: DVec3,
+        /// Factors of the intensity, grey.
+        image: LightImage,
+        /// What they multiply, W/sr; scale and power included.
+        intensity: Rgb,
+    },
+    /// A point that projects an image, which fills a window on the plane z = 1 of its space;
+    /// u grows with x, v with y.
+    Projection {
+        /// World space.
+        position: DVec3,
+        /// Factors of the intensity.
+        image: LightImage,
+        /// What they multiply, W/sr; scale and power included.
+        intensity: Rgb,
+        /// Half the width and height of the window.
+        half_extent: DVec2,
+    },
+    /// Radiance from infinitely far away that depends on the direction, by the equal-area
+    /// map of `octahedral`.
+    Sky {
+        /// Factors of the radiance, by the direction to the sky.
+        image: LightImage,
+        /// What they multiply, W/(m² sr); scale and illuminance included.
+        radiance: Rgb,
     },
     /// The same radiance from every direction.
     Infinite {

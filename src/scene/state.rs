@@ -334,7 +334,12 @@ impl SceneBuilder {
 
     pub fn light(&mut self, name: &str, mut params: ParamList, location: &Location) -> Result<(), SceneError> {
         light::FAMILY.check(name, location, &mut params, &self.state.light_defaults)?;
-        let light = light::light(name, &params, self.state.world_from_object, location)?;
+        let mut warnings = Vec::new();
+        let world_from_light = self.state.world_from_object;
+        let light = light::light(name, &params, &self.files.directory, world_from_light, location, &mut warnings)?;
+        for warning in warnings {
+            self.warn(location, &warning);
+        }
         if let Light::Spot { .. } = light
             && !transform::keeps_angles(&self.state.world_from_object)
         {

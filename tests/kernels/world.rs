@@ -9,8 +9,9 @@ use goblet_host::{Buffer, Texels};
 
 use crate::bench::Bench;
 use crate::generated::{
-    AliasEntry, BvhPair, COUNT_SHIFT, Light, MAX_LEAF_COUNT, Material, NONE, NewtonStart, Quadric, Revolution,
-    RevolutionPiece, RevolutionSegment, SPHERE, SceneBindings, SceneInfo, Triangle, TriangleNormals,
+    AliasEntry, BvhPair, COUNT_SHIFT, Light, LightImage, LightTexel, MAX_LEAF_COUNT, Material, NONE, NewtonStart,
+    Quadric, Revolution, RevolutionPiece, RevolutionSegment, SPHERE, SceneBindings, SceneInfo, Triangle,
+    TriangleNormals,
 };
 use glam::{DAffine3, DMat3, DVec3};
 
@@ -29,6 +30,8 @@ pub struct World {
     pub newton_starts: Vec<NewtonStart>,
     pub materials: Vec<Material>,
     pub lights: Vec<Light>,
+    pub light_images: Vec<LightImage>,
+    pub light_texels: Vec<LightTexel>,
     pub emission_table: Vec<AliasEntry>,
     pub direct_table: Vec<AliasEntry>,
 }
@@ -48,6 +51,8 @@ impl Default for World {
             newton_starts: Vec::new(),
             materials: Vec::new(),
             lights: Vec::new(),
+            light_images: Vec::new(),
+            light_texels: Vec::new(),
             emission_table: Vec::new(),
             direct_table: Vec::new(),
         }
@@ -82,6 +87,8 @@ impl World {
                 seed: 1,
                 lights_center,
                 lights_reach2,
+                sky_count: packed.sky_count,
+                ..SceneInfo::zeroed()
             },
             bvh_pairs: twins(&packed.bvh_pairs),
             primitives: packed.primitives.clone(),
@@ -94,6 +101,8 @@ impl World {
             newton_starts: twins(&packed.newton_starts),
             materials: twins(&packed.materials),
             lights: twins(&packed.lights),
+            light_images: twins(&packed.light_images),
+            light_texels: twins(&packed.light_texels),
             emission_table: twins(&packed.emission_table),
             direct_table: twins(&packed.direct_table),
         };
@@ -134,6 +143,8 @@ impl World {
             newton_starts: bench.upload(&self.newton_starts),
             materials: bench.upload_texels(&self.materials),
             lights: bench.upload_texels(&self.lights),
+            light_images: bench.upload_texels(&self.light_images),
+            light_texels: bench.upload_texels(&self.light_texels),
             emission_table: bench.upload_texels(&self.emission_table),
             direct_table: bench.upload_texels(&self.direct_table),
         }
@@ -154,6 +165,8 @@ pub struct GpuWorld {
     newton_starts: Buffer<NewtonStart>,
     materials: Texels<Material>,
     lights: Texels<Light>,
+    light_images: Texels<LightImage>,
+    light_texels: Texels<LightTexel>,
     emission_table: Texels<AliasEntry>,
     direct_table: Texels<AliasEntry>,
 }
@@ -173,6 +186,8 @@ impl GpuWorld {
             newton_starts: &self.newton_starts,
             materials: &self.materials,
             lights: &self.lights,
+            light_images: &self.light_images,
+            light_texels: &self.light_texels,
             emission_table: &self.emission_table,
             direct_table: &self.direct_table,
         }

@@ -152,7 +152,7 @@ fn unit_sphere_hits(o: DVec3, d: DVec3) -> Option<[f64; 2]> {
 }
 
 /// A floor from -1.2 to 1.2, seen from above, has the radiance that the irradiance makes.
-fn assert_lights_floor(name: &str, lights: &str, radius: f64, irradiance: &dyn Fn(DVec3) -> f64) {
+pub fn assert_lights_floor(name: &str, lights: &str, radius: f64, irradiance: &dyn Fn(DVec3) -> f64) {
     const PIXELS: u32 = 16;
     const ALBEDO: f64 = 0.5;
     let floor = format!("{lights}\nMaterial \"diffuse\" \"rgb reflectance\" [.5 .5 .5]\n{}\n", square(1.5, 0.0));

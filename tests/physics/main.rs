@@ -3,6 +3,7 @@
 mod diffuse;
 mod focus;
 mod layers;
+mod images;
 mod leaks;
 mod lights;
 mod specular;

@@ -56,6 +56,24 @@ pub fn root() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).to_owned()
 }
 
+/// An image in a file that a scene can name.
+pub struct ImageFile {
+    folder: tempfile::TempDir,
+}
+
+impl ImageFile {
+    pub fn new(image: &Image) -> Self {
+        let file = Self { folder: tempfile::tempdir().expect("a folder") };
+        goblet::output::write(&file.path(), image, &[]).expect("a file");
+        file
+    }
+
+    /// As scenes name it.
+    pub fn path(&self) -> PathBuf {
+        self.folder.path().join("image.exr")
+    }
+}
+
 /// The mean over all pixels, per channel.
 pub fn mean(image: &Image) -> [f64; 3] {
     let mut sum = [0.0; 3];

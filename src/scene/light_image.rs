@@ -1,0 +1,205 @@
+//! Lights that show an image: skies, goniometric lights and projectors, as in pbrt-v4.
+//!
+//! Images of skies and goniometric lights are square, by the equal-area map of `octahedral`:
+//! +z of the light's space is up in a sky, +y is up in a goniometric light. A sky of twice the
+//! width, with longitude and latitude, is resampled as pbrt's own converter does it: +z is the
+//! top row, and the azimuth from +x to +y grows from left to right. The colour of a direction
+//! is that of the texel it falls into, without interpolation.
+//!
+//! The RGB of a file reaches the film as it is, times `scale`. A `power` is the one of all that
+//! a light emits, by luminance (goniometric lights are grey: by the mean of channels).
+
+use std::f64::consts::{FRAC_1_PI, PI, TAU};
+use std::path::Path;
+use std::sync::Arc;
+
+use glam::{DAffine3, DMat3, DVec2, DVec3};
+
+use super::error::{Location, SceneError};
+use super::light::{emitted, positive};
+use super::model::{Light, LightImage, Rgb};
+use super::params::{Param, ParamList};
+use super::transform;
+use crate::film::{Image, LUMINANCE};
+use crate::octahedral;
+use crate::output::{ImageError, read as read_image};
+
+/// The most texels of a light, 512 MiB on the device: 8192 x 4096, or 5792 x 5792.
+const MAX_TEXELS: usize = 1 << 25;
+/// The longest side: alias tables name a texel of a row in 16 bits.
+const MAX_SIDE: u32 = 1 << 16;
+
+/// Reads the file that a light names: no channel is negative or infinite.
+pub(super) fn read(
+    name: &str,
+    params: &ParamList,
+    directory: &Path,
+    location: &Location,
+    warnings: &mut Vec<String>,
+) -> Result<Arc<Image>, SceneError> {
+    let (Some(file), Some(param)) = (params.string("filename")?, params.get("filename")) else {
+        return Err(location.invalid(format!("the {name} light has no image; expected a \"string filename\"")));
+    };
+    if params.get("L").is_some() {
+        return Err(param.location.invalid("an infinite light has both \"L\" and \"filename\"; expected one of them"));
+    }
+    let mut image = read_image(&directory.join(file)).map_err(|error| match error {
+        ImageError::Read { path, reason } => {
+            SceneError::Unreadable { path, location: Some(param.location.clone()), source: reason }
+        }
+        other => param.location.invalid(other.to_string()),
+    })?;
+    let Image { width, height, .. } = image;
+    if image.pixels.len() > MAX_TEXELS || width.max(height) > MAX_SIDE {
+        return Err(param.bad_value(&format!("an image of at most {MAX_TEXELS} pixels; it has {width}x{height}")));
+    }
+    for value in image.pixels.as_flattened_mut() {
+        if !value.is_finite() {
+            return Err(param.bad_value(&format!("an image without infinities; a channel is {value}")));
+        }
+        *value = value.max(0.0);
+    }
+    match name {
+        "projection" => Ok(Arc::new(image)),
+        "goniometric" if width == height => Ok(Arc::new(grey(&image))),
+        "infinite" if width == height => Ok(Arc::new(image)),
+        "infinite" if width == 2 * height => {
+            warnings.push(format!(
+                "{file} is taken for longitude and latitude, with +z of the light's space at the top, \
+                 and is resampled to a square; pbrt would refuse it"
+            ));
+            Ok(Arc::new(from_longitudes(&image)))
+        }
+        _ => Err(not_square(param, &image)),
+    }
+}
+
+fn not_square(param: &Param, image: &Image) -> SceneError {
+    param.bad_value(&format!("a square image, by pbrt's equal-area map; it has {}x{}", image.width, image.height))
+}
+
+fn grey(image: &Image) -> Image {
+    let pixels = image.pixels.iter().map(|[r, g, b]| [(r + g + b) / 3.0; 3]).collect();
+    Image { pixels, ..*image }
+}
+
+/// The equal-area square of an image over longitude and latitude. Each texel is the mean of
+/// points in it, close enough that they miss no pixel: the square's texels are about as large
+/// as those on the image's equator.
+fn from_longitudes(image: &Image) -> Image {
+    const POINTS: u32 = 4;
+    let side = (f64::from(image.width) * FRAC_1_PI.sqrt()).ceil() as u32;
+    let place = |i: u32| (f64::from(i) + 0.5) / f64::from(side * POINTS);
+    let pixel = |across: f64, down: f64| {
+        let x = ((across * f64::from(image.width)) as u32).min(image.width - 1);
+        let y = ((down * f64::from(image.height)) as u32).min(image.height - 1);
+        Rgb::from(image.pixels[(y * image.width + x) as usize].map(f64::from))
+    };
+    let texel = |i: u32| {
+        let mut sum = Rgb::ZERO;
+        for point in 0..POINTS * POINTS {
+            let x = place(i % side * POINTS + point % POINTS);
+            let y = place(i / side * POINTS + point / POINTS);
+            let w = octahedral::direction(DVec2::new(x, y));
+            sum += pixel(w.y.atan2(w.x).rem_euclid(TAU) / TAU, w.z.clamp(-1.0, 1.0).acos() / PI);
+        }
+        (sum / f64::from(POINTS * POINTS)).as_vec3().to_array()
+    };
+    Image { width: side, height: side, pixels: (0..side * side).map(texel).collect() }
+}
+
+/// A sky; `illuminance` is what a patch that looks along +z of the light's space receives. As
+/// in pbrt, it is counted as if a texel were half as large as it is.
+pub(super) fn sky(
+    pixels: Arc<Image>,
+    params: &ParamList,
+    world_from_light: DAffine3,
+    location: &Location,
+) -> Result<Light, SceneError> {
+    let mut radiance = Rgb::splat(params.not_negative("scale", 1.0)?);
+    if let Some(illuminance) = positive(params, "illuminance")? {
+        let facing = mean(&pixels, |place| octahedral::direction(place).z.max(0.0));
+        radiance *= over(illuminance, TAU * facing);
+    }
+    Ok(Light::Sky { image: oriented(pixels, world_from_light.matrix3, location)?, radiance })
+}
+
+/// A light whose intensity an image gives for each direction.
+pub(super) fn goniometric(
+    pixels: Arc<Image>,
+    params: &ParamList,
+    world_from_light: DAffine3,
+    location: &Location,
+) -> Result<Light, SceneError> {
+    let mut intensity = emitted(params, "I")?;
+    if let Some(power) = positive(params, "power")? {
+        intensity *= over(power, 4.0 * PI * mean(&pixels, |_| 1.0));
+    }
+    // The map's z axis is the light's y axis.
+    let axes = world_from_light.matrix3;
+    let axes = DMat3::from_cols(axes.x_axis, axes.z_axis, axes.y_axis);
+    let position = world_from_light.translation;
+    Ok(Light::Goniometric { position, image: oriented(pixels, axes, location)?, intensity })
+}
+
+/// A light that projects an image along its +z; the image's top is at +y.
+pub(super) fn projection(
+    pixels: Arc<Image>,
+    params: &ParamList,
+    world_from_light: DAffine3,
+    location: &Location,
+) -> Result<Light, SceneError> {
+    let fov = params.float_in("fov", 90.0, |v| v > 0.0 && v < 180.0, "an angle above 0 and below 180°")?;
+    // The angle is that of the shorter side.
+    let size = DVec2::new(pixels.width.into(), pixels.height.into());
+    let half_extent = size / size.min_element() * (0.5 * fov.to_radians()).tan();
+    let mut intensity = Rgb::splat(params.not_negative("scale", 1.0)?);
+    if let Some(power) = positive(params, "power")? {
+        let area = 4.0 * half_extent.element_product();
+        intensity *= over(power, area * mean(&pixels, |place| window_cosine(half_extent, place).powi(3)));
+    }
+    let axes = world_from_light.matrix3;
+    let axes = DMat3::from_cols(axes.x_axis, -axes.y_axis, axes.z_axis);
+    let position = world_from_light.translation;
+    Ok(Light::Projection { position, image: oriented(pixels, axes, location)?, intensity, half_extent })
+}
+
+/// Cosine to the axis of a projector of the ray through a place of its image. Its cube is the
+/// ratio of solid angle to area on the window.
+pub(crate) fn window_cosine(half_extent: DVec2, place: DVec2) -> f64 {
+    ((2.0 * place - 1.0) * half_extent).extend(1.0).length().recip()
+}
+
+/// The factor that takes `emitted` to `wanted`; of a black image, which has none, 0.
+fn over(wanted: f64, emitted: f64) -> f64 {
+    if emitted > 0.0 { wanted / emitted } else { 0.0 }
+}
+
+/// The mean luminance over an image, each place weighed.
+fn mean(image: &Image, weight: impl Fn(DVec2) -> f64) -> f64 {
+    let size = DVec2::new(image.width.into(), image.height.into());
+    let weighed = image.pixels.iter().enumerate().map(|(i, pixel)| {
+        let (x, y) = (i % image.width as usize, i / image.width as usize);
+        let place = (DVec2::new(x as f64, y as f64) + 0.5) / size;
+        DVec3::from(pixel.map(f64::from)).dot(DVec3::from(LUMINANCE)) * weight(place)
+    });
+    weighed.sum::<f64>() / image.pixels.len() as f64
+}
+
+/// The largest of each channel.
+pub(super) fn brightest(image: &Image) -> Rgb {
+    image.pixels.iter().fold(Rgb::ZERO, |most, pixel| most.max(Rgb::from(pixel.map(f64::from))))
+}
+
+fn oriented(pixels: Arc<Image>, axes: DMat3, location: &Location) -> Result<LightImage, SceneError> {
+    if !transform::keeps_angles(&DAffine3::from_mat3(axes)) {
+        return Err(location.invalid(
+            "the light's transform distorts its image; expected rotations, reflections and uniform scales only",
+        ));
+    }
+    let [x, y, z] = [axes.x_axis, axes.y_axis, axes.z_axis].map(DVec3::normalize);
+    Ok(LightImage { pixels, world_from_image: DMat3::from_cols(x, y, z) })
+}
+
+#[cfg(test)]
+mod tests;
