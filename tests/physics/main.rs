@@ -2,8 +2,8 @@
 
 mod diffuse;
 mod focus;
-mod layers;
 mod images;
+mod layers;
 mod leaks;
 mod lights;
 mod specular;
