@@ -39,7 +39,7 @@ pub fn invocations_by_tile(resolution: [u32; 2]) -> u64 {
 pub struct Buffers {
     pub resolution: [u32; 2],
     pub camera: Texels<Camera>,
-    pub filter_offsets: Texels<f32>,
+    pub filter_table: Texels<f32>,
     pub counters: Buffer<Counters>,
 
     // Visible points of this round, by pixel.
@@ -78,7 +78,7 @@ impl Buffers {
         let buffers = Self {
             resolution,
             camera: device.upload_texels("camera", &[view.camera])?,
-            filter_offsets: device.upload_texels("filter_offsets", &view.filter_offsets)?,
+            filter_table: device.upload_texels("filter_table", &view.filter_table)?,
             counters: device.buffer("counters", 1)?,
             visible_points: device.texels("visible_points", pixels)?,
             visible_radii2: device.texels("visible_radii2", pixels)?,

@@ -33,6 +33,9 @@ layout(constant_id = 26) const bool HAS_SPHERE_LIGHTS = true;
 layout(constant_id = 27) const bool HAS_DISK_LIGHTS = true;
 layout(constant_id = 28) const bool HAS_REVOLUTION_LIGHTS = true;
 layout(constant_id = 29) const uint FLAT_REVOLUTIONS = 0u;
+layout(constant_id = 67) const bool IS_ORTHOGRAPHIC = false;   // of the camera
+layout(constant_id = 68) const bool IS_SPHERICAL = false;      // it sees all directions ..
+layout(constant_id = 69) const bool IS_EQUAL_AREA = false;     // .. by equal areas, not by angles
 
 // Which kind of primitive a reference names; decided at compile time where it can be. Ask
 // in this order.

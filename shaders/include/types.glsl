@@ -185,10 +185,10 @@ struct SceneInfo {
     float lights_reach2;
 };
 
-// A perspective camera with a thin lens. Camera space: x right, y up, z forward.
+// A camera with a thin lens. Camera space: x right, y up, z forward.
 struct Camera {
     vec4 render_from_camera[3]; // rows
-    vec2 image_lower;           // where the image begins on the plane z = 1: left, top
+    vec2 image_lower;           // where the image begins: left, top; see projection.glsl
     vec2 image_extent;          // where it ends, less the beginning
     float lens_radius;
     float focal_distance;

@@ -12,8 +12,11 @@
 use std::path::Path;
 
 mod camera;
+mod color;
 mod error;
 mod film;
+#[cfg(test)]
+mod format_tests;
 mod lexer;
 mod light;
 mod material;

@@ -7,12 +7,14 @@ use std::path::{Path, PathBuf};
 use flate2::read::MultiGzDecoder;
 use glam::{DAffine3, DVec3};
 
+use super::color::ColorSpace;
 use super::error::{Location, SceneError};
 use super::lexer::{FlatText, TokenKind, TokenStream, shorten};
 use super::model::Scene;
-use super::params::ParamList;
+use super::params::{ParamList, Values};
 use super::registry::Kind;
-use super::state::SceneBuilder;
+use super::spectrum::Spectrum;
+use super::state::{ActiveTimes, SceneBuilder};
 use super::transform;
 
 /// Every directive of pbrt-v4.
@@ -118,6 +120,17 @@ fn read_text(path: &Path, location: Option<&Location>) -> Result<String, SceneEr
     Ok(String::from_utf8_lossy(&bytes).into_owned())
 }
 
+/// Whether the value of a spectrum names a file, as those that pbrt has by name do not.
+fn is_file(name: &str) -> bool {
+    Spectrum::named(name).is_none() && Path::new(name).extension().is_some()
+}
+
+/// The numbers of a file of pbrt's, with # comments.
+fn numbers(text: &str) -> Option<Vec<f64>> {
+    let lines = text.lines().map(|line| line.split('#').next().unwrap_or_default());
+    lines.flat_map(str::split_whitespace).map(|word| word.parse().ok().filter(|v: &f64| v.is_finite())).collect()
+}
+
 struct Parser {
     stream: TokenStream,
     scene: SceneBuilder,
@@ -157,17 +170,28 @@ impl Parser {
             }
             "Shape" | "LightSource" | "AreaLightSource" | "Material" | "MakeNamedMaterial" | "NamedMaterial"
             | "ReverseOrientation" | "AttributeBegin" | "AttributeEnd" | "TransformBegin" | "TransformEnd"
-            | "Texture" | "ObjectBegin" | "ObjectEnd" | "ObjectInstance" | "Import" => {
+            | "Texture" | "ObjectBegin" | "ObjectEnd" | "ObjectInstance" => {
                 self.scene.require_world(true, word, at)?;
                 self.world(word, at)
             }
             "WorldBegin" => self.scene.world_begin(at),
-            "Include" => self.include(at),
+            "Include" => {
+                let (text, file, identity) = self.named_text(word, at)?;
+                self.stream.include(text, &file, identity);
+                Ok(())
+            }
+            "Import" => {
+                self.scene.require_world(true, word, at)?;
+                let (text, file, identity) = self.named_text(word, at)?;
+                self.scene.attribute_begin(at);
+                self.stream.import(text, &file, identity);
+                Ok(())
+            }
             "Option" => self.renderer_option(at),
             "ColorSpace" => self.color_space(),
             "Attribute" => {
                 let (target, target_at) = self.stream.string("the target of Attribute")?;
-                let params = ParamList::read(&mut self.stream)?;
+                let params = self.params()?;
                 self.scene.attribute(&target, params, &target_at)
             }
             "MakeNamedMedium" => {
@@ -231,19 +255,38 @@ impl Parser {
 
     fn active_transform(&mut self) -> Result<(), SceneError> {
         let token = self.stream.required("All, StartTime or EndTime")?;
-        match &token.kind {
-            TokenKind::Word(word) if word == "All" => Ok(()),
-            TokenKind::Word(word) if word == "StartTime" || word == "EndTime" => {
-                let what = format!("ActiveTransform {word}");
-                Err(token.location.unsupported(&what, "All"))
-            }
-            _ => Err(token.location.invalid(format!("found {token}; expected All, StartTime or EndTime"))),
+        let times = match &token.kind {
+            TokenKind::Word(word) if word == "All" => ActiveTimes::ALL,
+            TokenKind::Word(word) if word == "StartTime" => ActiveTimes { start: true, end: false },
+            TokenKind::Word(word) if word == "EndTime" => ActiveTimes { start: false, end: true },
+            _ => return Err(token.location.invalid(format!("found {token}; expected All, StartTime or EndTime"))),
+        };
+        self.scene.activate(times);
+        Ok(())
+    }
+
+    /// The parameters that follow, with all that is known only here: the colour space in
+    /// force, and the values of spectra that are in files.
+    fn params(&mut self) -> Result<ParamList, SceneError> {
+        let mut params = ParamList::read(&mut self.stream)?;
+        for param in &mut params.items {
+            param.color_space = self.scene.color_space();
+            let Some(name) = param.text().filter(|name| param.kind == Kind::Spectrum && is_file(name)) else {
+                continue;
+            };
+            let path = self.scene.directory().join(name);
+            let text = read_text(&path, Some(&param.location))?;
+            let numbers = numbers(&text).ok_or_else(|| {
+                param.location.invalid(format!("{} is no spectrum; expected numbers, and # comments", path.display()))
+            })?;
+            param.values = Values::Numbers(numbers);
         }
+        Ok(params)
     }
 
     fn option(&mut self, word: &str) -> Result<(), SceneError> {
         let (name, name_at) = self.stream.string(&format!("the type of {word}"))?;
-        let params = ParamList::read(&mut self.stream)?;
+        let params = self.params()?;
         let scene = &mut self.scene;
         match word {
             "Film" => scene.film(&name, params, &name_at),
@@ -270,7 +313,6 @@ impl Parser {
             "ObjectBegin" | "ObjectEnd" | "ObjectInstance" => {
                 return Err(at.unsupported(word, "shapes that are given where they stand"));
             }
-            "Import" => return Err(at.unsupported(word, "Include")),
             _ => {}
         }
         let (name, name_at) = self.stream.string(&format!("the type or name of {word}"))?;
@@ -288,7 +330,8 @@ impl Parser {
             }
             _ => {}
         }
-        let params = ParamList::read(&mut self.stream)?;
+        let params = self.params()?;
+        let scene = &mut self.scene;
         match word {
             "Shape" => scene.shape(&name, params, &name_at, at),
             "LightSource" => scene.light(&name, params, &name_at),
@@ -298,16 +341,15 @@ impl Parser {
         }
     }
 
-    /// Continues with another file. Its name is relative to the folder of the
-    /// scene file, not to that of the including file: as in pbrt.
-    fn include(&mut self, at: &Location) -> Result<(), SceneError> {
-        let (name, name_at) = self.stream.string("the name of a file after Include")?;
+    /// The file to continue with: its text, its name, and what it is. The name is relative to
+    /// the folder of the scene file, not to that of the including file: as in pbrt.
+    fn named_text(&mut self, word: &str, at: &Location) -> Result<(String, String, PathBuf), SceneError> {
+        let (name, name_at) = self.stream.string(&format!("the name of a file after {word}"))?;
         let path = self.scene.directory().join(&name);
         let identity = identity(&path);
         self.stream.check_include(&identity, at)?;
         let text = read_text(&path, Some(&name_at))?;
-        self.stream.include(text, &path.to_string_lossy(), identity);
-        Ok(())
+        Ok((text, path.to_string_lossy().into_owned(), identity))
     }
 
     /// `Option`: most steer pbrt itself.
@@ -317,11 +359,19 @@ impl Parser {
             return Err(at.invalid("expected one parameter after Option"));
         };
         match (option.name.as_str(), option.kind) {
-            ("forcediffuse" | "disablepixeljitter", Kind::Bool) => {
-                if params.flag(&option.name)? {
+            ("forcediffuse", Kind::Bool) => {
+                if params.flag("forcediffuse")? {
                     let what = format!("{option} true");
                     return Err(option.location.unsupported(&what, "false"));
                 }
+                Ok(())
+            }
+            ("disablepixeljitter", Kind::Bool) => {
+                self.scene.options.without_jitter = params.flag("disablepixeljitter")?;
+                Ok(())
+            }
+            ("seed", Kind::Integer) => {
+                self.scene.options.seed = params.integer("seed", 0, u32::MAX)?;
                 Ok(())
             }
             (
@@ -332,7 +382,6 @@ impl Parser {
                 | "msereferenceout"
                 | "pixelstats"
                 | "rendercoordsys"
-                | "seed"
                 | "wavefront",
                 _,
             ) => Ok(()),
@@ -344,11 +393,12 @@ impl Parser {
 
     fn color_space(&mut self) -> Result<(), SceneError> {
         let (name, at) = self.stream.string("the name of a color space")?;
-        match name.as_str() {
-            "srgb" => Ok(()),
-            "aces2065-1" | "dci-p3" | "rec2020" => Err(at.unsupported(&format!("ColorSpace \"{name}\""), "\"srgb\"")),
-            _ => Err(at.invalid(format!("unknown ColorSpace \"{}\"; expected \"srgb\"", shorten(&name)))),
-        }
+        let Some(space) = ColorSpace::from_name(&name) else {
+            let names = ColorSpace::ALL.map(|(_, name)| format!("\"{name}\"")).join(", ");
+            return Err(at.invalid(format!("unknown ColorSpace \"{}\"; expected one of: {names}", shorten(&name))));
+        };
+        self.scene.set_color_space(space);
+        Ok(())
     }
 
     fn medium_interface(&mut self, at: &Location) -> Result<(), SceneError> {
