@@ -44,9 +44,6 @@ const uint PAIR_LOBE = 5u;
 // A length that is not 0, however near the camera a surface is.
 const float SHORTEST_PATH = 1.0e-12;
 
-// Cells of the pixel filter along an axis, of which a sample takes any with the same chance.
-const uint FILTER_CELLS = 63u;
-
 // Offset from the pixel's centre in pixels, for axis 0 (x) or 1 (y): the inverse distribution
 // of the pixel filter's magnitude, a table of the cells' edges for each.
 float filter_offset(uint axis, float u) {

@@ -3,7 +3,7 @@
 use goblet_host::{Buffer, Device, Texels};
 
 use crate::estimate::Sum;
-use crate::kernels::{Camera, Counters, PhotonRecord, PixelState, VisiblePoint};
+use crate::kernels::{Camera, Cell, Counters, GridPlace, PhotonRecord, PixelState, VisiblePoint};
 use crate::view::View;
 
 /// The most photons that one batch can record: 32 MiB.
@@ -26,6 +26,21 @@ impl Sizes {
     pub fn new(resolution: [u32; 2], photons_per_iteration: u64, max_depth: u32) -> Self {
         let most = photons_per_iteration.saturating_mul(u64::from(max_depth)).min(MAX_RECORDED);
         Self { resolution, recorded: most.max(u64::from(max_depth)) }
+    }
+
+    /// Bytes of [`Buffers`] and of a hash grid, about; a device rounds up.
+    pub fn bytes(&self) -> u64 {
+        let pixels: u64 = self.resolution.map(u64::from).iter().product();
+        let of = |size: usize| size as u64;
+        let visible = of(size_of::<VisiblePoint>() + size_of::<f32>() + 2 * size_of::<[f32; 4]>());
+        let flux = of(7 * size_of::<u32>());
+        let kept = of(size_of::<PixelState>() + 4 * size_of::<Sum>());
+        let photons = self.recorded * of(2 * size_of::<PhotonRecord>());
+        let cells = self.recorded.next_power_of_two() * of(size_of::<Cell>());
+        pixels * (visible + flux + kept)
+            + invocations_by_tile(self.resolution) / 2 * of(size_of::<GridPlace>())
+            + photons
+            + cells
     }
 }
 

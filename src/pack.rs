@@ -5,6 +5,7 @@
 //! millimetres or kilometres, or far from the origin, thus renders alike. Radiance does
 //! not change under scaling; intensities scale with the square of length.
 
+mod memory;
 mod newton;
 mod quadric;
 mod reach;

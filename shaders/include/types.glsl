@@ -185,6 +185,10 @@ struct SceneInfo {
     float lights_reach2;
 };
 
+// Cells of the pixel filter along an axis, of which a sample takes any with the same chance: so
+// many that a few are in the negative lobes of a filter.
+const uint FILTER_CELLS = 1023u;
+
 // A camera with a thin lens. Camera space: x right, y up, z forward.
 struct Camera {
     vec4 render_from_camera[3]; // rows

@@ -1,19 +1,16 @@
 //! The directives of a scene file.
 
-use std::fs;
-use std::io::{self, Read};
 use std::path::{Path, PathBuf};
 
-use flate2::read::MultiGzDecoder;
 use glam::{DAffine3, DVec3};
 
 use super::color::ColorSpace;
 use super::error::{Location, SceneError};
-use super::lexer::{FlatText, TokenKind, TokenStream, shorten};
+use super::files::{directory, identity, read_spectra, read_text};
+use super::lexer::{FlatText, Token, TokenKind, TokenStream, shorten};
 use super::model::Scene;
-use super::params::{ParamList, Values};
+use super::params::ParamList;
 use super::registry::Kind;
-use super::spectrum::Spectrum;
 use super::state::{ActiveTimes, SceneBuilder};
 use super::transform;
 
@@ -74,9 +71,30 @@ pub(crate) fn load_with_text(path: &Path) -> Result<(Scene, FlatText), SceneErro
     Ok((parser.scene.finish(parser.stream.end())?, text))
 }
 
-/// The folder that a scene's file names are relative to.
-pub(crate) fn directory(path: &Path) -> &Path {
-    path.parent().unwrap_or(Path::new(""))
+/// What a scene file holds, as far as it can be told.
+#[derive(Debug)]
+pub struct Survey {
+    /// The scene without what is not supported, if that makes one.
+    pub scene: Option<Scene>,
+    /// Everything that is not supported.
+    pub unsupported: Vec<SceneError>,
+    /// What is wrong besides; it may be for want of what is not supported.
+    pub error: Option<SceneError>,
+}
+
+/// Reads the scene file at `path`, and goes on where something is not supported.
+pub(super) fn survey(path: &Path) -> Survey {
+    let mut parser = match open(path) {
+        Ok(stream) => Parser::new(stream, directory(path)),
+        Err(error) => return Survey { scene: None, unsupported: Vec::new(), error: Some(error) },
+    };
+    parser.scene.collect_unsupported();
+    let read = parser.directives();
+    let (scene, unsupported) = parser.scene.finish_collecting(parser.stream.end());
+    match read.and(scene) {
+        Ok(scene) => Survey { scene: Some(scene), unsupported, error: None },
+        Err(error) => Survey { scene: None, unsupported, error: Some(error) },
+    }
 }
 
 fn open(path: &Path) -> Result<TokenStream, SceneError> {
@@ -87,48 +105,6 @@ fn open(path: &Path) -> Result<TokenStream, SceneError> {
 pub(super) fn parse(text: &str, file: &str, directory: &Path) -> Result<Scene, SceneError> {
     let stream = TokenStream::new(text.to_string(), file, None);
     Parser::new(stream, directory).parse()
-}
-
-/// The same for every way to name a file.
-pub(crate) fn identity(path: &Path) -> PathBuf {
-    fs::canonicalize(path).unwrap_or_else(|_| path.to_path_buf())
-}
-
-/// The longest text that is read: a device file or a gzip bomb never ends.
-const MAX_TEXT: u64 = 1 << 30;
-
-fn read_text(path: &Path, location: Option<&Location>) -> Result<String, SceneError> {
-    let unreadable = |source| SceneError::Unreadable { path: path.to_path_buf(), location: location.cloned(), source };
-    let file = fs::File::open(path).map_err(unreadable)?;
-    let mut bytes = Vec::new();
-    file.take(MAX_TEXT + 1).read_to_end(&mut bytes).map_err(unreadable)?;
-    if bytes.starts_with(&[0x1f, 0x8b]) {
-        let mut expanded = Vec::new();
-        let mut decoder = MultiGzDecoder::new(&bytes[..]).take(MAX_TEXT + 1);
-        decoder.read_to_end(&mut expanded).map_err(unreadable)?;
-        bytes = expanded;
-    }
-    if bytes.len() as u64 > MAX_TEXT {
-        let what = format!("it holds more than {MAX_TEXT} bytes of text");
-        return Err(unreadable(io::Error::other(what)));
-    }
-    if bytes.starts_with(&[0xff, 0xfe]) || bytes.starts_with(&[0xfe, 0xff]) {
-        return Err(unreadable(io::Error::other("it is UTF-16; expected UTF-8")));
-    }
-    // Old scenes have comments in other encodings: what is not UTF-8 is replaced,
-    // and an error only where it would mean something.
-    Ok(String::from_utf8_lossy(&bytes).into_owned())
-}
-
-/// Whether the value of a spectrum names a file, as those that pbrt has by name do not.
-fn is_file(name: &str) -> bool {
-    Spectrum::named(name).is_none() && Path::new(name).extension().is_some()
-}
-
-/// The numbers of a file of pbrt's, with # comments.
-fn numbers(text: &str) -> Option<Vec<f64>> {
-    let lines = text.lines().map(|line| line.split('#').next().unwrap_or_default());
-    lines.flat_map(str::split_whitespace).map(|word| word.parse().ok().filter(|v: &f64| v.is_finite())).collect()
 }
 
 struct Parser {
@@ -149,11 +125,25 @@ impl Parser {
     fn directives(&mut self) -> Result<(), SceneError> {
         while let Some(token) = self.stream.next()? {
             match &token.kind {
-                TokenKind::Word(word) => self.directive(word, &token.location)?,
+                TokenKind::Word(word) => {
+                    let outcome = self.directive(word, &token.location);
+                    if self.scene.notes(outcome)? {
+                        self.skip_to_directive()?;
+                    }
+                }
                 _ => {
                     return Err(token.location.invalid(format!("found {token}; expected a directive")));
                 }
             }
+        }
+        Ok(())
+    }
+
+    /// Passes over what an unsupported directive has left unread.
+    fn skip_to_directive(&mut self) -> Result<(), SceneError> {
+        let begins = |token: &Token| matches!(&token.kind, TokenKind::Word(word) if DIRECTIVES.contains(&&**word));
+        while self.stream.peek()?.is_some_and(|token| !begins(token)) {
+            self.stream.next()?;
         }
         Ok(())
     }
@@ -271,31 +261,63 @@ impl Parser {
         let mut params = ParamList::read(&mut self.stream)?;
         for param in &mut params.items {
             param.color_space = self.scene.color_space();
-            let Some(name) = param.text().filter(|name| param.kind == Kind::Spectrum && is_file(name)) else {
-                continue;
-            };
-            let path = self.scene.directory().join(name);
-            let text = read_text(&path, Some(&param.location))?;
-            let numbers = numbers(&text).ok_or_else(|| {
-                param.location.invalid(format!("{} is no spectrum; expected numbers, and # comments", path.display()))
-            })?;
-            param.values = Values::Numbers(numbers);
         }
+        read_spectra(&mut params, self.scene.directory())?;
         Ok(params)
     }
 
     fn option(&mut self, word: &str) -> Result<(), SceneError> {
         let (name, name_at) = self.stream.string(&format!("the type of {word}"))?;
-        let params = self.params()?;
+        self.apply(word, &name, &name_at, &name_at)
+    }
+
+    /// Reads the parameters of a directive, and does what it says. Where all that is not
+    /// supported is to be found, the directive is tried again without a parameter that is not.
+    fn apply(&mut self, word: &str, name: &str, name_at: &Location, at: &Location) -> Result<(), SceneError> {
+        let mut params = self.params()?;
+        if !self.scene.collects_unsupported() {
+            return self.perform(word, name, params, name_at, at);
+        }
+        let mut has_all = true;
+        loop {
+            let outcome = self.perform(word, name, params.clone(), name_at, at);
+            let place = match &outcome {
+                Err(SceneError::Unsupported { location, .. }) => location,
+                // Perhaps for want of what was taken away.
+                Err(SceneError::Invalid { .. }) if !has_all => return Ok(()),
+                _ => return outcome,
+            };
+            let Some(index) = params.items.iter().position(|param| param.location == *place) else {
+                return outcome;
+            };
+            params.items.remove(index);
+            has_all = false;
+            self.scene.notes(outcome)?;
+        }
+    }
+
+    fn perform(
+        &mut self,
+        word: &str,
+        name: &str,
+        params: ParamList,
+        name_at: &Location,
+        at: &Location,
+    ) -> Result<(), SceneError> {
         let scene = &mut self.scene;
         match word {
-            "Film" => scene.film(&name, params, &name_at),
-            "Camera" => scene.camera(&name, params, &name_at),
-            "Sampler" => scene.sampler(&name, params, &name_at),
-            "Integrator" => scene.integrator(&name, params, &name_at),
-            "PixelFilter" => scene.filter(&name, params, &name_at),
-            // Accelerator: finds the same surfaces, sooner or later.
-            _ => Ok(()),
+            "Film" => scene.film(name, params, name_at),
+            "Camera" => scene.camera(name, params, name_at),
+            "Sampler" => scene.sampler(name, params, name_at),
+            "Integrator" => scene.integrator(name, params, name_at),
+            "PixelFilter" => scene.filter(name, params, name_at),
+            // It finds the same surfaces, sooner or later.
+            "Accelerator" => Ok(()),
+            "Shape" => scene.shape(name, params, name_at, at),
+            "LightSource" => scene.light(name, params, name_at),
+            "AreaLightSource" => scene.area_light(name, params, name_at),
+            "MakeNamedMaterial" => scene.make_named_material(name, params, name_at),
+            _ => scene.material(name, params, name_at),
         }
     }
 
@@ -330,15 +352,7 @@ impl Parser {
             }
             _ => {}
         }
-        let params = self.params()?;
-        let scene = &mut self.scene;
-        match word {
-            "Shape" => scene.shape(&name, params, &name_at, at),
-            "LightSource" => scene.light(&name, params, &name_at),
-            "AreaLightSource" => scene.area_light(&name, params, &name_at),
-            "MakeNamedMaterial" => scene.make_named_material(&name, params, &name_at),
-            _ => scene.material(&name, params, &name_at),
-        }
+        self.apply(word, &name, &name_at, at)
     }
 
     /// The file to continue with: its text, its name, and what it is. The name is relative to

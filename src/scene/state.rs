@@ -2,6 +2,7 @@
 
 mod options;
 mod place;
+mod survey;
 
 use std::collections::HashMap;
 use std::path::Path;
@@ -72,6 +73,8 @@ pub(super) struct SceneBuilder {
     files: MeshFiles,
     unused_texture: Option<(Location, String)>,
     warnings: Vec<String>,
+    /// Set where everything that is not supported is to be found.
+    unsupported: Option<Vec<SceneError>>,
 }
 
 impl SceneBuilder {
@@ -103,6 +106,7 @@ impl SceneBuilder {
             files: MeshFiles::new(directory),
             unused_texture: None,
             warnings: Vec::new(),
+            unsupported: None,
         }
     }
 
@@ -281,6 +285,10 @@ impl SceneBuilder {
 
     /// The scene; `end` is where its file ends.
     pub fn finish(mut self, end: &Location) -> Result<Scene, SceneError> {
+        self.resolve(end)
+    }
+
+    fn resolve(&mut self, end: &Location) -> Result<Scene, SceneError> {
         if !self.world {
             return Err(end.invalid("the file ends before WorldBegin; expected a WorldBegin"));
         }
@@ -303,14 +311,16 @@ impl SceneBuilder {
         if !self.options.has_camera() {
             self.warn(end, "the scene has no Camera; it is seen from the origin along +z");
         }
-        let (film, camera, integrator) = self.options.resolve()?;
-        Ok(Scene { camera, integrator, film, materials, shapes, lights: self.lights, warnings: self.warnings })
+        let (film, camera, integrator) = std::mem::take(&mut self.options).resolve()?;
+        let (lights, warnings) = (std::mem::take(&mut self.lights), std::mem::take(&mut self.warnings));
+        Ok(Scene { camera, integrator, film, materials, shapes, lights, warnings })
     }
 
     /// Shapes with the indices of their materials, and the materials in use.
     fn resolve_materials(&mut self) -> Result<(Vec<Shape>, Vec<Material>), SceneError> {
         let mut materials = Vec::new();
         let mut shapes = Vec::with_capacity(self.shapes.len());
+        let mut unsupported = Vec::new();
         for (mut shape, material) in self.shapes.drain(..) {
             let slot = match material {
                 MaterialRef::Slot(slot) => slot,
@@ -329,13 +339,17 @@ impl SceneBuilder {
                     materials.len() - 1
                 }
                 (None, Err(_)) => {
-                    let unused = Ok(material::default());
-                    std::mem::replace(&mut slot.made, unused)?;
-                    0
+                    let made = std::mem::replace(&mut slot.made, Ok(material::default()));
+                    unsupported.extend(made.err());
+                    materials.push(material::default());
+                    materials.len() - 1
                 }
             };
             slot.index = Some(shape.material);
             shapes.push(shape);
+        }
+        for error in unsupported {
+            self.notes(Err(error))?;
         }
         Ok((shapes, materials))
     }
