@@ -16,11 +16,13 @@
 #include "material.glsl"
 #include "light.glsl"
 #include "normal.glsl"
+#include "projection.glsl"
+#include "filter.glsl"
 #include "tile.glsl"
 #include "interruption.glsl"
 
 TEXELS(1, 0, Camera, camera)
-TEXELS(1, 6, float, filter_offsets)
+TEXELS(1, 6, float, filter_table)
 STORED_TEXELS(1, 1, VisiblePoint, visible_points)
 STORED_TEXELS(1, 3, vec4, visible_throughputs) // bsdf times throughput; w: length of the path, 0 if there is no point
 STORED_TEXELS(1, 4, vec4, visible_radiances) // W/(m^2 sr)
@@ -53,28 +55,43 @@ uint pair_of_bounce(uint depth) {
 const float SHORTEST_PATH = 1.0e-12;
 
 // Offset from the pixel's centre in pixels, for axis 0 (x) or 1 (y): the inverse distribution
-// of the pixel filter, a table of 64 for each.
+// of the pixel filter's magnitude, a table of the cells' edges for each.
 float filter_offset(uint axis, float u) {
-    float scaled = u * 63.0;
-    uint i = min(uint(scaled), 62u);
-    uint entry = 64u * axis + i;
-    return mix(filter_offsets_at(entry), filter_offsets_at(entry + 1u), scaled - float(i));
+    float scaled = u * float(FILTER_CELLS);
+    uint i = min(uint(scaled), FILTER_CELLS - 1u);
+    uint entry = (FILTER_CELLS + 1u) * axis + i;
+    return mix(filter_table_at(entry), filter_table_at(entry + 1u), scaled - float(i));
 }
 
-Ray camera_ray(uint pixel, Random random) {
+// What a sample there counts; the mean over all is 1. The tables follow those of offsets.
+float filter_weight(uint axis, float u) {
+    uint i = min(uint(u * float(FILTER_CELLS)), FILTER_CELLS - 1u);
+    return filter_table_at((FILTER_CELLS + 1u) * (axis + 2u) + i);
+}
+
+struct CameraSample {
+    Ray ray;
+    float weight;
+};
+
+CameraSample sample_camera(uint pixel, Random random) {
     Camera view = camera_at(0u);
     vec2 u = random_pair(random, PAIR_FILTER);
     vec2 offset = vec2(filter_offset(0u, u.x), filter_offset(1u, u.y));
     vec2 at = vec2(pixel % view.width, pixel / view.width) + 0.5 + offset;
     vec2 image = at / vec2(view.width, view.height);
-    vec3 direction = vec3(view.image_lower + image * view.image_extent, 1.0);
-    vec3 origin = vec3(0.0);
+    vec2 lens = vec2(0.0);
     if (view.lens_radius > 0.0) {
-        origin.xy = view.lens_radius * sample_disk(random_pair(random, PAIR_LENS));
-        direction = direction * view.focal_distance - origin;
+        lens = sample_disk(random_pair(random, PAIR_LENS));
     }
-    return Ray(transform_point(view.render_from_camera, origin),
-               normalize(transform_vector(view.render_from_camera, direction)));
+    Ray ray = project(view, view.image_lower + image * view.image_extent, lens);
+    ray = Ray(transform_point(view.render_from_camera, ray.origin),
+              normalize(transform_vector(view.render_from_camera, ray.direction)));
+    float weight = 1.0;
+    if (HAS_SIGNED_FILTER) {
+        weight = filter_weight(0u, u.x) * filter_weight(1u, u.y);
+    }
+    return CameraSample(ray, weight);
 }
 
 // Irradiance at a diffuse point that comes straight from a light chosen by power, W/m^2.
@@ -235,7 +252,12 @@ void main() {
     EyePath path;
     [[dont_unroll]] for (uint i = 0u; i < paths; i++) {
         Random random = Random(seed, turn * paths + i);
-        path = follow(camera_ray(pixel, random), random);
+        CameraSample camera_sample = sample_camera(pixel, random);
+        path = follow(camera_sample.ray, random);
+        if (HAS_SIGNED_FILTER) {
+            path.radiance *= camera_sample.weight;
+            path.bsdf *= camera_sample.weight;
+        }
         if (DIRECT_NEE && path.reached > 0.0) {
             path.radiance += path.bsdf * irradiance_of_light(path.visible, path.material, path.facing, random);
         }

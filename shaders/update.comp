@@ -11,6 +11,7 @@
 #extension GL_GOOGLE_include_directive : require
 #include "invocation.glsl"
 #include "types.glsl"
+#include "filter.glsl"
 #include "flux_sums.glsl"
 #include "sum.glsl"
 
@@ -56,6 +57,13 @@ void shrink_radius(inout PixelState state, uint count) {
     state.photons = kept;
 }
 
+uvec4 term_of(float radiance) {
+    if (HAS_SIGNED_FILTER) {
+        return to_signed_term(radiance);
+    }
+    return to_term(radiance);
+}
+
 void main() {
     uint pixel = invocation_index();
     if (pixel >= pixel_count) {
@@ -68,16 +76,17 @@ void main() {
         float radius2 = visible_radii2_at(pixel);
         radiance += visible_throughputs_at(pixel).rgb * flux * (flux_scale / radius2);
     }
-    if (!all(lessThan(radiance, vec3(MAX_TERM)))) {
+    if (!all(lessThan(abs(radiance), vec3(MAX_TERM)))) {
         atomicAdd(counters.value.saturated, 1u);
-        radiance = mix(vec3(LARGEST_TERM), radiance, lessThan(radiance, vec3(MAX_TERM)));
+        vec3 largest = mix(vec3(LARGEST_TERM), vec3(-LARGEST_TERM), lessThan(radiance, vec3(0.0)));
+        radiance = mix(largest, radiance, lessThan(abs(radiance), vec3(MAX_TERM)));
     }
-    store_sum_red(pixel, add_exactly(sum_red_at(pixel), to_term(radiance.r)));
-    store_sum_green(pixel, add_exactly(sum_green_at(pixel), to_term(radiance.g)));
-    store_sum_blue(pixel, add_exactly(sum_blue_at(pixel), to_term(radiance.b)));
+    store_sum_red(pixel, add_exactly(sum_red_at(pixel), term_of(radiance.r)));
+    store_sum_green(pixel, add_exactly(sum_green_at(pixel), term_of(radiance.g)));
+    store_sum_blue(pixel, add_exactly(sum_blue_at(pixel), term_of(radiance.b)));
 
     if (half_of_rounds == 1u) {
-        store_sum_second(pixel, add_exactly(sum_second_at(pixel), to_term(dot(radiance, luminance))));
+        store_sum_second(pixel, add_exactly(sum_second_at(pixel), term_of(dot(radiance, luminance))));
     }
 
     if (count > 0u) {

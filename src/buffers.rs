@@ -3,7 +3,7 @@
 use goblet_host::{Buffer, Device, Texels};
 
 use crate::estimate::Sum;
-use crate::kernels::{Camera, Counters, PhotonRecord, PixelState, VisiblePoint};
+use crate::kernels::{Camera, Cell, Counters, GridPlace, PhotonRecord, PixelState, VisiblePoint};
 use crate::view::View;
 
 /// The most photons that one batch can record: 32 MiB.
@@ -27,6 +27,21 @@ impl Sizes {
         let most = photons_per_iteration.saturating_mul(u64::from(max_depth)).min(MAX_RECORDED);
         Self { resolution, recorded: most.max(u64::from(max_depth)) }
     }
+
+    /// Bytes of [`Buffers`] and of a hash grid, about; a device rounds up.
+    pub fn bytes(&self) -> u64 {
+        let pixels: u64 = self.resolution.map(u64::from).iter().product();
+        let of = |size: usize| size as u64;
+        let visible = of(size_of::<VisiblePoint>() + size_of::<f32>() + 2 * size_of::<[f32; 4]>());
+        let flux = of(7 * size_of::<u32>());
+        let kept = of(size_of::<PixelState>() + 4 * size_of::<Sum>());
+        let photons = self.recorded * of(2 * size_of::<PhotonRecord>());
+        let cells = self.recorded.next_power_of_two() * of(size_of::<Cell>());
+        pixels * (visible + flux + kept)
+            + invocations_by_tile(self.resolution) / 2 * of(size_of::<GridPlace>())
+            + photons
+            + cells
+    }
 }
 
 /// Invocations that have a pixel each, and some that have none: whole tiles.
@@ -39,7 +54,7 @@ pub fn invocations_by_tile(resolution: [u32; 2]) -> u64 {
 pub struct Buffers {
     pub resolution: [u32; 2],
     pub camera: Texels<Camera>,
-    pub filter_offsets: Texels<f32>,
+    pub filter_table: Texels<f32>,
     pub counters: Buffer<Counters>,
 
     // Visible points of this round, by pixel.
@@ -78,7 +93,7 @@ impl Buffers {
         let buffers = Self {
             resolution,
             camera: device.upload_texels("camera", &[view.camera])?,
-            filter_offsets: device.upload_texels("filter_offsets", &view.filter_offsets)?,
+            filter_table: device.upload_texels("filter_table", &view.filter_table)?,
             counters: device.buffer("counters", 1)?,
             visible_points: device.texels("visible_points", pixels)?,
             visible_radii2: device.texels("visible_radii2", pixels)?,

@@ -6,6 +6,7 @@
 pub mod compare;
 pub mod devices;
 mod failure;
+pub mod info;
 pub mod merge;
 pub mod render;
 mod shard;
@@ -60,6 +61,11 @@ pub enum Command {
     /// OUT-2.ply and so on. Exit codes: 0 done, 1 a file cannot be written, 2 wrong
     /// usage or scene.
     Tessellate(TessellateArgs),
+    /// Say what is in a scene, what it needs, and what of it is not supported
+    ///
+    /// Needs no device. Exit codes: 0 the scene can be rendered, 2 wrong usage, or a scene
+    /// that cannot.
+    Info(InfoArgs),
     /// List the Vulkan devices and whether they can render
     Devices(DevicesArgs),
 }
@@ -143,6 +149,18 @@ pub struct TessellateArgs {
     #[arg(long, value_name = "T", value_parser = tolerance, default_value = "1e-4")]
     #[arg(allow_negative_numbers = true)]
     pub tolerance: f64,
+}
+
+/// Arguments of `goblet info`.
+#[derive(Args, Clone, Debug)]
+pub struct InfoArgs {
+    /// The scene, in pbrt-v4's text format
+    #[arg(value_name = "SCENE")]
+    pub scene: PathBuf,
+
+    /// Print JSON
+    #[arg(long)]
+    pub json: bool,
 }
 
 /// Arguments of `goblet devices`.

@@ -8,16 +8,16 @@ const FRACTION_BITS: i32 = 56;
 /// image's typical luminance.
 const DARK: f64 = 0.1;
 
-/// 128 bits, the lowest word first.
+/// 128 bits, the lowest word first; a sign is two's complement.
 pub type Sum = [u32; 4];
 
-/// Sums of the radiance of each pixel over iterations. Sums of shares of the iterations add
+/// Sums of each pixel over iterations, of radiance as the film exposes it. Sums of shares of the iterations add
 /// up to the sums of all, to the last bit, in any order.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Estimate {
     /// Width and height in pixels.
     pub resolution: [u32; 2],
-    /// Unit of the sums, W/(m² sr), a power of two.
+    /// Unit of the sums, W/(m² sr): a power of two times the film's exposure.
     pub unit: f64,
     /// Iterations in the sums, by half: [`crate::sequence::Place::half`].
     pub halves: [u64; 2],
@@ -30,7 +30,7 @@ pub struct Estimate {
 /// A sum in units, to the nearest f64.
 fn in_units(sum: Sum) -> f64 {
     let bits = sum.iter().rev().fold(0u128, |bits, word| bits << 32 | u128::from(*word));
-    bits as f64 * f64::from(-FRACTION_BITS).exp2()
+    bits.cast_signed() as f64 * f64::from(-FRACTION_BITS).exp2()
 }
 
 fn add(sum: &mut Sum, other: Sum) {

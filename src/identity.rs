@@ -11,6 +11,7 @@ use sha2::{Digest, Sha256};
 use crate::checkpoint::CheckpointError;
 use crate::options::{Options, Resolved};
 use crate::pack::PackedScene;
+use crate::scene::Scene;
 use crate::view::View;
 
 /// Names and values: options as they are written, parts of the scene as digests.
@@ -27,15 +28,22 @@ const PARTS: [&str; 4] = ["the shapes", "the materials", "the lights", "the came
 
 impl Identity {
     /// Of a render with these options.
-    pub(crate) fn new(scene: &PackedScene, view: &View, options: &Options, resolved: &Resolved) -> Self {
+    pub(crate) fn new(
+        scene: &Scene,
+        packed: &PackedScene,
+        view: &View,
+        options: &Options,
+        resolved: &Resolved,
+    ) -> Self {
         let Resolved { resolution: [width, height], photons, radius, alpha, max_depth, seed, sequence, .. } = resolved;
         let name = |value: Option<clap::builder::PossibleValue>| value.map(|value| value.get_name().to_owned());
         let values = [
-            (PARTS[0], shapes(scene)),
-            (PARTS[1], digest(&[bytes(&scene.materials)])),
-            (PARTS[2], lights(scene)),
-            (PARTS[3], digest(&[bytes(&[view.camera]), bytes(&view.filter_offsets)])),
+            (PARTS[0], shapes(packed)),
+            (PARTS[1], digest(&[bytes(&packed.materials)])),
+            (PARTS[2], lights(packed)),
+            (PARTS[3], digest(&[bytes(&[view.camera]), bytes(&view.filter_table), view.projection_name()])),
             ("resolution", format!("{width}x{height}")),
+            ("exposure", scene.film.exposure.to_string()),
             ("photons per iteration", photons.to_string()),
             ("eye paths per iteration", resolved.eye_paths.to_string()),
             ("radius", radius.map_or_else(|| "automatic".to_owned(), |radius| radius.to_string())),

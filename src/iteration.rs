@@ -267,7 +267,7 @@ impl Passes {
         workgroup_size: u32,
     ) -> goblet_host::Result<Self> {
         let scene = scene.bindings();
-        let Buffers { camera, filter_offsets, counters, max_radius2, pixel_states, .. } = buffers;
+        let Buffers { camera, filter_table, counters, max_radius2, pixel_states, .. } = buffers;
         let Buffers { visible_points, visible_radii2, visible_throughputs, visible_radiances, .. } = buffers;
         let Buffers { photons, flux_red, flux_green, flux_blue, flux_counts, .. } = buffers;
         let Buffers { sum_red, sum_green, sum_blue, sum_second, .. } = buffers;
@@ -275,8 +275,7 @@ impl Passes {
             ($($kernel:tt)*) => { device.pass(&$($kernel)*, specialization, workgroup_size)? };
         }
         // These two take the longest, at the same time.
-        let eye =
-            Eye { scene, camera, filter_offsets, visible_points, visible_throughputs, visible_radiances, counters };
+        let eye = Eye { scene, camera, filter_table, visible_points, visible_throughputs, visible_radiances, counters };
         let eye = device.compile(&eye, specialization, workgroup_size)?;
         let photon = device.compile(&Photon { scene, photons, counters }, specialization, workgroup_size)?;
         let passes = Self {

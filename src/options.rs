@@ -73,7 +73,7 @@ pub enum LookupKind {
 /// What the caller may ask for; `None` takes the scene's own value.
 #[derive(Clone, Debug)]
 pub struct Options {
-    /// Width and height in pixels.
+    /// Width and height in pixels, before the film's crop window.
     pub resolution: Option<[u32; 2]>,
     /// Photons per iteration.
     pub photons: Option<u64>,
@@ -143,6 +143,8 @@ impl Default for Options {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Resolved {
     pub resolution: [u32; 2],
+    /// Before it was cropped.
+    pub full_resolution: [u32; 2],
     pub pixels: u64,
     pub photons: u64,
     pub eye_paths: u32,
@@ -168,7 +170,10 @@ impl Options {
     /// # Errors
     /// A value that is out of range for this scene.
     pub(crate) fn resolve(&self, scene: &Scene, size: f64) -> Result<Resolved, RenderError> {
-        let resolution = self.resolution.unwrap_or(scene.film.resolution);
+        let full_resolution = self.resolution.unwrap_or(scene.film.resolution);
+        check(full_resolution.iter().all(|side| *side > 0), || "an image without pixels: expected 1 or more".into())?;
+        let [first, end] = scene.film.bounds(full_resolution);
+        let resolution = [end[0] - first[0], end[1] - first[1]];
         let pixels = u64::from(resolution[0]) * u64::from(resolution[1]);
         let photons = self.photons.or(scene.integrator.photons_per_iteration).unwrap_or(pixels);
         let eye_paths = self.eye_paths.unwrap_or(DEFAULT_EYE_PATHS);
@@ -176,9 +181,7 @@ impl Options {
         let radius = self.radius.or(scene.integrator.radius);
         let alpha = self.alpha.unwrap_or(2.0 / 3.0);
         let cell_scale = self.cell_scale.unwrap_or(1.0);
-        check(pixels > 0 && pixels <= MAX_PIXELS, || {
-            format!("an image of {pixels} pixels: expected 1 to {MAX_PIXELS}")
-        })?;
+        check(pixels <= MAX_PIXELS, || format!("an image of {pixels} pixels: expected 1 to {MAX_PIXELS}"))?;
         check(photons > 0 && photons <= MAX_PHOTONS, || {
             format!("{photons} photons per iteration: expected 1 to {MAX_PHOTONS}")
         })?;
@@ -206,6 +209,7 @@ impl Options {
         })?;
         Ok(Resolved {
             resolution,
+            full_resolution,
             pixels,
             photons,
             eye_paths,

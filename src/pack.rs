@@ -8,6 +8,7 @@
 mod light;
 mod light_image;
 mod material;
+mod memory;
 mod newton;
 mod quadric;
 mod reach;

@@ -27,6 +27,11 @@ impl FirstRadius {
         Self { per_length: 0.0, least: radius as f32, most: radius as f32 }
     }
 
+    /// A few pixels wide where pixels are as wide everywhere; render units.
+    pub fn of_pixel(width: f64) -> Self {
+        Self::constant(PIXELS * width)
+    }
+
     /// A few pixels wide at the visible point, for a camera whose pixels are `pixel` wide at
     /// distance 1. `lengths` are those of one round of eye paths, 0 where there is no point.
     /// Without any, nothing will be gathered, and any radius does.

@@ -58,6 +58,7 @@ pub struct Renderer {
     device: Rc<Device>,
     resolution: [u32; 2],
     settings: Settings,
+    exposure: f64,
     identity: Identity,
     buffers: Buffers,
     passes: Passes,
@@ -81,8 +82,8 @@ impl Renderer {
         let resolved = options.resolve(scene, packed.space.radius * scene_unit)?;
 
         let sizes = Sizes::new(resolved.resolution, resolved.photons, resolved.max_depth);
-        let view = pack_camera(&scene.camera, &scene.film, resolved.resolution, &packed.space.from_world());
-        let identity = Identity::new(&packed, &view, options, &resolved);
+        let view = pack_camera(&scene.camera, &scene.film, resolved.full_resolution, &packed.space.from_world());
+        let identity = Identity::new(scene, &packed, &view, options, &resolved);
         let gpu_scene = GpuScene::new(&device, &packed, resolved.max_depth, resolved.seed)?;
         let buffers = Buffers::new(&device, sizes, &view)?;
         let build_time = start.elapsed();
@@ -92,7 +93,7 @@ impl Renderer {
             direct_nee: options.direct == DirectLight::Nee,
             low_discrepancy_pairs: options.sampler.low_discrepancy_pairs(),
             cell_scale: resolved.cell_scale as f32,
-            ..packed.specialization
+            ..view.specialize(packed.specialization)
         };
         // The grid's points look at photons together. Trees ask for no more than any device has.
         let lookup = if device.info().has_shuffle { options.lookup } else { LookupKind::KdTree };
@@ -105,18 +106,22 @@ impl Renderer {
                 eye_paths: resolved.eye_paths,
                 alpha: resolved.alpha,
                 radius_schedule: options.radius_schedule,
-                pixel_width: f64::from(view.camera.image_extent[0]).abs() / f64::from(view.camera.width),
+                pixel_width: view.pixel_width,
                 sequence: resolved.sequence,
                 mean_power: packed.mean_power,
                 // What all lights would make of the inside of a sphere as large as the scene.
                 unit: packed.mean_power.log2().ceil().exp2(),
             },
+            exposure: scene.film.exposure,
             identity,
             buffers,
             passes,
             progress: Progress {
                 done: 0,
-                first_radius: resolved.radius.map(|radius| FirstRadius::constant(radius / scene_unit)),
+                first_radius: resolved
+                    .radius
+                    .map(|radius| FirstRadius::constant(radius / scene_unit))
+                    .or(view.is_parallel().then(|| FirstRadius::of_pixel(view.pixel_width))),
                 seen: None,
                 shrink: GlobalShrink::new(resolved.alpha),
                 schedule: Schedule::new(options.batch_size, resolved.photons, device.info().kind),
@@ -153,7 +158,7 @@ impl Renderer {
         let [red, green, blue] = [sum_red, sum_green, sum_blue].map(|sums| self.device.read_texels(sums));
         Ok(Estimate {
             resolution: self.resolution,
-            unit: self.settings.unit,
+            unit: self.settings.unit * self.exposure,
             halves: self.settings.sequence.halves(self.progress.done),
             radiance: [red?, green?, blue?],
             second_half: self.device.read_texels(sum_second)?,
@@ -193,7 +198,7 @@ impl Renderer {
     /// The checkpoint is of another render; the error names a difference.
     pub fn resume(&mut self, checkpoint: &Checkpoint) -> Result<(), CheckpointError> {
         self.identity.check(&checkpoint.identity)?;
-        checkpoint.check_form(self.resolution, self.settings.unit)?;
+        checkpoint.check_form(self.resolution, self.settings.unit * self.exposure)?;
         let done = checkpoint.done_by(self.settings.sequence.shard)?;
         for (texels, sums) in self.buffers.sums().into_iter().zip(checkpoint.estimate.sums()) {
             self.device.write_texels(texels, sums)?;

@@ -43,6 +43,9 @@ layout(constant_id = 36) const bool HAS_LAYERS = false;         // any material 
 layout(constant_id = 50) const bool HAS_SKIES = true;
 layout(constant_id = 51) const bool HAS_GONIOMETRIC_LIGHTS = true;
 layout(constant_id = 52) const bool HAS_PROJECTION_LIGHTS = true;
+layout(constant_id = 67) const bool IS_ORTHOGRAPHIC = false;   // of the camera
+layout(constant_id = 68) const bool IS_SPHERICAL = false;      // it sees all directions ..
+layout(constant_id = 69) const bool IS_EQUAL_AREA = false;     // .. by equal areas, not by angles
 
 // Which kind of primitive a reference names; decided at compile time where it can be. Ask
 // in this order.

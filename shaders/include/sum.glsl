@@ -1,14 +1,14 @@
 // Exact sums of radiance: integers add up to the same bits in any order, so that iterations
 // can be cut into any shares.
 //
-// A sum has 128 bits, lowest word first, in units of 2^-56 of a radiance that is typical of
-// the scene; src/estimate.rs reads it. Terms go up to 2^40, so that 2^32 of them cannot
-// overflow.
+// A sum has 128 bits and a sign, lowest word first, in units of 2^-56 of a radiance that is
+// typical of the scene; src/estimate.rs reads it. Terms go up to 2^39, so that 2^32 of them
+// cannot overflow.
 
-const float MAX_TERM = 1099511627776.0;     // 2^40
-const float LARGEST_TERM = 1099511562240.0; // the float before
+const float MAX_TERM = 549755813888.0;     // 2^39
+const float LARGEST_TERM = 549755781120.0; // the float before
 
-// A number in [0, 2^40) in fixed point; rounds to nearest. All else is exact: scaling by
+// A number in [0, 2^39) in fixed point; rounds to nearest. All else is exact: scaling by
 // powers of two, floors, and differences that have fewer bits than their terms.
 uvec4 to_term(float value) {
     float high = floor(value * 0.00390625); // in 2^8
@@ -29,4 +29,10 @@ uvec4 add_exactly(uvec4 a, uvec4 b) {
     sum.z += carry;
     sum.w += over + (sum.z < carry ? 1u : 0u);
     return sum;
+}
+
+// A number in (-2^39, 2^39), as two's complement.
+uvec4 to_signed_term(float value) {
+    uvec4 term = to_term(abs(value));
+    return value < 0.0 ? add_exactly(~term, uvec4(1u, 0u, 0u, 0u)) : term;
 }

@@ -244,10 +244,14 @@ struct SceneInfo {
     uint pad2;
 };
 
-// A perspective camera with a thin lens. Camera space: x right, y up, z forward.
+// Cells of the pixel filter along an axis, of which a sample takes any with the same chance: so
+// many that a few are in the negative lobes of a filter.
+const uint FILTER_CELLS = 1023u;
+
+// A camera with a thin lens. Camera space: x right, y up, z forward.
 struct Camera {
     vec4 render_from_camera[3]; // rows
-    vec2 image_lower;           // where the image begins on the plane z = 1: left, top
+    vec2 image_lower;           // where the image begins: left, top; see projection.glsl
     vec2 image_extent;          // where it ends, less the beginning
     float lens_radius;
     float focal_distance;

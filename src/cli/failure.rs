@@ -13,6 +13,9 @@ pub enum Failure {
     /// The scene file is wrong or needs what goblet does not have.
     #[error(transparent)]
     Scene(#[from] SceneError),
+    /// The scene file has more than one fault, which are printed already.
+    #[error("{0} cannot be rendered as it is")]
+    Unrenderable(String),
     /// The render could not start or go on.
     #[error(transparent)]
     Render(#[from] RenderError),
@@ -47,6 +50,9 @@ pub enum Failure {
         /// What the operating system says.
         reason: std::io::Error,
     },
+    /// What is known of a scene could not be put into words.
+    #[error("cannot describe the scene: {0}")]
+    Info(String),
     /// The validation layer had something to say.
     #[error("{} validation message(s), the first: {}", .0.len(), .0[0])]
     Validation(Vec<String>),
@@ -58,6 +64,7 @@ impl Failure {
         match self {
             Self::Tessellate(TessellateError::Write { .. }) => 1,
             Self::Scene(_)
+            | Self::Unrenderable(_)
             | Self::Compare(_)
             | Self::Tessellate(_)
             | Self::Render(RenderError::Scene(_) | RenderError::Option(_))
@@ -69,6 +76,7 @@ impl Failure {
             | Self::Output(_)
             | Self::Signals(_)
             | Self::Stats { .. }
+            | Self::Info(_)
             | Self::Validation(_) => 1,
         }
     }

@@ -136,7 +136,7 @@ fn failed(path: &Path, reason: io::Error) -> Failure {
 }
 
 /// Shapes, materials in use, and lights, by type.
-fn count(scene: &Scene) -> BTreeMap<&'static str, u64> {
+pub(super) fn count(scene: &Scene) -> BTreeMap<&'static str, u64> {
     let mut counts = BTreeMap::new();
     let mut add = |name, number| *counts.entry(name).or_insert(0) += number;
     for shape in &scene.shapes {

@@ -13,22 +13,28 @@ const FILM: &[ParamSpec] = &[
     full("xresolution", SIZE),
     full("yresolution", SIZE),
     full("filename", &[Kind::String]),
+    // "cie1931" exactly; others with a warning, as if they were it.
     full("sensor", &[Kind::String]),
     full("iso", &[Kind::Float]),
     full("exposuretime", &[Kind::Float]),
-    later("cropwindow", &[Kind::Float]),
-    later("pixelbounds", SIZE),
+    full("cropwindow", &[Kind::Float]),
+    full("pixelbounds", SIZE),
     later("whitebalance", &[Kind::Float]),
     // Bounds single samples; pbrt's photon mapper takes no notice of it either.
     ignored("maxcomponentvalue", &[Kind::Float]),
     ignored("diagonal", &[Kind::Float]),
     ignored("savefp16", &[Kind::Bool]),
     ignored("coordinatesystem", &[Kind::String]),
+    ignored("nbuckets", SIZE),
+    ignored("lambdamin", &[Kind::Float]),
+    ignored("lambdamax", &[Kind::Float]),
 ];
 
-/// The films of pbrt. A `gbuffer` has the pixels of `rgb`, and more layers.
-pub(super) const FILM_FAMILY: Family =
-    Family { directive: "Film", types: &[supported("rgb", FILM), supported("gbuffer", FILM), not_yet("spectral")] };
+/// The films of pbrt. A `gbuffer` and a `spectral` one have the pixels of `rgb`, and more layers.
+pub(super) const FILM_FAMILY: Family = Family {
+    directive: "Film",
+    types: &[supported("rgb", FILM), supported("gbuffer", FILM), supported("spectral", FILM)],
+};
 
 const X_RADIUS: ParamSpec = full("xradius", &[Kind::Float]);
 const Y_RADIUS: ParamSpec = full("yradius", &[Kind::Float]);
@@ -40,8 +46,8 @@ pub(super) const FILTER_FAMILY: Family = Family {
         supported("box", &[X_RADIUS, Y_RADIUS]),
         supported("triangle", &[X_RADIUS, Y_RADIUS]),
         supported("gaussian", &[X_RADIUS, Y_RADIUS, full("sigma", &[Kind::Float])]),
-        not_yet("mitchell"),
-        not_yet("sinc"),
+        supported("mitchell", &[X_RADIUS, Y_RADIUS, full("B", &[Kind::Float]), full("C", &[Kind::Float])]),
+        supported("sinc", &[X_RADIUS, Y_RADIUS, full("tau", &[Kind::Float])]),
     ],
 };
 
@@ -112,32 +118,49 @@ pub(super) const INTEGRATOR_FAMILY: Family = Family {
 /// The most pixels along one side; a device's memory is checked later.
 const MAX_RESOLUTION: u32 = 65_536;
 
-/// Makes a film from parameters that [`FILM_FAMILY`] has checked.
-pub(super) fn film(params: &ParamList, filter: PixelFilter) -> Result<Film, SceneError> {
-    if let Some(param) = params.get("sensor") {
-        let sensor = params.string("sensor")?.unwrap_or_default();
-        if sensor != "cie1931" {
-            let what = format!("the sensor {sensor:?}");
-            return Err(param.location.unsupported(&what, "\"cie1931\""));
-        }
-    }
-    // pbrt multiplies the image by exposure time × ISO / 100.
-    let exposure = params.positive("exposuretime", 1.0)? * params.positive("iso", 100.0)? / 100.0;
-    if let Some(param) = params.get("iso").or(params.get("exposuretime"))
-        && (exposure - 1.0).abs() > 1e-6
-    {
-        let what = format!("an exposure of {exposure}");
-        let supported = "exposuretime × iso = 100, which leaves the image as it is";
-        return Err(param.location.unsupported(&what, supported));
+/// Makes a film from parameters that [`FILM_FAMILY`] has checked. Its exposure is that of
+/// ISO 100 for 1 s, as `exposure_time` is the camera's.
+pub(super) fn film(params: &ParamList, filter: PixelFilter, exposure_time: f64) -> Result<Film, SceneError> {
+    let resolution = [
+        params.integer("xresolution", 1, MAX_RESOLUTION)?.unwrap_or(1280),
+        params.integer("yresolution", 1, MAX_RESOLUTION)?.unwrap_or(720),
+    ];
+    let exposure = exposure_time * params.positive("exposuretime", 1.0)? * params.positive("iso", 100.0)? / 100.0;
+    if let Some(param) = params.get("iso").or(params.get("exposuretime")).filter(|_| !EXPOSURES.contains(&exposure)) {
+        return Err(param.bad_value("an exposure from 1e-12 to 1e12 times that of ISO 100 for 1 s"));
     }
     Ok(Film {
-        resolution: [
-            params.integer("xresolution", 1, MAX_RESOLUTION)?.unwrap_or(1280),
-            params.integer("yresolution", 1, MAX_RESOLUTION)?.unwrap_or(720),
-        ],
+        resolution,
+        window: window(params, resolution)?,
+        exposure,
         filename: params.string("filename")?.filter(|name| !name.is_empty()).map(Into::into),
         filter,
     })
+}
+
+/// Beyond them, pixels may not fit an f32.
+const EXPOSURES: std::ops::RangeInclusive<f64> = 1e-12..=1e12;
+
+/// The part of the image that is rendered. As in pbrt, the crop window is stronger than
+/// the pixel bounds, and either may reach beyond the image.
+fn window(params: &ParamList, resolution: [u32; 2]) -> Result<[f64; 4], SceneError> {
+    let (param, window) = match (params.get("cropwindow"), params.get("pixelbounds")) {
+        (Some(param), _) => (param, param.one::<4>()?),
+        (None, Some(param)) => {
+            let [width, height] = resolution.map(f64::from);
+            let [x0, x1, y0, y1] = param.one()?;
+            (param, [x0 / width, x1 / width, y0 / height, y1 / height])
+        }
+        (None, None) => return Ok([0.0, 1.0, 0.0, 1.0]),
+    };
+    let [x0, x1, y0, y1] = window.map(|edge| edge.clamp(0.0, 1.0));
+    let window = [x0.min(x1), x0.max(x1), y0.min(y1), y0.max(y1)];
+    if window[0] == window[1] || window[2] == window[3] {
+        return Err(
+            param.bad_value("x minimum, x maximum, y minimum and y maximum with some of the image between them")
+        );
+    }
+    Ok(window)
 }
 
 /// Makes a filter from parameters that [`FILTER_FAMILY`] has checked.
@@ -145,6 +168,11 @@ pub(super) fn filter(name: &str, params: &ParamList) -> Result<PixelFilter, Scen
     let (kind, radius) = match name {
         "box" => (FilterKind::Box, 0.5),
         "triangle" => (FilterKind::Triangle, 2.0),
+        "mitchell" => {
+            let weight = |name| params.float_in(name, 1.0 / 3.0, |v| (0.0..=1.0).contains(&v), "a number from 0 to 1");
+            (FilterKind::Mitchell { b: weight("B")?, c: weight("C")? }, 2.0)
+        }
+        "sinc" => (FilterKind::Sinc { tau: params.positive("tau", 3.0)? }, 4.0),
         _ => {
             let sigma = params.positive("sigma", 0.5)?;
             (FilterKind::Gaussian { sigma }, 1.5)
@@ -174,13 +202,13 @@ pub(super) const DEFAULT_INTEGRATOR: Integrator =
     Integrator { max_depth: 5, photons_per_iteration: None, radius: None, seed: 0, iterations: DEFAULT_ITERATIONS };
 
 /// Makes an integrator from parameters that [`INTEGRATOR_FAMILY`] has checked.
-pub(super) fn integrator(name: &str, params: &ParamList, iterations: u32) -> Result<Integrator, SceneError> {
-    let max_depth = params.integer("maxdepth", 1, 65_535)?;
-    let max_depth = max_depth.unwrap_or(DEFAULT_INTEGRATOR.max_depth);
-    let mut integrator = Integrator { max_depth, iterations, ..DEFAULT_INTEGRATOR };
+/// What it does not say is that of `default`.
+pub(super) fn integrator(name: &str, params: &ParamList, default: Integrator) -> Result<Integrator, SceneError> {
+    let max_depth = params.integer("maxdepth", 1, 65_535)?.unwrap_or(default.max_depth);
+    let mut integrator = Integrator { max_depth, ..default };
     if name == "sppm" {
         integrator.photons_per_iteration = photons(params)?;
-        integrator.seed = params.integer("seed", 0, u32::MAX)?.unwrap_or(0);
+        integrator.seed = params.integer("seed", 0, u32::MAX)?.unwrap_or(default.seed);
         if params.get("radius").is_some() {
             // Its square must be a number that the device can hold.
             let expected = "a length from 1e-15 to 1e15";

@@ -264,6 +264,16 @@ impl TokenStream {
         self.files.push(Lexer::new(text, file, Some(path)));
     }
 
+    /// The same, with all of the file in an attribute block of its own, which the caller has
+    /// begun.
+    pub fn import(&mut self, mut text: String, file: &str, path: PathBuf) {
+        text.push_str("\nAttributeEnd\n");
+        self.include(text, file, path);
+        if let Some(flat) = &mut self.flat {
+            flat.text.push_str("AttributeBegin\n");
+        }
+    }
+
     /// The next token, or `None` at the end of the scene.
     pub fn next(&mut self) -> Result<Option<Token>, SceneError> {
         if let Some(token) = self.ahead.take() {

@@ -12,8 +12,12 @@
 use std::path::Path;
 
 mod camera;
+mod color;
 mod error;
+mod files;
 mod film;
+#[cfg(test)]
+mod format_tests;
 mod lexer;
 mod light;
 mod light_image;
@@ -36,9 +40,11 @@ mod texture;
 mod transform;
 
 pub use error::{Location, SceneError};
+pub(crate) use files::{directory, identity};
 pub(crate) use light_image::window_cosine;
 pub use model::*;
-pub(crate) use parser::{directory, identity, load_with_text};
+pub use parser::Survey;
+pub(crate) use parser::load_with_text;
 pub use registry::{Family, Kind, ParamSpec, Support, TypeSpec};
 pub(crate) use rewrite::Rewrite;
 
@@ -60,6 +66,11 @@ impl Scene {
     /// Reads the scene file at `path`, and the files that it names.
     pub fn load(path: impl AsRef<Path>) -> Result<Scene, SceneError> {
         parser::load(path.as_ref())
+    }
+
+    /// Reads the scene file at `path`, and finds all of it that is not supported.
+    pub fn survey(path: impl AsRef<Path>) -> Survey {
+        parser::survey(path.as_ref())
     }
 
     /// Reads a scene from `text`. Messages call it `file_name`; files that it

@@ -37,20 +37,40 @@ pub struct Scene {
 /// Image size and file.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Film {
-    /// Width and height in pixels, each at least 1.
+    /// Width and height in pixels of what the camera sees, each at least 1.
     pub resolution: [u32; 2],
+    /// The part of it that is rendered: x minimum, x maximum, y minimum, y maximum, as
+    /// fractions of the resolution from the upper left corner.
+    pub window: [f64; 4],
+    /// What pixels are, over the radiance that they see.
+    pub exposure: f64,
     /// The output file that the scene names, relative to the working directory.
     pub filename: Option<PathBuf>,
     /// How camera samples spread around a pixel.
     pub filter: PixelFilter,
 }
 
-/// A separable, non-negative pixel filter; radii in pixels.
+impl Film {
+    /// The first pixel that is rendered, and the one after the last, where the camera sees
+    /// so many pixels. There is always one.
+    pub fn bounds(&self, resolution: [u32; 2]) -> [[u32; 2]; 2] {
+        // Rounded up, as pbrt does. Bounds that were whole stay so: fractions have rounding
+        // errors, far smaller than this.
+        const SLACK: f64 = 1e-6;
+        let [width, height] = resolution;
+        let [x0, x1, y0, y1] = self.window;
+        let pixel = |fraction: f64, side: u32| (fraction * f64::from(side) - SLACK).ceil() as u32;
+        let first = [pixel(x0, width).min(width - 1), pixel(y0, height).min(height - 1)];
+        [first, [pixel(x1, width).max(first[0] + 1), pixel(y1, height).max(first[1] + 1)]]
+    }
+}
+
+/// A separable pixel filter; radii in pixels.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PixelFilter {
     /// The filter's profile along each axis.
     pub kind: FilterKind,
-    /// Half width along x and y, in pixels, positive.
+    /// Half width along x and y, in pixels; 0 looks through the pixel's centre only.
     pub radius: DVec2,
 }
 
@@ -66,16 +86,47 @@ pub enum FilterKind {
         /// Standard deviation, in pixels.
         sigma: f64,
     },
+    /// A cubic spline in |x| over half the radius, with negative lobes (Mitchell and
+    /// Netravali 1988).
+    Mitchell {
+        /// Weight of the blurring part.
+        b: f64,
+        /// Weight of the ringing part.
+        c: f64,
+    },
+    /// sin(πx) / πx, windowed by the main lobe of the same, `tau` times as wide (Lanczos);
+    /// it has negative lobes.
+    Sinc {
+        /// Width of the window in cycles, positive.
+        tau: f64,
+    },
 }
 
-/// A perspective camera with a thin lens.
+/// How a [`Camera`] lays the world out on the image.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Projection {
+    /// Through a point or a thin lens.
+    Perspective {
+        /// tan(fov / 2) of the shorter image axis.
+        tan_half_fov: f64,
+    },
+    /// Along parallel lines; the screen window is in scene units.
+    Orthographic,
+    /// All directions, by angles: y is up, the left edge looks along +x.
+    Equirectangular,
+    /// All directions on a square, of equal solid angles (Clarberg 2008).
+    EqualArea,
+}
+
+/// A camera, perhaps with a thin lens.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Camera {
     /// From camera space (x right, y up, z forward, as in pbrt) to world space.
     pub world_from_camera: DAffine3,
-    /// tan(fov / 2) of the shorter image axis.
-    pub tan_half_fov: f64,
+    /// How directions become places on the image.
+    pub projection: Projection,
     /// Screen window: x minimum, x maximum, y minimum, y maximum; ±1 spans the fov.
+    /// Of no matter where all directions are seen, nor is the lens.
     pub screen_window: [f64; 4],
     /// Radius of the lens in scene units; 0 is a pinhole.
     pub lens_radius: f64,

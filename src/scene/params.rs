@@ -4,6 +4,7 @@ use std::ops::Range;
 
 use glam::{DVec2, DVec3};
 
+use super::color::ColorSpace;
 use super::error::{Location, SceneError};
 use super::lexer::{Token, TokenKind, TokenStream, shorten};
 use super::registry::Kind;
@@ -17,6 +18,8 @@ pub(super) struct Param {
     /// Its bytes in the text, values included, where all are in one file.
     pub span: Range<usize>,
     pub values: Values,
+    /// Of rgb values.
+    pub color_space: ColorSpace,
 }
 
 #[derive(Clone, Debug)]
@@ -53,7 +56,8 @@ impl Param {
             )));
         };
         let values = Values::Numbers(Vec::new());
-        let mut param = Param { kind, name: name.to_string(), location, span: 0..0, values };
+        let color_space = ColorSpace::default();
+        let mut param = Param { kind, name: name.to_string(), location, span: 0..0, values, color_space };
         param.read_values(stream)?;
         param.check_group()?;
         Ok(param)

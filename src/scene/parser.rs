@@ -1,18 +1,17 @@
 //! The directives of a scene file.
 
-use std::fs;
-use std::io::{self, Read};
 use std::path::{Path, PathBuf};
 
-use flate2::read::MultiGzDecoder;
 use glam::{DAffine3, DVec3};
 
+use super::color::ColorSpace;
 use super::error::{Location, SceneError};
-use super::lexer::{FlatText, TokenKind, TokenStream, shorten};
+use super::files::{directory, identity, read_spectra, read_text};
+use super::lexer::{FlatText, Token, TokenKind, TokenStream, shorten};
 use super::model::Scene;
 use super::params::ParamList;
 use super::registry::Kind;
-use super::state::SceneBuilder;
+use super::state::{ActiveTimes, SceneBuilder};
 use super::transform;
 
 /// Every directive of pbrt-v4.
@@ -72,9 +71,30 @@ pub(crate) fn load_with_text(path: &Path) -> Result<(Scene, FlatText), SceneErro
     Ok((parser.scene.finish(parser.stream.end())?, text))
 }
 
-/// The folder that a scene's file names are relative to.
-pub(crate) fn directory(path: &Path) -> &Path {
-    path.parent().unwrap_or(Path::new(""))
+/// What a scene file holds, as far as it can be told.
+#[derive(Debug)]
+pub struct Survey {
+    /// The scene without what is not supported, if that makes one.
+    pub scene: Option<Scene>,
+    /// Everything that is not supported.
+    pub unsupported: Vec<SceneError>,
+    /// What is wrong besides; it may be for want of what is not supported.
+    pub error: Option<SceneError>,
+}
+
+/// Reads the scene file at `path`, and goes on where something is not supported.
+pub(super) fn survey(path: &Path) -> Survey {
+    let mut parser = match open(path) {
+        Ok(stream) => Parser::new(stream, directory(path)),
+        Err(error) => return Survey { scene: None, unsupported: Vec::new(), error: Some(error) },
+    };
+    parser.scene.collect_unsupported();
+    let read = parser.directives();
+    let (scene, unsupported) = parser.scene.finish_collecting(parser.stream.end());
+    match read.and(scene) {
+        Ok(scene) => Survey { scene: Some(scene), unsupported, error: None },
+        Err(error) => Survey { scene: None, unsupported, error: Some(error) },
+    }
 }
 
 fn open(path: &Path) -> Result<TokenStream, SceneError> {
@@ -85,37 +105,6 @@ fn open(path: &Path) -> Result<TokenStream, SceneError> {
 pub(super) fn parse(text: &str, file: &str, directory: &Path) -> Result<Scene, SceneError> {
     let stream = TokenStream::new(text.to_string(), file, None);
     Parser::new(stream, directory).parse()
-}
-
-/// The same for every way to name a file.
-pub(crate) fn identity(path: &Path) -> PathBuf {
-    fs::canonicalize(path).unwrap_or_else(|_| path.to_path_buf())
-}
-
-/// The longest text that is read: a device file or a gzip bomb never ends.
-const MAX_TEXT: u64 = 1 << 30;
-
-fn read_text(path: &Path, location: Option<&Location>) -> Result<String, SceneError> {
-    let unreadable = |source| SceneError::Unreadable { path: path.to_path_buf(), location: location.cloned(), source };
-    let file = fs::File::open(path).map_err(unreadable)?;
-    let mut bytes = Vec::new();
-    file.take(MAX_TEXT + 1).read_to_end(&mut bytes).map_err(unreadable)?;
-    if bytes.starts_with(&[0x1f, 0x8b]) {
-        let mut expanded = Vec::new();
-        let mut decoder = MultiGzDecoder::new(&bytes[..]).take(MAX_TEXT + 1);
-        decoder.read_to_end(&mut expanded).map_err(unreadable)?;
-        bytes = expanded;
-    }
-    if bytes.len() as u64 > MAX_TEXT {
-        let what = format!("it holds more than {MAX_TEXT} bytes of text");
-        return Err(unreadable(io::Error::other(what)));
-    }
-    if bytes.starts_with(&[0xff, 0xfe]) || bytes.starts_with(&[0xfe, 0xff]) {
-        return Err(unreadable(io::Error::other("it is UTF-16; expected UTF-8")));
-    }
-    // Old scenes have comments in other encodings: what is not UTF-8 is replaced,
-    // and an error only where it would mean something.
-    Ok(String::from_utf8_lossy(&bytes).into_owned())
 }
 
 struct Parser {
@@ -136,11 +125,25 @@ impl Parser {
     fn directives(&mut self) -> Result<(), SceneError> {
         while let Some(token) = self.stream.next()? {
             match &token.kind {
-                TokenKind::Word(word) => self.directive(word, &token.location)?,
+                TokenKind::Word(word) => {
+                    let outcome = self.directive(word, &token.location);
+                    if self.scene.notes(outcome)? {
+                        self.skip_to_directive()?;
+                    }
+                }
                 _ => {
                     return Err(token.location.invalid(format!("found {token}; expected a directive")));
                 }
             }
+        }
+        Ok(())
+    }
+
+    /// Passes over what an unsupported directive has left unread.
+    fn skip_to_directive(&mut self) -> Result<(), SceneError> {
+        let begins = |token: &Token| matches!(&token.kind, TokenKind::Word(word) if DIRECTIVES.contains(&&**word));
+        while self.stream.peek()?.is_some_and(|token| !begins(token)) {
+            self.stream.next()?;
         }
         Ok(())
     }
@@ -157,17 +160,28 @@ impl Parser {
             }
             "Shape" | "LightSource" | "AreaLightSource" | "Material" | "MakeNamedMaterial" | "NamedMaterial"
             | "ReverseOrientation" | "AttributeBegin" | "AttributeEnd" | "TransformBegin" | "TransformEnd"
-            | "Texture" | "ObjectBegin" | "ObjectEnd" | "ObjectInstance" | "Import" => {
+            | "Texture" | "ObjectBegin" | "ObjectEnd" | "ObjectInstance" => {
                 self.scene.require_world(true, word, at)?;
                 self.world(word, at)
             }
             "WorldBegin" => self.scene.world_begin(at),
-            "Include" => self.include(at),
+            "Include" => {
+                let (text, file, identity) = self.named_text(word, at)?;
+                self.stream.include(text, &file, identity);
+                Ok(())
+            }
+            "Import" => {
+                self.scene.require_world(true, word, at)?;
+                let (text, file, identity) = self.named_text(word, at)?;
+                self.scene.attribute_begin(at);
+                self.stream.import(text, &file, identity);
+                Ok(())
+            }
             "Option" => self.renderer_option(at),
             "ColorSpace" => self.color_space(),
             "Attribute" => {
                 let (target, target_at) = self.stream.string("the target of Attribute")?;
-                let params = ParamList::read(&mut self.stream)?;
+                let params = self.params()?;
                 self.scene.attribute(&target, params, &target_at)
             }
             "MakeNamedMedium" => {
@@ -231,28 +245,79 @@ impl Parser {
 
     fn active_transform(&mut self) -> Result<(), SceneError> {
         let token = self.stream.required("All, StartTime or EndTime")?;
-        match &token.kind {
-            TokenKind::Word(word) if word == "All" => Ok(()),
-            TokenKind::Word(word) if word == "StartTime" || word == "EndTime" => {
-                let what = format!("ActiveTransform {word}");
-                Err(token.location.unsupported(&what, "All"))
-            }
-            _ => Err(token.location.invalid(format!("found {token}; expected All, StartTime or EndTime"))),
+        let times = match &token.kind {
+            TokenKind::Word(word) if word == "All" => ActiveTimes::ALL,
+            TokenKind::Word(word) if word == "StartTime" => ActiveTimes { start: true, end: false },
+            TokenKind::Word(word) if word == "EndTime" => ActiveTimes { start: false, end: true },
+            _ => return Err(token.location.invalid(format!("found {token}; expected All, StartTime or EndTime"))),
+        };
+        self.scene.activate(times);
+        Ok(())
+    }
+
+    /// The parameters that follow, with all that is known only here: the colour space in
+    /// force, and the values of spectra that are in files.
+    fn params(&mut self) -> Result<ParamList, SceneError> {
+        let mut params = ParamList::read(&mut self.stream)?;
+        for param in &mut params.items {
+            param.color_space = self.scene.color_space();
         }
+        read_spectra(&mut params, self.scene.directory())?;
+        Ok(params)
     }
 
     fn option(&mut self, word: &str) -> Result<(), SceneError> {
         let (name, name_at) = self.stream.string(&format!("the type of {word}"))?;
-        let params = ParamList::read(&mut self.stream)?;
+        self.apply(word, &name, &name_at, &name_at)
+    }
+
+    /// Reads the parameters of a directive, and does what it says. Where all that is not
+    /// supported is to be found, the directive is tried again without a parameter that is not.
+    fn apply(&mut self, word: &str, name: &str, name_at: &Location, at: &Location) -> Result<(), SceneError> {
+        let mut params = self.params()?;
+        if !self.scene.collects_unsupported() {
+            return self.perform(word, name, params, name_at, at);
+        }
+        let mut has_all = true;
+        loop {
+            let outcome = self.perform(word, name, params.clone(), name_at, at);
+            let place = match &outcome {
+                Err(SceneError::Unsupported { location, .. }) => location,
+                // Perhaps for want of what was taken away.
+                Err(SceneError::Invalid { .. }) if !has_all => return Ok(()),
+                _ => return outcome,
+            };
+            let Some(index) = params.items.iter().position(|param| param.location == *place) else {
+                return outcome;
+            };
+            params.items.remove(index);
+            has_all = false;
+            self.scene.notes(outcome)?;
+        }
+    }
+
+    fn perform(
+        &mut self,
+        word: &str,
+        name: &str,
+        params: ParamList,
+        name_at: &Location,
+        at: &Location,
+    ) -> Result<(), SceneError> {
         let scene = &mut self.scene;
         match word {
-            "Film" => scene.film(&name, params, &name_at),
-            "Camera" => scene.camera(&name, params, &name_at),
-            "Sampler" => scene.sampler(&name, params, &name_at),
-            "Integrator" => scene.integrator(&name, params, &name_at),
-            "PixelFilter" => scene.filter(&name, params, &name_at),
-            // Accelerator: finds the same surfaces, sooner or later.
-            _ => Ok(()),
+            "Film" => scene.film(name, params, name_at),
+            "Camera" => scene.camera(name, params, name_at),
+            "Sampler" => scene.sampler(name, params, name_at),
+            "Integrator" => scene.integrator(name, params, name_at),
+            "PixelFilter" => scene.filter(name, params, name_at),
+            // It finds the same surfaces, sooner or later.
+            "Accelerator" => Ok(()),
+            "Shape" => scene.shape(name, params, name_at, at),
+            "LightSource" => scene.light(name, params, name_at),
+            "AreaLightSource" => scene.area_light(name, params, name_at),
+            "MakeNamedMaterial" => scene.make_named_material(name, params, name_at),
+            _ => scene.material(name, params, name_at),
         }
     }
 
@@ -270,7 +335,6 @@ impl Parser {
             "ObjectBegin" | "ObjectEnd" | "ObjectInstance" => {
                 return Err(at.unsupported(word, "shapes that are given where they stand"));
             }
-            "Import" => return Err(at.unsupported(word, "Include")),
             _ => {}
         }
         let (name, name_at) = self.stream.string(&format!("the type or name of {word}"))?;
@@ -288,26 +352,18 @@ impl Parser {
             }
             _ => {}
         }
-        let params = ParamList::read(&mut self.stream)?;
-        match word {
-            "Shape" => scene.shape(&name, params, &name_at, at),
-            "LightSource" => scene.light(&name, params, &name_at),
-            "AreaLightSource" => scene.area_light(&name, params, &name_at),
-            "MakeNamedMaterial" => scene.make_named_material(&name, params, &name_at),
-            _ => scene.material(&name, params, &name_at),
-        }
+        self.apply(word, &name, &name_at, at)
     }
 
-    /// Continues with another file. Its name is relative to the folder of the
-    /// scene file, not to that of the including file: as in pbrt.
-    fn include(&mut self, at: &Location) -> Result<(), SceneError> {
-        let (name, name_at) = self.stream.string("the name of a file after Include")?;
+    /// The file to continue with: its text, its name, and what it is. The name is relative to
+    /// the folder of the scene file, not to that of the including file: as in pbrt.
+    fn named_text(&mut self, word: &str, at: &Location) -> Result<(String, String, PathBuf), SceneError> {
+        let (name, name_at) = self.stream.string(&format!("the name of a file after {word}"))?;
         let path = self.scene.directory().join(&name);
         let identity = identity(&path);
         self.stream.check_include(&identity, at)?;
         let text = read_text(&path, Some(&name_at))?;
-        self.stream.include(text, &path.to_string_lossy(), identity);
-        Ok(())
+        Ok((text, path.to_string_lossy().into_owned(), identity))
     }
 
     /// `Option`: most steer pbrt itself.
@@ -317,11 +373,19 @@ impl Parser {
             return Err(at.invalid("expected one parameter after Option"));
         };
         match (option.name.as_str(), option.kind) {
-            ("forcediffuse" | "disablepixeljitter", Kind::Bool) => {
-                if params.flag(&option.name)? {
+            ("forcediffuse", Kind::Bool) => {
+                if params.flag("forcediffuse")? {
                     let what = format!("{option} true");
                     return Err(option.location.unsupported(&what, "false"));
                 }
+                Ok(())
+            }
+            ("disablepixeljitter", Kind::Bool) => {
+                self.scene.options.without_jitter = params.flag("disablepixeljitter")?;
+                Ok(())
+            }
+            ("seed", Kind::Integer) => {
+                self.scene.options.seed = params.integer("seed", 0, u32::MAX)?;
                 Ok(())
             }
             (
@@ -332,7 +396,6 @@ impl Parser {
                 | "msereferenceout"
                 | "pixelstats"
                 | "rendercoordsys"
-                | "seed"
                 | "wavefront",
                 _,
             ) => Ok(()),
@@ -344,11 +407,12 @@ impl Parser {
 
     fn color_space(&mut self) -> Result<(), SceneError> {
         let (name, at) = self.stream.string("the name of a color space")?;
-        match name.as_str() {
-            "srgb" => Ok(()),
-            "aces2065-1" | "dci-p3" | "rec2020" => Err(at.unsupported(&format!("ColorSpace \"{name}\""), "\"srgb\"")),
-            _ => Err(at.invalid(format!("unknown ColorSpace \"{}\"; expected \"srgb\"", shorten(&name)))),
-        }
+        let Some(space) = ColorSpace::from_name(&name) else {
+            let names = ColorSpace::ALL.map(|(_, name)| format!("\"{name}\"")).join(", ");
+            return Err(at.invalid(format!("unknown ColorSpace \"{}\"; expected one of: {names}", shorten(&name))));
+        };
+        self.scene.set_color_space(space);
+        Ok(())
     }
 
     fn medium_interface(&mut self, at: &Location) -> Result<(), SceneError> {

@@ -5,17 +5,20 @@
 //! colour at luminance 1, because pbrt scales every light spectrum that is not
 //! `rgb` to luminance 1 before it applies `scale` and `power`.
 
+use super::color::ColorSpace;
 use super::error::{Location, SceneError};
 use super::model::Rgb;
 use super::params::Param;
 use super::registry::Kind;
-use super::spectrum_data::{FIRST, GLASSES, Glass, LAST, METALS, OBSERVER, SAMPLES};
+use super::spectrum_data::{DAYLIGHT, FIRST, GLASSES, Glass, LAST, METALS, OBSERVER, SAMPLES};
 
 /// A spectrum that a parameter gives.
 #[derive(Clone, Debug)]
 pub(super) enum Spectrum {
     /// Linear RGB, as it is.
     Rgb(Rgb),
+    /// RGB of another colour space.
+    OtherRgb(Rgb, ColorSpace),
     /// Wavelengths in nm, ascending, and values; zero beyond the ends.
     Table(Vec<[f64; 2]>),
     /// One of the two optical constants of a metal.
@@ -26,17 +29,22 @@ pub(super) enum Spectrum {
     Blackbody(f64),
     /// CIE illuminant D65.
     Daylight,
+    /// Daylight of another phase.
+    DaylightPhase(DaylightPhase),
 }
 
 const NAMES: &str = "\"glass-BK7\", -BAF10, -FK51A, -LASF9, -F5, -F10, -F11, \
     \"metal-Ag-eta\" and \"-k\", and so for -Al, -Au, -Cu, -CuZn, -MgO, -TiO2, \
-    \"stdillum-D65\", or pairs of wavelength and value";
+    \"stdillum-A\", -D50, -D65, \"illum-acesD60\", a file of pairs of wavelength and value, or such pairs";
 
 impl Spectrum {
     /// The spectrum that a parameter of type rgb, spectrum or blackbody holds.
     pub fn from_param(param: &Param) -> Result<Self, SceneError> {
         match (param.kind, param.text()) {
-            (Kind::Rgb, _) => Ok(Spectrum::Rgb(Rgb::from(param.one()?))),
+            (Kind::Rgb, _) => match (param.one()?, param.color_space) {
+                (rgb, ColorSpace::Srgb) => Ok(Spectrum::Rgb(rgb.into())),
+                (rgb, space) => Ok(Spectrum::OtherRgb(rgb.into(), space)),
+            },
             (Kind::Blackbody, _) => match param.one()? {
                 [kelvin] if (100.0..=1e6).contains(&kelvin) => Ok(Spectrum::Blackbody(kelvin)),
                 _ => Err(param.bad_value("a temperature from 100 to 1000000 K")),
@@ -47,9 +55,15 @@ impl Spectrum {
         }
     }
 
-    fn named(name: &str) -> Option<Self> {
-        if name == "stdillum-D65" {
-            return Some(Spectrum::Daylight);
+    /// A spectrum of those that pbrt has by name.
+    pub fn named(name: &str) -> Option<Self> {
+        match name {
+            "stdillum-D65" => return Some(Spectrum::Daylight),
+            // The nominal temperatures are on an older scale of temperature.
+            "stdillum-D50" => return Some(Spectrum::DaylightPhase(DaylightPhase::new(5000.0 * NEW_KELVIN))),
+            "illum-acesD60" => return Some(Spectrum::DaylightPhase(DaylightPhase::new(6000.0 * NEW_KELVIN))),
+            "stdillum-A" => return Some(Spectrum::Blackbody(ILLUMINANT_A)),
+            _ => {}
         }
         if let Some(glass) = GLASSES.iter().find(|glass| glass.name == name) {
             return Some(Spectrum::Glass(glass));
@@ -77,7 +91,7 @@ impl Spectrum {
     /// The value at a wavelength in nm; for RGB, the mean of the channels.
     fn at(&self, nm: f64) -> f64 {
         match self {
-            Spectrum::Rgb(rgb) => rgb.element_sum() / 3.0,
+            Spectrum::Rgb(rgb) | Spectrum::OtherRgb(rgb, _) => rgb.element_sum() / 3.0,
             Spectrum::Table(pairs) => interpolate(pairs, nm),
             Spectrum::Metal(samples) => {
                 let at = (nm - FIRST) / (LAST - FIRST) * (SAMPLES - 1) as f64;
@@ -88,13 +102,17 @@ impl Spectrum {
             Spectrum::Glass(glass) => glass.eta(nm),
             Spectrum::Blackbody(kelvin) => blackbody(*kelvin, nm),
             Spectrum::Daylight => OBSERVER[((nm - FIRST) / 10.0) as usize].1,
+            Spectrum::DaylightPhase(phase) => phase.at(nm),
         }
     }
 
-    /// The colour of a reflectance.
+    /// The colour of a reflectance. RGB that is none stays as it is, for the caller to refuse;
+    /// what lies out of the gamut of sRGB is brought to its surface.
     pub fn reflectance(&self) -> Rgb {
         match self {
             Spectrum::Rgb(rgb) => *rgb,
+            Spectrum::OtherRgb(rgb, _) if rgb.min_element() < 0.0 || rgb.max_element() > 1.0 => *rgb,
+            Spectrum::OtherRgb(rgb, space) => space.reflectance_to_srgb(*rgb).clamp(Rgb::ZERO, Rgb::ONE),
             _ => under_daylight(|nm| self.at(nm)).clamp(Rgb::ZERO, Rgb::ONE),
         }
     }
@@ -103,6 +121,8 @@ impl Spectrum {
     pub fn light(&self) -> Rgb {
         match self {
             Spectrum::Rgb(rgb) => *rgb,
+            Spectrum::OtherRgb(rgb, _) if rgb.min_element() < 0.0 => *rgb,
+            Spectrum::OtherRgb(rgb, space) => space.light_to_srgb(*rgb).max(Rgb::ZERO),
             Spectrum::Daylight => Rgb::ONE,
             _ => {
                 let response = response(|nm| self.at(nm));
@@ -113,6 +133,15 @@ impl Spectrum {
                 let rgb = response.rgb / white.rgb * (white.luminance / response.luminance);
                 rgb.max(Rgb::ZERO)
             }
+        }
+    }
+
+    /// Optical constants per channel, where they are given as such.
+    fn channels(&self) -> Option<Rgb> {
+        match self {
+            Spectrum::Rgb(rgb) => Some(*rgb),
+            Spectrum::OtherRgb(rgb, space) => Some(space.reflectance_to_srgb(*rgb).max(Rgb::ZERO)),
+            _ => None,
         }
     }
 
@@ -139,6 +168,33 @@ fn interpolate(pairs: &[[f64; 2]], nm: f64) -> f64 {
         _ => 0.0,
     }
 }
+
+/// Daylight at a colour temperature, as CIE 15 makes it from three measured components.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct DaylightPhase {
+    weights: [f64; 2],
+}
+
+impl DaylightPhase {
+    /// From 4000 K to 7000 K.
+    fn new(kelvin: f64) -> Self {
+        let x = 0.244_063 + 0.099_11e3 / kelvin + 2.967_8e6 / kelvin.powi(2) - 4.607_0e9 / kelvin.powi(3);
+        let y = -3.0 * x * x + 2.87 * x - 0.275;
+        let divisor = 0.0241 + 0.2562 * x - 0.7341 * y;
+        let weights = [-1.3515 - 1.7703 * x + 5.9114 * y, 0.0300 - 31.4424 * x + 30.0717 * y];
+        Self { weights: weights.map(|weight| weight / divisor) }
+    }
+
+    fn at(&self, nm: f64) -> f64 {
+        let [mean, first, second] = DAYLIGHT[((nm - FIRST) / 10.0) as usize];
+        mean + self.weights[0] * first + self.weights[1] * second
+    }
+}
+
+/// What a temperature became when the second radiation constant did: 1.438 cm K, then 1.4388.
+const NEW_KELVIN: f64 = 1.4388 / 1.438;
+/// CIE illuminant A, K; it was 2848 K at a radiation constant of 1.435 cm K.
+const ILLUMINANT_A: f64 = 2848.0 * 1.4388 / 1.435;
 
 /// Planck's law, relative to 560 nm: only its shape is used.
 fn blackbody(kelvin: f64, nm: f64) -> f64 {
@@ -201,8 +257,8 @@ pub(super) fn conductor_from_reflectance(reflectance: Rgb) -> (Rgb, Rgb) {
 /// constants is not. So eta is the mean over what the channel sees, and k is
 /// solved for so that the reflectance at normal incidence is right.
 pub(super) fn conductor(eta: &Spectrum, k: &Spectrum) -> (Rgb, Rgb) {
-    if let (Spectrum::Rgb(eta), Spectrum::Rgb(k)) = (eta, k) {
-        return (*eta, *k);
+    if let (Some(eta), Some(k)) = (eta.channels(), k.channels()) {
+        return (eta, k);
     }
     let seen = under_daylight(|nm| normal_reflectance(eta.at(nm), k.at(nm)));
     let mut weighted = Rgb::ZERO;
@@ -302,6 +358,22 @@ mod tests {
             near(rgb, expected, 0.01);
             let luminance = rgb.dot(Rgb::new(0.2126, 0.7152, 0.0722));
             assert!((luminance - 1.0).abs() < 0.01, "{kelvin} {luminance}");
+        }
+    }
+
+    #[test]
+    fn daylight_is_made_as_its_tables_say() {
+        let phase = DaylightPhase::new(6500.0 * NEW_KELVIN);
+        for (nm, _) in wavelengths() {
+            assert!((phase.at(nm) - daylight(nm)).abs() < 0.06, "{nm}: {} {}", phase.at(nm), daylight(nm));
+        }
+        for (name, x, y) in
+            [("stdillum-A", 0.44758, 0.40745), ("stdillum-D50", 0.34567, 0.35851), ("illum-acesD60", 0.32168, 0.33767)]
+        {
+            let spectrum = Spectrum::named(name).unwrap();
+            let xyz: Rgb = wavelengths().map(|(nm, xyz)| xyz * spectrum.at(nm)).sum();
+            let [found_x, found_y] = [xyz.x, xyz.y].map(|v| v / xyz.element_sum());
+            assert!((found_x - x).abs() < 3e-4 && (found_y - y).abs() < 3e-4, "{name}: {found_x} {found_y}");
         }
     }
 

@@ -1,24 +1,35 @@
 //! The graphics state, and the scene that grows under it.
 
+mod options;
+mod place;
+mod survey;
+
 use std::collections::HashMap;
 use std::path::Path;
 use std::sync::Arc;
 
 use glam::DAffine3;
 
+use super::color::ColorSpace;
 use super::error::{Location, SceneError};
 use super::lexer::shorten;
 use super::model::{AreaLight, Input, Light, Material, Rgb, Scene, Shape};
 use super::params::ParamList;
-use super::registry::Family;
 use super::shape::MeshFiles;
 use super::texture::Textures;
-use super::{camera, film, light, material, shape, transform};
+use super::{light, material, shape, transform};
+use options::Options;
+pub(super) use place::ActiveTimes;
 
 /// What applies to the next shape or light.
 #[derive(Clone, Debug)]
 struct GraphicsState {
+    /// At the start time, as which all is rendered.
     world_from_object: DAffine3,
+    /// At the end time.
+    world_from_object_at_end: DAffine3,
+    active: ActiveTimes,
+    color_space: ColorSpace,
     reverse_orientation: bool,
     material: MaterialRef,
     emission: Option<AreaLight>,
@@ -52,29 +63,20 @@ struct MaterialSlot {
     index: Option<usize>,
 }
 
-/// What stands before `WorldBegin`, with the type's name.
-#[derive(Debug, Default)]
-struct Options {
-    film: ParamList,
-    filter: Option<(String, ParamList)>,
-    camera: ParamList,
-    world_from_camera: Option<DAffine3>,
-    integrator: Option<(String, ParamList)>,
-    iterations: Option<u32>,
-}
-
 /// Mixes may be of mixes.
 const MAX_MIX_DEPTH: u32 = 4;
 
 /// Builds a [`Scene`] directive by directive.
 #[derive(Debug)]
 pub(super) struct SceneBuilder {
-    options: Options,
+    pub options: Options,
     world: bool,
     state: GraphicsState,
     /// Each with the place of its `AttributeBegin`.
     saved: Vec<(GraphicsState, Location)>,
-    coordinate_systems: HashMap<String, DAffine3>,
+    /// Each at the start time and at the end time.
+    coordinate_systems: HashMap<String, [DAffine3; 2]>,
+    warned_of_motion: bool,
     slots: Vec<MaterialSlot>,
     named: HashMap<Arc<str>, usize>,
     shapes: Vec<(Shape, MaterialRef)>,
@@ -83,6 +85,8 @@ pub(super) struct SceneBuilder {
     textures: Textures,
     unused_texture: Option<(Location, String)>,
     warnings: Vec<String>,
+    /// Set where everything that is not supported is to be found.
+    unsupported: Option<Vec<SceneError>>,
 }
 
 impl SceneBuilder {
@@ -94,6 +98,9 @@ impl SceneBuilder {
             world: false,
             state: GraphicsState {
                 world_from_object: DAffine3::IDENTITY,
+                world_from_object_at_end: DAffine3::IDENTITY,
+                active: ActiveTimes::ALL,
+                color_space: ColorSpace::default(),
                 reverse_orientation: false,
                 material: MaterialRef::Slot(0),
                 emission: None,
@@ -103,6 +110,7 @@ impl SceneBuilder {
             },
             saved: Vec::new(),
             coordinate_systems: HashMap::new(),
+            warned_of_motion: false,
             slots: vec![default_material],
             named: HashMap::new(),
             shapes: Vec::new(),
@@ -111,7 +119,18 @@ impl SceneBuilder {
             textures: Textures::default(),
             unused_texture: None,
             warnings: Vec::new(),
+            unsupported: None,
         }
+    }
+
+    /// The colour space of the values to come.
+    pub fn set_color_space(&mut self, space: ColorSpace) {
+        self.state.color_space = space;
+    }
+
+    /// The colour space in force.
+    pub fn color_space(&self) -> ColorSpace {
+        self.state.color_space
     }
 
     /// The folder of the scene file.
@@ -137,8 +156,7 @@ impl SceneBuilder {
     pub fn world_begin(&mut self, location: &Location) -> Result<(), SceneError> {
         self.require_world(false, "a second WorldBegin", location)?;
         self.world = true;
-        self.state.world_from_object = DAffine3::IDENTITY;
-        self.coordinate_systems.insert("world".to_string(), DAffine3::IDENTITY);
+        self.reset_transforms();
         Ok(())
     }
 
@@ -156,58 +174,6 @@ impl SceneBuilder {
 
     pub fn reverse_orientation(&mut self) {
         self.state.reverse_orientation = !self.state.reverse_orientation;
-    }
-
-    /// Replaces the current transform; `None` where the directive describes none.
-    pub fn set_transform(
-        &mut self,
-        transform: Option<DAffine3>,
-        directive: &str,
-        location: &Location,
-    ) -> Result<(), SceneError> {
-        let transform = transform.ok_or_else(|| {
-            let expected = match directive {
-                "LookAt" => "an eye and a look point that differ, and an up not along their line",
-                "Rotate" => "an axis that is not zero",
-                _ => "an affine matrix: 4th, 8th and 12th number 0, 16th number 1",
-            };
-            location.invalid(format!("{directive} is no transform; expected {expected}"))
-        })?;
-        if !transform::is_invertible(&transform) {
-            return Err(location.invalid(format!(
-                "after this {directive} the transform is singular or overflows; \
-                 expected one that can be inverted"
-            )));
-        }
-        self.state.world_from_object = transform;
-        Ok(())
-    }
-
-    /// Applies a transform before the current one.
-    pub fn concat_transform(
-        &mut self,
-        transform: Option<DAffine3>,
-        directive: &str,
-        location: &Location,
-    ) -> Result<(), SceneError> {
-        let transform = transform.map(|t| self.state.world_from_object * t);
-        self.set_transform(transform, directive, location)
-    }
-
-    pub fn name_coordinate_system(&mut self, name: String) {
-        self.coordinate_systems.insert(name, self.state.world_from_object);
-    }
-
-    pub fn use_coordinate_system(&mut self, name: &str, location: &Location) -> Result<(), SceneError> {
-        let Some(transform) = self.coordinate_systems.get(name) else {
-            return Err(location.invalid(format!(
-                "unknown coordinate system \"{}\"; expected one that CoordinateSystem has named, \
-                 \"camera\" or \"world\"",
-                shorten(name)
-            )));
-        };
-        self.state.world_from_object = *transform;
-        Ok(())
     }
 
     /// `Attribute`: parameters that later directives take unless they have them.
@@ -231,43 +197,6 @@ impl SceneBuilder {
             defaults.take(&param.name);
             defaults.items.push(param);
         }
-        Ok(())
-    }
-
-    pub fn film(&mut self, name: &str, mut params: ParamList, location: &Location) -> Result<(), SceneError> {
-        check(&film::FILM_FAMILY, name, location, &mut params)?;
-        self.options.film = params;
-        Ok(())
-    }
-
-    pub fn filter(&mut self, name: &str, mut params: ParamList, location: &Location) -> Result<(), SceneError> {
-        check(&film::FILTER_FAMILY, name, location, &mut params)?;
-        self.options.filter = Some((name.to_string(), params));
-        Ok(())
-    }
-
-    pub fn sampler(&mut self, name: &str, mut params: ParamList, location: &Location) -> Result<(), SceneError> {
-        check(&film::SAMPLER_FAMILY, name, location, &mut params)?;
-        self.options.iterations = Some(film::iterations(name, &params)?);
-        Ok(())
-    }
-
-    pub fn integrator(&mut self, name: &str, mut params: ParamList, location: &Location) -> Result<(), SceneError> {
-        check(&film::INTEGRATOR_FAMILY, name, location, &mut params)?;
-        if name != "sppm" {
-            let message = format!("Integrator \"{name}\" is rendered as \"sppm\"");
-            self.warn(location, &message);
-        }
-        self.options.integrator = Some((name.to_string(), params));
-        Ok(())
-    }
-
-    pub fn camera(&mut self, name: &str, mut params: ParamList, location: &Location) -> Result<(), SceneError> {
-        check(&camera::FAMILY, name, location, &mut params)?;
-        let world_from_camera = self.state.world_from_object.inverse();
-        self.coordinate_systems.insert("camera".to_string(), world_from_camera);
-        self.options.camera = params;
-        self.options.world_from_camera = Some(world_from_camera);
         Ok(())
     }
 
@@ -333,6 +262,7 @@ impl SceneBuilder {
     }
 
     pub fn light(&mut self, name: &str, mut params: ParamList, location: &Location) -> Result<(), SceneError> {
+        self.warn_of_motion(location);
         light::FAMILY.check(name, location, &mut params, &self.state.light_defaults)?;
         let mut warnings = Vec::new();
         let world_from_light = self.state.world_from_object;
@@ -366,6 +296,7 @@ impl SceneBuilder {
         location: &Location,
         directive: &Location,
     ) -> Result<(), SceneError> {
+        self.warn_of_motion(location);
         shape::FAMILY.check(name, location, &mut params, &self.state.shape_defaults)?;
         let shape = Shape {
             geometry: shape::geometry(name, &params, &mut self.files, location)?,
@@ -381,6 +312,10 @@ impl SceneBuilder {
 
     /// The scene; `end` is where its file ends.
     pub fn finish(mut self, end: &Location) -> Result<Scene, SceneError> {
+        self.resolve(end)
+    }
+
+    fn resolve(&mut self, end: &Location) -> Result<Scene, SceneError> {
         if !self.world {
             return Err(end.invalid("the file ends before WorldBegin; expected a WorldBegin"));
         }
@@ -400,28 +335,12 @@ impl SceneBuilder {
             let name = shorten(&name);
             self.warn(&location, &format!("Texture \"{name}\" is ignored: nothing uses it"));
         }
-        if self.options.world_from_camera.is_none() {
+        if !self.options.has_camera() {
             self.warn(end, "the scene has no Camera; it is seen from the origin along +z");
         }
-        let options = self.options;
-        let filter = match &options.filter {
-            Some((name, params)) => film::filter(name, params)?,
-            None => film::filter("gaussian", &ParamList::default())?,
-        };
-        let film = film::film(&options.film, filter)?;
-        let world_from_camera = options.world_from_camera.unwrap_or(DAffine3::IDENTITY);
-        let iterations = film::DEFAULT_INTEGRATOR.iterations;
-        let iterations = options.iterations.unwrap_or(iterations);
-        let (name, params) = options.integrator.unwrap_or_default();
-        Ok(Scene {
-            camera: camera::camera(&options.camera, world_from_camera, film.resolution)?,
-            integrator: film::integrator(&name, &params, iterations)?,
-            film,
-            materials,
-            shapes,
-            lights: self.lights,
-            warnings: self.warnings,
-        })
+        let (film, camera, integrator) = std::mem::take(&mut self.options).resolve()?;
+        let (lights, warnings) = (std::mem::take(&mut self.lights), std::mem::take(&mut self.warnings));
+        Ok(Scene { camera, integrator, film, materials, shapes, lights, warnings })
     }
 
     /// Shapes with the indices of their materials, and the materials in use. Shapes of none are
@@ -458,9 +377,13 @@ impl SceneBuilder {
             return Ok(index);
         }
         let nothing = Ok(Made::Material(material::default()));
-        let resolved = match std::mem::replace(&mut self.slots[slot].made, nothing)? {
-            Made::Material(material) => material,
-            Made::Mix { parts, amount, location } => {
+        let resolved = match std::mem::replace(&mut self.slots[slot].made, nothing) {
+            Err(error) => {
+                self.notes(Err(error))?;
+                material::default()
+            }
+            Ok(Made::Material(material)) => material,
+            Ok(Made::Mix { parts, amount, location }) => {
                 let again = format!("this mix is of itself, or of mixes more than {MAX_MIX_DEPTH} deep; expected less");
                 if depth >= MAX_MIX_DEPTH {
                     return Err(location.invalid(again));
@@ -470,7 +393,8 @@ impl SceneBuilder {
                 for (index, part) in indices.iter_mut().zip(&parts) {
                     *index = self.resolve_material(part, materials, depth + 1)?;
                     if materials[*index] == Material::Interface {
-                        return Err(location.unsupported("a mix with \"interface\"", "a mix of surfaces"));
+                        let error = location.unsupported("a mix with \"interface\"", "a mix of surfaces");
+                        self.notes(Err(error))?;
                     }
                 }
                 Material::Mix { materials: indices, amount }
@@ -480,10 +404,4 @@ impl SceneBuilder {
         self.slots[slot].index = Some(materials.len() - 1);
         Ok(materials.len() - 1)
     }
-}
-
-/// Checks an option, which `Attribute` has no defaults for.
-fn check(family: &Family, name: &str, location: &Location, params: &mut ParamList) -> Result<(), SceneError> {
-    family.check(name, location, params, &ParamList::default())?;
-    Ok(())
 }

@@ -60,7 +60,10 @@ fn a_scene_is_resolved() {
     assert_eq!(scene.film.filename, Some("a.exr".into()));
     assert_eq!(scene.film.filter.kind, FilterKind::Gaussian { sigma: 0.5 });
     assert_eq!(scene.camera.screen_window, [-2.0, 2.0, -1.0, 1.0]);
-    assert!((scene.camera.tan_half_fov - 1.0).abs() < 1e-12);
+    let Projection::Perspective { tan_half_fov } = scene.camera.projection else {
+        panic!("not a perspective camera");
+    };
+    assert!((tan_half_fov - 1.0).abs() < 1e-12);
     let eye = scene.camera.world_from_camera.translation;
     assert!(eye.distance(DVec3::new(0.0, 1.0, 5.0)) < 1e-12);
     let expected =
@@ -206,15 +209,12 @@ fn what_is_not_supported_yet_is_named_with_its_place() {
             "2:20: \"texture reflectance\" of Material \"diffuse\" is not",
         ),
         (
-            "Material \"dielectric\" \"spectrum eta\" \"eta.spd\" Shape \"sphere\"",
-            "the spectrum \"eta.spd\" of \"spectrum eta\" is not supported yet",
+            "Material \"dielectric\" \"spectrum eta\" \"stdillum-F1\" Shape \"sphere\"",
+            "the spectrum \"stdillum-F1\" of \"spectrum eta\" is not supported yet",
         ),
         ("LightSource \"infinite\" \"point3 portal\" [0 0 0]", "2:24: \"point3 portal\" of LightSource"),
         ("MediumInterface \"fog\" \"\"", "2:1: MediumInterface \"fog\""),
         ("ObjectBegin \"x\"", "2:1: ObjectBegin is not supported yet"),
-        ("Import \"x\"", "2:1: Import is not supported yet; supported here: Include"),
-        ("ColorSpace \"rec2020\"", "2:12: ColorSpace \"rec2020\" is not supported yet; supported here: \"srgb\""),
-        ("ActiveTransform StartTime", "2:17: ActiveTransform StartTime is not"),
     ] {
         let result = in_world(world);
         assert!(matches!(result, Err(SceneError::Unsupported { .. })), "{world}");
@@ -309,22 +309,16 @@ fn broken_options_are_refused_with_a_reason() {
         ),
         ("Film \"rgb\" \"integer yresolution\" -5", "from 1 to 65536"),
         ("Film \"rgb\" \"integer yresolution\" 99999999999999999999", "expected a whole number"),
-        ("Film \"rgb\" \"float iso\" 200", "an exposure of 2 is not supported yet"),
-        ("Film \"rgb\" \"string sensor\" \"canon\"", "the sensor \"canon\" is not supported yet"),
         ("Camera \"perspective\" \"float fov\" 180", "expected an angle between 0 and 180"),
         ("Camera \"perspective\" \"float screenwindow\" [1 -1 0 1]", "x minimum < x maximum"),
         ("Camera \"perspective\" \"float screenwindow\" [1 2]", "2 values; expected 4 values"),
-        ("Camera \"orthographic\"", "1:8: Camera \"orthographic\" is not supported yet"),
+        ("Camera \"realistic\"", "1:8: Camera \"realistic\" is not supported yet"),
         ("Integrator \"sppm\" \"float radius\" 0", "expected a length from 1e-15 to 1e15"),
         ("Integrator \"sppm\" \"float radius\" -1", "expected a length"),
         ("Integrator \"sppm\" \"float radius\" 1e30", "expected a length"),
         ("Integrator \"sppm\" \"integer photonsperiteration\" 0", "expected at least 1"),
         ("Integrator \"sppm\" \"integer maxdepth\" 0", "from 1 to 65535"),
         ("Sampler \"halton\" \"integer pixelsamples\" 0", "a whole number from 1"),
-        (
-            "PixelFilter \"mitchell\"",
-            "PixelFilter \"mitchell\" is not supported yet; supported here: \"box\", \"triangle\", \"gaussian\"",
-        ),
         ("Shape \"sphere\"", "1:1: Shape stands before WorldBegin"),
         ("Film \"rgb", "1:6: unterminated string \"rgb"),
         ("Film \"rgb\" \"integer xresolution\" [", "found `WorldBegin` as a value of"),

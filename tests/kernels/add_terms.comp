@@ -14,6 +14,6 @@ void main() {
     if (i >= values.data.length()) {
         return;
     }
-    terms.data[i] = to_term(values.data[i]);
+    terms.data[i] = to_signed_term(values.data[i]);
     totals.data[i] = add_exactly(sums.data[i], terms.data[i]);
 }

@@ -1,12 +1,12 @@
-//! Exact sums of radiance: to_term and add_exactly.
+//! Exact sums of radiance: to_term, to_signed_term and add_exactly.
 
 use crate::bench::{Bench, Rng};
 use crate::generated::{AddSums, AddTerms};
 
 type Sum = [u32; 4];
 
-/// The largest fp32 below 2^40.
-const LARGEST: f32 = 1_099_511_562_240.0;
+/// The largest fp32 below 2^39.
+const LARGEST: f32 = 549_755_781_120.0;
 
 fn words(bits: u128) -> Sum {
     [0, 32, 64, 96].map(|shift| (bits >> shift) as u32)
@@ -18,15 +18,16 @@ fn number(sum: Sum) -> u128 {
 
 /// Nearest integer; exact, since a value has 24 bits and f64 holds 53.
 fn to_term(value: f32) -> u128 {
-    (f64::from(value) * 56_f64.exp2()).round_ties_even() as u128
+    ((f64::from(value) * 56_f64.exp2()).round_ties_even() as i128).cast_unsigned()
 }
 
-/// From 0 to the largest, at every power of two and at every edge between the words.
+/// Of either sign, from 0 to the largest, at every power of two and at every edge between the
+/// words.
 fn values() -> Vec<f32> {
     let mut rng = Rng(1);
-    let mut values: Vec<f32> = (0..300_000).map(|_| rng.log_range(1e-20, 1.0995e12) as f32).collect();
+    let mut values: Vec<f32> = (0..300_000).map(|_| rng.log_range(1e-20, 5.4975e11) as f32).collect();
     values.extend((0..100_000).map(|_| rng.range(0.0, 300.0) as f32));
-    for exponent in -64..=40 {
+    for exponent in -64..=39 {
         let power = f32::exp2(exponent as f32);
         values.extend([power.next_down(), power, power.next_up(), 1.5 * power, 2.5 * power]);
     }
@@ -37,6 +38,7 @@ fn values() -> Vec<f32> {
     }
     values.extend([0.0, f32::MIN_POSITIVE, LARGEST, LARGEST.next_down()]);
     values.retain(|value| *value <= LARGEST);
+    values.iter_mut().step_by(3).for_each(|value| *value = -*value);
     values
 }
 
@@ -57,7 +59,7 @@ fn radiance_rounds_to_the_nearest_term_and_adds_exactly() {
     bench.run(&AddTerms { values: &input, sums: &before, terms: &terms, totals: &totals }, values.len());
     for (((value, sum), term), total) in values.iter().zip(sums).zip(bench.read(&terms)).zip(bench.read(&totals)) {
         assert_eq!(number(term), to_term(*value), "{value:e}");
-        assert_eq!(number(total), sum + to_term(*value), "{sum:x} and {value:e}");
+        assert_eq!(number(total), sum.wrapping_add(to_term(*value)), "{sum:x} and {value:e}");
     }
 }
 

@@ -1,5 +1,6 @@
 //! Renders against closed forms: what light must do, whatever the scene.
 
+mod camera;
 mod diffuse;
 mod focus;
 mod images;

@@ -1,0 +1,205 @@
+//! `goblet info`: what is in a scene, without a device.
+
+use std::collections::BTreeMap;
+
+use serde::Serialize;
+use serde_json::Value;
+
+use super::stats::count;
+use super::{Failure, InfoArgs};
+use crate::buffers::Sizes;
+use crate::kernels::{AREA, DISTANT, INFINITE, POINT, SPOT, Specialization};
+use crate::options::{Options, Resolved};
+use crate::pack::{PackedScene, pack};
+use crate::renderer::RenderError;
+use crate::scene::{Scene, Survey};
+use crate::view::pack_camera;
+
+/// What is known of a scene; what cannot be told is left out.
+#[derive(Serialize)]
+struct Info {
+    #[serde(flatten)]
+    contents: Option<Contents>,
+    /// What was ignored or is rendered differently than asked for.
+    warnings: Vec<String>,
+    unsupported: Vec<String>,
+    /// Any other fault.
+    error: Option<String>,
+}
+
+#[derive(Serialize)]
+struct Contents {
+    /// Counts by type.
+    scene: BTreeMap<&'static str, u64>,
+    bounds: Bounds,
+    /// W, the mean of red, green and blue, by kind of light.
+    light_power: BTreeMap<&'static str, f64>,
+    film: Film,
+    camera: Camera,
+    integrator: Integrator,
+    /// What of the kernels the scene makes use of.
+    specialization: BTreeMap<String, Value>,
+    memory: Memory,
+}
+
+/// A sphere around everything, scene units.
+#[derive(Serialize)]
+struct Bounds {
+    center: [f64; 3],
+    radius: f64,
+}
+
+#[derive(Serialize)]
+struct Film {
+    resolution: [u32; 2],
+    /// The first pixel that is rendered, and the one after the last.
+    rendered: [[u32; 2]; 2],
+    exposure: f64,
+    filter: String,
+    filter_radius: [f64; 2],
+}
+
+#[derive(Serialize)]
+struct Camera {
+    projection: String,
+    position: [f64; 3],
+    screen_window: [f64; 4],
+    lens_radius: f64,
+    focal_distance: f64,
+}
+
+#[derive(Serialize)]
+struct Integrator {
+    iterations: u32,
+    photons_per_iteration: u64,
+    max_depth: u32,
+    /// Scene units; none where it follows the pixels.
+    radius: Option<f64>,
+    seed: u32,
+}
+
+/// Device memory, estimated; bytes.
+#[derive(Serialize)]
+struct Memory {
+    scene: u64,
+    buffers: u64,
+}
+
+/// Prints it.
+///
+/// # Errors
+/// The scene cannot be rendered; what can be told of it is printed nevertheless.
+pub fn run(args: &InfoArgs) -> Result<(), Failure> {
+    let Survey { scene, unsupported, error } = Scene::survey(&args.scene);
+    let (contents, error) = match (scene.as_ref().map(Contents::new).transpose(), error) {
+        (Ok(contents), error) => (contents, error.map(Failure::from)),
+        (Err(failure), _) => (None, Some(failure.into())),
+    };
+    let info = Info {
+        contents,
+        warnings: scene.map(|scene| scene.warnings).unwrap_or_default(),
+        unsupported: unsupported.iter().map(ToString::to_string).collect(),
+        error: error.as_ref().map(ToString::to_string),
+    };
+    let value = serde_json::to_value(&info).map_err(|error| Failure::Info(error.to_string()))?;
+    if args.json {
+        println!("{value:#}");
+    } else {
+        print(&value, 0);
+    }
+    match error {
+        Some(error) if unsupported.is_empty() => Err(error),
+        None if unsupported.is_empty() => Ok(()),
+        _ => Err(Failure::Unrenderable(args.scene.display().to_string())),
+    }
+}
+
+impl Contents {
+    fn new(scene: &Scene) -> Result<Self, RenderError> {
+        let options = Options::default();
+        let packed = pack(scene, options.revolution_solver)?;
+        let size = packed.space.radius / packed.space.scale;
+        let resolved = options.resolve(scene, size)?;
+        let view = pack_camera(&scene.camera, &scene.film, resolved.full_resolution, &packed.space.from_world());
+        let Resolved { resolution, photons, max_depth, .. } = resolved;
+        Ok(Self {
+            scene: count(scene),
+            bounds: Bounds { center: packed.space.center.to_array(), radius: size },
+            light_power: light_power(&packed),
+            film: Film {
+                resolution: scene.film.resolution,
+                rendered: scene.film.bounds(scene.film.resolution),
+                exposure: scene.film.exposure,
+                filter: format!("{:?}", scene.film.filter.kind),
+                filter_radius: scene.film.filter.radius.to_array(),
+            },
+            camera: Camera {
+                projection: format!("{:?}", scene.camera.projection),
+                position: scene.camera.world_from_camera.translation.to_array(),
+                screen_window: scene.camera.screen_window,
+                lens_radius: scene.camera.lens_radius,
+                focal_distance: scene.camera.focal_distance,
+            },
+            integrator: Integrator {
+                iterations: scene.integrator.iterations,
+                photons_per_iteration: photons,
+                max_depth,
+                radius: resolved.radius,
+                seed: resolved.seed,
+            },
+            specialization: features(&view.specialize(packed.specialization)),
+            memory: Memory { scene: packed.bytes(), buffers: Sizes::new(resolution, photons, max_depth).bytes() },
+        })
+    }
+}
+
+fn light_power(packed: &PackedScene) -> BTreeMap<&'static str, f64> {
+    let scene_unit = 1.0 / packed.space.scale;
+    let mut powers = BTreeMap::new();
+    for light in &packed.lights {
+        let kind = match light.kind {
+            POINT => "point",
+            SPOT => "spot",
+            DISTANT => "distant",
+            INFINITE => "infinite",
+            AREA => "area",
+            _ => "other",
+        };
+        let power = f64::from(light.emission_pmf) * packed.mean_power * scene_unit * scene_unit;
+        *powers.entry(kind).or_insert(0.0) += power;
+    }
+    powers
+}
+
+/// The constants that are neither false nor 0, by their names.
+fn features(specialization: &Specialization) -> BTreeMap<String, Value> {
+    let text = format!("{specialization:#?}");
+    let fields = text.lines().filter_map(|line| line.trim().trim_end_matches(',').split_once(": "));
+    let used = fields.filter(|(_, value)| !["false", "0", "0.0"].contains(value));
+    used.map(|(name, value)| (name.to_owned(), value.parse().unwrap_or(Value::Null))).collect()
+}
+
+/// Prints JSON for people: a line per value, indented below its name.
+fn print(value: &Value, indent: usize) {
+    let Value::Object(fields) = value else { return };
+    for (name, value) in fields {
+        let label = format!("{:indent$}{}", "", name.replace('_', " "));
+        match value {
+            Value::Object(_) => {
+                println!("{label}");
+                print(value, indent + 2);
+            }
+            Value::Array(items) if items.iter().all(Value::is_string) => {
+                for item in items {
+                    println!("{label}: {}", plain(item));
+                }
+            }
+            Value::Null => {}
+            _ => println!("{label}: {}", plain(value)),
+        }
+    }
+}
+
+fn plain(value: &Value) -> String {
+    value.as_str().map_or_else(|| value.to_string(), str::to_owned)
+}

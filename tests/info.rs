@@ -1,0 +1,70 @@
+//! `goblet info`: what it says of scenes that can be rendered and of others.
+
+#[path = "support/command.rs"]
+mod command;
+
+use command::{Bench, LIGHT, scene};
+use goblet::{Options, Renderer, open_device};
+use serde_json::Value;
+
+fn info(bench: &Bench, code: i32) -> Value {
+    let run = bench.run(&["info", "scene.pbrt", "--json"]);
+    assert_eq!(run.code, code, "{run:?}");
+    serde_json::from_str(&run.stdout).unwrap()
+}
+
+#[test]
+fn a_scene_is_described() {
+    let bench = Bench::new();
+    let info = info(&bench, 0);
+    assert_eq!(info["scene"]["spheres"], 1);
+    assert_eq!(info["scene"]["point_lights"], 1);
+    assert_eq!(info["film"]["resolution"], serde_json::json!([16, 12]));
+    assert_eq!(info["integrator"]["photons_per_iteration"], 500);
+    assert_eq!(info["specialization"]["has_dielectrics"], true);
+    assert!(info["specialization"].get("has_conductors").is_none());
+    let power = info["light_power"]["point"].as_f64().unwrap();
+    assert!((power / (4.0 * std::f64::consts::PI * 5.0) - 1.0).abs() < 1e-6, "{power}");
+    assert_eq!(info["unsupported"], serde_json::json!([]));
+    let text = bench.run(&["info", "scene.pbrt"]);
+    assert!(text.code == 0 && text.stdout.contains("\n  spheres: 1\n"), "{text:?}");
+}
+
+#[test]
+fn everything_unsupported_is_listed() {
+    let bench = Bench::new();
+    let more = "LightSource \"goniometric\" MediumInterface \"fog\" \"\"
+        Material \"hair\" Shape \"sphere\" Material \"diffuse\"";
+    bench.write("scene.pbrt", scene(LIGHT, &format!("{LIGHT}\n{more}")).replace("\"perspective\"", "\"realistic\""));
+    let info = info(&bench, 2);
+    let unsupported: Vec<&str> =
+        info["unsupported"].as_array().unwrap().iter().map(|error| error.as_str().unwrap()).collect();
+    for (line, what) in [(3, "realistic"), (8, "goniometric"), (8, "MediumInterface"), (9, "hair")] {
+        let found = unsupported.iter().any(|it| it.starts_with(&format!("scene.pbrt:{line}:")) && it.contains(what));
+        assert!(found, "{what}: {unsupported:#?}");
+    }
+    assert_eq!(info["scene"]["spheres"], 2);
+    // What is simply wrong is so here too, after what was found before it.
+    bench.write("scene.pbrt", scene(LIGHT, "LightSource \"goniometric\" Shape \"cube\""));
+    let run = bench.run(&["info", "scene.pbrt"]);
+    assert_eq!(run.code, 2);
+    assert!(run.stdout.contains("goniometric") && run.stdout.contains("unknown Shape \"cube\""), "{run:?}");
+    let run = bench.run(&["info", "absent.pbrt"]);
+    assert!(run.code == 2 && run.stderr.contains("cannot read absent.pbrt"), "{run:?}");
+}
+
+/// The estimate counts what a renderer allocates.
+#[test]
+fn memory_is_about_what_a_render_takes() {
+    let bench = Bench::new();
+    let film = "xresolution\" 512 \"integer yresolution\" 512";
+    bench.write("scene.pbrt", scene("xresolution\" 16 \"integer yresolution\" 12", film));
+    let memory = &info(&bench, 0)["memory"];
+    let estimate = memory["scene"].as_f64().unwrap() + memory["buffers"].as_f64().unwrap();
+    let scene = goblet::scene::Scene::load(bench.path("scene.pbrt")).unwrap();
+    let device = std::rc::Rc::new(open_device(None, true).unwrap());
+    let before = device.allocated_bytes();
+    let _renderer = Renderer::new(device.clone(), &scene, &Options::default()).unwrap();
+    let taken = (device.allocated_bytes() - before) as f64;
+    assert!((estimate / taken - 1.0).abs() < 0.15, "{estimate} {taken}");
+}
