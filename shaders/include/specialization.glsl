@@ -33,9 +33,14 @@ layout(constant_id = 26) const bool HAS_SPHERE_LIGHTS = true;
 layout(constant_id = 27) const bool HAS_DISK_LIGHTS = true;
 layout(constant_id = 28) const bool HAS_REVOLUTION_LIGHTS = true;
 layout(constant_id = 29) const uint FLAT_REVOLUTIONS = 0u;
+layout(constant_id = 60) const bool HAS_INSTANCES = true;
 
 // Which kind of primitive a reference names; decided at compile time where it can be. Ask
 // in this order.
+bool is_instance(uint kind) {
+    return HAS_INSTANCES && kind == INSTANCE;
+}
+
 bool is_triangle(uint kind) {
     if (HAS_CURVED) {
         return HAS_TRIANGLES && kind == TRIANGLE;

@@ -18,6 +18,7 @@ mod lexer;
 mod light;
 mod material;
 mod model;
+mod object;
 mod params;
 mod parser;
 mod ply;

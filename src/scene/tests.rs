@@ -8,6 +8,8 @@ use proptest::prelude::*;
 
 use super::*;
 
+mod objects;
+
 const SCENE: &str = "\
 Film \"rgb\" \"integer xresolution\" 200 \"integer yresolution\" 100 \"string filename\" \"a.exr\"
 Sampler \"halton\" \"integer pixelsamples\" 64
@@ -212,7 +214,6 @@ fn what_is_not_supported_yet_is_named_with_its_place() {
         ("LightSource \"infinite\" \"string filename\" \"x\"", "2:24: \"string filename\" of LightSource"),
         ("LightSource \"goniometric\"", "2:13: LightSource \"goniometric\" is not"),
         ("MediumInterface \"fog\" \"\"", "2:1: MediumInterface \"fog\""),
-        ("ObjectBegin \"x\"", "2:1: ObjectBegin is not supported yet"),
         ("Import \"x\"", "2:1: Import is not supported yet; supported here: Include"),
         ("ColorSpace \"rec2020\"", "2:12: ColorSpace \"rec2020\" is not supported yet; supported here: \"srgb\""),
         ("ActiveTransform StartTime", "2:17: ActiveTransform StartTime is not"),
@@ -264,8 +265,8 @@ fn broken_directives_are_refused_with_a_reason() {
         ("LookAt 1 1 1 1 1 1 0 1 0", "LookAt is no transform"),
         ("Translate 1 2 x", "2:15: found `x`; expected 3 numbers after Translate"),
         ("CoordSysTransform \"x\"", "unknown coordinate system \"x\""),
-        ("AttributeBegin", "2:1: this attribute block is never ended"),
-        ("AttributeEnd", "2:1: this ends an attribute block that was never begun"),
+        ("AttributeBegin", "2:1: this block is never ended; expected AttributeEnd"),
+        ("AttributeEnd", "2:1: this ends a block that was never begun"),
         ("NamedMaterial \"x\" Shape \"sphere\"", "2:15: unknown material \"x\""),
         (
             "MakeNamedMaterial \"x\" \"string type\" \"diffuse\" MakeNamedMaterial \"x\" \"string type\" \"diffuse\"",

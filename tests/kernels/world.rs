@@ -9,8 +9,8 @@ use goblet_host::{Buffer, Texels};
 
 use crate::bench::Bench;
 use crate::generated::{
-    AliasEntry, BvhPair, COUNT_SHIFT, Light, MAX_LEAF_COUNT, Material, NONE, NewtonStart, Quadric, Revolution,
-    RevolutionPiece, RevolutionSegment, SPHERE, SceneBindings, SceneInfo, Triangle, TriangleNormals,
+    AliasEntry, BvhPair, COUNT_SHIFT, Instance, Light, MAX_LEAF_COUNT, Material, NONE, NewtonStart, Quadric,
+    Revolution, RevolutionPiece, RevolutionSegment, SPHERE, SceneBindings, SceneInfo, Triangle, TriangleNormals,
 };
 use glam::{DAffine3, DMat3, DVec3};
 
@@ -25,6 +25,7 @@ pub struct World {
     pub quadrics: Vec<Quadric>,
     pub revolutions: Vec<Revolution>,
     pub revolution_pieces: Vec<RevolutionPiece>,
+    pub instances: Vec<Instance>,
     pub revolution_segments: Vec<RevolutionSegment>,
     pub newton_starts: Vec<NewtonStart>,
     pub materials: Vec<Material>,
@@ -44,6 +45,7 @@ impl Default for World {
             quadrics: Vec::new(),
             revolutions: Vec::new(),
             revolution_pieces: Vec::new(),
+            instances: Vec::new(),
             revolution_segments: Vec::new(),
             newton_starts: Vec::new(),
             materials: Vec::new(),
@@ -90,6 +92,7 @@ impl World {
             quadrics: twins(&packed.quadrics),
             revolutions: twins(&packed.revolutions),
             revolution_pieces: twins(&packed.revolution_pieces),
+            instances: twins(&packed.instances),
             revolution_segments: twins(&packed.revolution_segments),
             newton_starts: twins(&packed.newton_starts),
             materials: twins(&packed.materials),
@@ -130,6 +133,7 @@ impl World {
             quadrics: bench.upload_texels(&self.quadrics),
             revolutions: bench.upload_texels(&self.revolutions),
             revolution_pieces: bench.upload_texels(&self.revolution_pieces),
+            instances: bench.upload_texels(&self.instances),
             revolution_segments: bench.upload(&self.revolution_segments),
             newton_starts: bench.upload(&self.newton_starts),
             materials: bench.upload_texels(&self.materials),
@@ -150,6 +154,7 @@ pub struct GpuWorld {
     quadrics: Texels<Quadric>,
     revolutions: Texels<Revolution>,
     revolution_pieces: Texels<RevolutionPiece>,
+    instances: Texels<Instance>,
     revolution_segments: Buffer<RevolutionSegment>,
     newton_starts: Buffer<NewtonStart>,
     materials: Texels<Material>,
@@ -169,6 +174,7 @@ impl GpuWorld {
             quadrics: &self.quadrics,
             revolutions: &self.revolutions,
             revolution_pieces: &self.revolution_pieces,
+            instances: &self.instances,
             revolution_segments: &self.revolution_segments,
             newton_starts: &self.newton_starts,
             materials: &self.materials,
