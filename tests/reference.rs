@@ -31,6 +31,11 @@ fn revolution_matches_the_reference() {
     assert_matches("revolution", 0.01333);
 }
 
+#[test]
+fn shapes_match_the_reference() {
+    assert_matches("shapes", 0.01917);
+}
+
 /// Renders a scene as it asks to be rendered, and compares.
 fn assert_matches(name: &str, max_relmse: f64) {
     let folder = support::root().join("tests/reference");

@@ -387,8 +387,12 @@ impl SceneBuilder {
                 self.warn(directive, "shapes of an object emit no light; as in pbrt, only those outside do");
             }
         }
+        let geometry = shape::geometry(name, &params, &mut self.files, location)?;
+        if emission.is_some_and(|emission| emission.power.is_some()) {
+            shape::check_power(name, &geometry, location)?;
+        }
         let shape = Shape {
-            geometry: shape::geometry(name, &params, &mut self.files, location)?,
+            geometry,
             world_from_object: self.state.world_from_object,
             reverse_orientation: self.state.reverse_orientation,
             material: 0,

@@ -229,7 +229,7 @@ fn what_is_not_supported_yet_is_named_with_its_place() {
 fn broken_shapes_are_refused_with_a_reason() {
     for (world, expected) in [
         ("Shape \"sphere\" \"float radius\" -1", "2:16: \"float radius\" is -1; expected a number above 0"),
-        ("Shape \"spere\"", "2:7: unknown Shape \"spere\"; expected one of: \"disk\", "),
+        ("Shape \"spere\"", "2:7: unknown Shape \"spere\"; expected one of: \"bilinearmesh\", "),
         ("Shape \"sphere\" \"float zmin\" 2", "expected cuts that leave some of the sphere"),
         ("Shape \"disk\" \"float innerradius\" 1", "expected 0 or more, below the radius"),
         (
