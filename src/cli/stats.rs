@@ -158,6 +158,9 @@ fn count(scene: &Scene) -> BTreeMap<&'static str, u64> {
             Material::Dielectric { .. } => add("dielectric_shapes", 1),
         }
     }
+    if !scene.instances.is_empty() {
+        add("instances", scene.instances.len() as u64);
+    }
     for light in &scene.lights {
         match light {
             Light::Point { .. } => add("point_lights", 1),

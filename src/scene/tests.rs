@@ -242,7 +242,7 @@ fn broken_shapes_are_refused_with_a_reason() {
         ),
         (
             "Shape \"trianglemesh\" \"point3 P\" [0 0 0 1 0 0 0 1 0] \"integer indices\" [0 1]",
-            "has 2 values; expected three for each triangle",
+            "has 2 values; expected 3 for each face",
         ),
         ("Shape \"trianglemesh\" \"point3 P\" [0 0 0 1 nan 0 0 1 0]", "2:42: found `nan`"),
         ("Shape \"trianglemesh\" \"point3 P\" [0 0 0 1 1e999 0 0 1 0]", "2:42: `1e999` is not a finite number"),
