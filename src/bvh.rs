@@ -1,13 +1,18 @@
-//! The bounding volume hierarchy over all primitives.
+//! Bounding volume hierarchies over primitives.
 
+use std::hash::{DefaultHasher, Hash, Hasher};
+
+use bytemuck::Zeroable;
 use glam::Vec3A;
 use obvhs::BvhBuildParams;
 use obvhs::aabb::Aabb;
 use obvhs::bvh2::Bvh2;
-use obvhs::bvh2::builder::build_bvh2;
+use obvhs::bvh2::leaf_collapser::collapse;
 use obvhs::bvh2::node::Bvh2Node;
+use obvhs::bvh2::reinsertion::ReinsertionOptimizer;
+use obvhs::ploc::PlocBuilder;
 
-use crate::kernels::{BvhPair, COUNT_SHIFT, MAX_BVH_DEPTH, MAX_LEAF_COUNT};
+use crate::kernels::{BvhPair, COUNT_SHIFT, MAX_LEAF_COUNT};
 
 /// Boxes are this much wider on each side: the resolution of f32 at the size of render
 /// space. A ray in the plane of a face must not lose the box, flat or not.
@@ -17,21 +22,99 @@ pub const PADDING: f32 = f32::EPSILON;
 pub struct Bvh {
     /// Children of each inner node; the root's are the first.
     pub pairs: Vec<BvhPair>,
-    /// For each place of a leaf, which of the boxes given to [`build`] stands there.
-    pub order: Vec<u32>,
+    /// References to primitives, in the order of the leaves.
+    pub primitives: Vec<u32>,
+    /// The most nodes between a root and a leaf, both counted.
+    pub depth: usize,
 }
 
-/// Builds a hierarchy over boxes, of which there is at least one. `None` if it is deeper
-/// than a ray can walk.
-pub fn build(boxes: &[Aabb]) -> Option<Bvh> {
-    let mut params =
-        if boxes.len() > 2_000_000 { BvhBuildParams::fast_build() } else { BvhBuildParams::medium_build() };
-    params.max_prims_per_leaf = params.max_prims_per_leaf.min(MAX_LEAF_COUNT);
-    let bvh = build_bvh2(boxes, params, &mut Default::default());
-    if depth(&bvh) > MAX_BVH_DEPTH as usize {
-        return None;
+impl Bvh {
+    /// Puts another hierarchy behind this one; gives the pair of its root's children.
+    pub fn append(&mut self, other: Bvh) -> u32 {
+        let (first_pair, first_place) = (self.pairs.len() as u32, self.primitives.len() as u32);
+        let moved = |w: f32| {
+            let node = w.to_bits();
+            f32::from_bits(node + if node >> COUNT_SHIFT == 0 { first_pair } else { first_place })
+        };
+        self.pairs.extend(other.pairs.into_iter().map(|mut pair| {
+            pair.left_lower[3] = moved(pair.left_lower[3]);
+            pair.right_lower[3] = moved(pair.right_lower[3]);
+            pair
+        }));
+        self.primitives.extend(other.primitives);
+        first_pair
     }
-    Some(Bvh { pairs: pairs(&bvh), order: bvh.primitive_indices.clone() })
+
+    /// Boxes that hold all primitives between them: those of the nodes that are `levels` below
+    /// the root, and of leaves above.
+    pub fn cover(&self, levels: u32) -> Vec<Aabb> {
+        let mut boxes = Vec::new();
+        let mut pending = vec![(0, 1)];
+        while let Some((index, level)) = pending.pop() {
+            let pair: &BvhPair = &self.pairs[index as usize];
+            for (lower, upper) in [(pair.left_lower, pair.left_upper), (pair.right_lower, pair.right_upper)] {
+                let corner = |corner: [f32; 4]| Vec3A::new(corner[0], corner[1], corner[2]);
+                let bounds = Aabb::new(corner(lower), corner(upper));
+                let child = lower[3].to_bits();
+                if level < levels && child >> COUNT_SHIFT == 0 {
+                    pending.push((child, level + 1));
+                } else if bounds.valid() {
+                    boxes.push(bounds);
+                }
+            }
+        }
+        boxes
+    }
+}
+
+/// The deepest that a hierarchy must be allowed to be: that of as many primitives as there
+/// may be, in halves.
+const LEAST_DEPTH: usize = 32;
+/// The same for what an instance is of, which stands on the stack above the scene's.
+pub const OBJECT_DEPTH: usize = LEAST_DEPTH;
+
+/// More boxes than this in one place make a chain of nodes, one by one.
+const MOST_EQUAL: usize = 32;
+
+/// Builds a hierarchy over the boxes of primitives, of which there is at least one, that is
+/// no deeper than `most`, which is [`LEAST_DEPTH`] or more.
+pub fn build(boxes: &[Aabb], references: &[u32], most: usize) -> Bvh {
+    let (pairs, order, depth) = (most_equal(boxes) <= MOST_EQUAL)
+        .then(|| clusters(boxes))
+        .map(|bvh| (pairs(&bvh), depth(&bvh), bvh.primitive_indices))
+        .filter(|(_, depth, _)| *depth <= most)
+        .map_or_else(|| Halving::of(boxes), |(pairs, depth, order)| (pairs, order, depth));
+    Bvh { pairs, primitives: order.iter().map(|index| references[*index as usize]).collect(), depth }
+}
+
+/// How many boxes are the same, at most.
+fn most_equal(boxes: &[Aabb]) -> usize {
+    let hash = |bounds: &Aabb| {
+        let mut hasher = DefaultHasher::new();
+        bytemuck::bytes_of(&[bounds.min.to_array(), bounds.max.to_array()]).hash(&mut hasher);
+        hasher.finish()
+    };
+    let mut hashes: Vec<u64> = boxes.iter().map(hash).collect();
+    hashes.sort_unstable();
+    hashes.chunk_by(|a, b| a == b).map(<[u64]>::len).max().unwrap_or(0)
+}
+
+/// A hierarchy of neighbouring boxes, made better by moving nodes about.
+fn clusters(boxes: &[Aabb]) -> Bvh2 {
+    let params = if boxes.len() > 2_000_000 { BvhBuildParams::fast_build() } else { BvhBuildParams::medium_build() };
+    let mut bvh = PlocBuilder::with_capacity(boxes.len()).build(
+        params.ploc_search_distance,
+        boxes,
+        (0..boxes.len() as u32).collect(),
+        params.sort_precision,
+        params.search_depth_threshold,
+    );
+    let mut optimizer = ReinsertionOptimizer::default();
+    optimizer.run(&mut bvh, params.reinsertion_batch_ratio, None);
+    collapse(&mut bvh, params.max_prims_per_leaf.min(MAX_LEAF_COUNT), params.collapse_traversal_cost);
+    let again = params.reinsertion_batch_ratio * params.post_collapse_reinsertion_batch_ratio_multiplier;
+    optimizer.run(&mut bvh, again, None);
+    bvh
 }
 
 /// Children come in pairs behind the root: nodes 2i + 1 and 2i + 2 are pair i.
@@ -52,13 +135,18 @@ fn pairs(bvh: &Bvh2) -> Vec<BvhPair> {
 }
 
 fn pair(left: &Bvh2Node, right: &Bvh2Node, first: u32) -> BvhPair {
+    pair_of([(left.aabb, reference(left, first)), (right.aabb, reference(right, first))])
+}
+
+/// The pair of two children: their boxes, and what they are to their parent.
+fn pair_of([(left, left_bits), (right, right_bits)]: [(Aabb, u32); 2]) -> BvhPair {
     let corner = |corner: Vec3A, bits: u32| [corner.x, corner.y, corner.z, f32::from_bits(bits)];
     let padding = Vec3A::splat(PADDING);
     BvhPair {
-        left_lower: corner(left.aabb.min - padding, reference(left, first)),
-        left_upper: corner(left.aabb.max + padding, 0),
-        right_lower: corner(right.aabb.min - padding, reference(right, first)),
-        right_upper: corner(right.aabb.max + padding, 0),
+        left_lower: corner(left.min - padding, left_bits),
+        left_upper: corner(left.max + padding, 0),
+        right_lower: corner(right.min - padding, right_bits),
+        right_upper: corner(right.max + padding, 0),
     }
 }
 
@@ -91,6 +179,45 @@ fn depth(bvh: &Bvh2) -> usize {
     deepest
 }
 
+/// Builds a hierarchy by halves along the longest axis: not the fastest to walk, but shallow.
+struct Halving<'a> {
+    boxes: &'a [Aabb],
+    pairs: Vec<BvhPair>,
+}
+
+impl Halving<'_> {
+    /// Pairs, order and depth for boxes of which there are more than fit in a leaf.
+    fn of(boxes: &[Aabb]) -> (Vec<BvhPair>, Vec<u32>, usize) {
+        let mut order: Vec<u32> = (0..boxes.len() as u32).collect();
+        let mut halving = Halving { boxes, pairs: Vec::new() };
+        let (_, _, depth) = halving.node(&mut order, 0);
+        (halving.pairs, order, depth)
+    }
+
+    /// A node over part of the order: its box, what it is to its parent, and its depth.
+    fn node(&mut self, part: &mut [u32], first: u32) -> (Aabb, u32, usize) {
+        let bounds = part.iter().fold(Aabb::empty(), |all, index| all.union(&self.boxes[*index as usize]));
+        if part.len() <= MAX_LEAF_COUNT as usize {
+            return (bounds, (part.len() as u32) << COUNT_SHIFT | first, 1);
+        }
+        let extent = bounds.max - bounds.min;
+        let axis = if extent.x >= extent.y.max(extent.z) { 0 } else { 1 + usize::from(extent.z > extent.y) };
+        let place = |index: &u32| {
+            let bounds = &self.boxes[*index as usize];
+            bounds.min[axis] + bounds.max[axis]
+        };
+        let middle = part.len() / 2;
+        part.select_nth_unstable_by(middle, |a, b| place(a).total_cmp(&place(b)));
+        let index = self.pairs.len();
+        self.pairs.push(BvhPair::zeroed());
+        let (before, after) = part.split_at_mut(middle);
+        let (left, left_bits, left_depth) = self.node(before, first);
+        let (right, right_bits, right_depth) = self.node(after, first + middle as u32);
+        self.pairs[index] = pair_of([(left, left_bits), (right, right_bits)]);
+        (bounds, index as u32, 1 + left_depth.max(right_depth))
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use proptest::prelude::*;
@@ -116,7 +243,7 @@ mod tests {
                     pending.push((first, low, high));
                 }
                 for place in first..first + count {
-                    let index = bvh.order[place as usize] as usize;
+                    let index = bvh.primitives[place as usize] as usize;
                     assert!(low.cmplt(boxes[index].min).all() && high.cmpgt(boxes[index].max).all());
                     visits[index] += 1;
                 }
@@ -138,8 +265,19 @@ mod tests {
                     Aabb::new(center - half, center + half)
                 })
                 .collect();
-            let bvh = build(&boxes).expect("a shallow tree");
+            let all: Vec<u32> = (0..boxes.len() as u32).collect();
+            let bvh = build(&boxes, &all, 64);
             prop_assert_eq!(visits(&bvh, &boxes), vec![1; boxes.len()]);
+            prop_assert!(bvh.depth <= 64);
         }
+    }
+
+    #[test]
+    fn boxes_in_one_place_make_no_deep_hierarchy() {
+        let boxes = [Aabb::new(Vec3A::splat(-0.5), Vec3A::splat(0.25)); 5000];
+        let all: Vec<u32> = (0..boxes.len() as u32).collect();
+        let bvh = build(&boxes, &all, LEAST_DEPTH);
+        assert!(bvh.depth <= LEAST_DEPTH);
+        assert_eq!(visits(&bvh, &boxes), vec![1; boxes.len()]);
     }
 }

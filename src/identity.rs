@@ -111,6 +111,7 @@ fn shapes(scene: &PackedScene) -> String {
         bytes(&scene.quadrics),
         bytes(&scene.revolutions),
         bytes(&scene.revolution_pieces),
+        bytes(&scene.instances),
         bytes(&space),
     ])
 }

@@ -5,6 +5,7 @@
 //! millimetres or kilometres, or far from the origin, thus renders alike. Radiance does
 //! not change under scaling; intensities scale with the square of length.
 
+mod instance;
 mod light;
 mod light_image;
 mod material;
@@ -13,10 +14,12 @@ mod newton;
 mod quadric;
 mod reach;
 mod revolution;
+mod space;
 
 use glam::{DAffine3, DVec3, Vec3A};
 use obvhs::aabb::Aabb;
 
+use instance::Placed;
 use light::light_of;
 use material::{pack_materials, specialize};
 pub use newton::{Envelopes, RevolutionSolver};
@@ -24,18 +27,16 @@ pub use quadric::longest_row;
 use quadric::{quadric, quadric_area, quadric_bounds};
 use reach::set_reach;
 pub use reach::sphere_of_reach;
+use space::MAX_EXTENT;
+pub use space::RenderSpace;
 
-use crate::bvh;
+use crate::bvh::{self, Bvh};
 use crate::kernels::{
-    self, AREA, AliasEntry, BvhPair, DISK, DISTANT, GONIOMETRIC, INFINITE, KIND_SHIFT, LightTexel, NONE, NewtonStart,
-    PROJECTION, Quadric, REVOLUTION, Revolution, RevolutionPiece, RevolutionSegment, SKY, SPHERE, SPOT, Specialization,
-    TRIANGLE, Triangle, TriangleNormals,
+    self, AREA, AliasEntry, BvhPair, DISK, DISTANT, GONIOMETRIC, INFINITE, Instance, KIND_SHIFT, LightTexel, NONE,
+    NewtonStart, PROJECTION, Quadric, REVOLUTION, Revolution, RevolutionPiece, RevolutionSegment, SKY, SPHERE, SPOT,
+    Specialization, TRIANGLE, Triangle, TriangleNormals,
 };
 use crate::scene::{AreaLight, Geometry, Mesh, Rgb, Scene, Shape};
-
-/// The largest radius of a scene's bounding sphere, scene units: squares of lengths must
-/// stay finite in every product of f64.
-const MAX_EXTENT: f64 = 1e30;
 
 /// Why a scene that was read cannot be rendered.
 #[derive(Debug, thiserror::Error)]
@@ -50,56 +51,15 @@ pub enum PackError {
     #[error("the scene has no light: expected a LightSource or AreaLightSource that is not black")]
     NoLight,
     /// More primitives than a reference can name.
-    #[error("the scene has {0} primitives; at most {max} fit", max = kernels::INDEX_MASK)]
+    #[error("the scene has {0} primitives; at most {max} fit", max = kernels::FIRST_MASK)]
     TooManyPrimitives(usize),
-    /// The bounding volume hierarchy is deeper than a ray can walk.
-    #[error("the scene's bounding volume hierarchy is deeper than {max} levels", max = kernels::MAX_BVH_DEPTH)]
-    TooDeep,
-}
-
-/// The map from world space to render space.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct RenderSpace {
-    /// The world point that becomes the origin.
-    pub center: DVec3,
-    /// Render units per scene unit, a power of two.
-    pub scale: f64,
-    /// Radius of the scene's bounding sphere, render units, in (1/2, 1].
-    pub radius: f64,
-}
-
-impl RenderSpace {
-    fn of(scene: &Scene) -> Result<Self, PackError> {
-        let mut lower = DVec3::INFINITY;
-        let mut upper = DVec3::NEG_INFINITY;
-        for shape in &scene.shapes {
-            for_each_bound(shape, |point| {
-                lower = lower.min(point);
-                upper = upper.max(point);
-            });
-        }
-        let half_diagonal = 0.5 * (upper - lower).length();
-        if lower.cmpgt(upper).any() || half_diagonal == 0.0 {
-            return Err(PackError::NoSurface);
-        }
-        if half_diagonal.is_nan() || half_diagonal > MAX_EXTENT {
-            return Err(PackError::TooLarge(half_diagonal));
-        }
-        let scale = (-half_diagonal.log2().ceil()).exp2();
-        Ok(Self { center: 0.5 * (lower + upper), scale, radius: half_diagonal * scale })
-    }
-
-    /// The transform from world space.
-    pub fn from_world(&self) -> DAffine3 {
-        DAffine3::from_scale(DVec3::splat(self.scale)) * DAffine3::from_translation(-self.center)
-    }
 }
 
 /// Everything about a scene that crosses to the GPU.
 pub struct PackedScene {
     /// Where render space is.
     pub space: RenderSpace,
-    /// Bounding volume hierarchy; the root is the first pair.
+    /// Bounding volume hierarchies; the scene's root is the first pair.
     pub bvh_pairs: Vec<BvhPair>,
     /// Primitive references in the order of the leaves.
     pub primitives: Vec<u32>,
@@ -117,6 +77,8 @@ pub struct PackedScene {
     pub revolution_segments: Vec<RevolutionSegment>,
     /// Vertices of the segments' approximations.
     pub newton_starts: Vec<NewtonStart>,
+    /// Places where objects stand that have hierarchies of their own.
+    pub instances: Vec<Instance>,
     /// Materials, indexed as the scene's.
     pub materials: Vec<kernels::Material>,
     /// Lights: skies first, then others that are no surface, then every emitting primitive.
@@ -149,20 +111,11 @@ const MAX_FLAT_REVOLUTIONS: usize = 16;
 /// # Errors
 /// The scene has no surface or no light, or too many primitives.
 pub fn pack(scene: &Scene, solver: RevolutionSolver) -> Result<PackedScene, PackError> {
-    let space = RenderSpace::of(scene)?;
+    let placed = Placed::of(scene)?;
+    let space = RenderSpace::of(&placed.bounds())?;
     let mut packer = Packer { render_from_world: space.from_world(), solver, ..Packer::default() };
     packer.add_lights(&scene.lights, &space);
-    for shape in &scene.shapes {
-        packer.add_shape(shape);
-    }
-    if packer.references.is_empty() {
-        return Err(PackError::NoSurface);
-    }
-    if packer.references.len() > kernels::INDEX_MASK as usize {
-        return Err(PackError::TooManyPrimitives(packer.references.len()));
-    }
-    let bvh = bvh::build(&packer.boxes).ok_or(PackError::TooDeep)?;
-    let primitives = bvh.order.iter().map(|place| packer.references[*place as usize]).collect();
+    let bvh = packer.add_surfaces(&placed)?;
     let mean_power: f64 = packer.powers.iter().sum();
     if mean_power <= 0.0 {
         return Err(PackError::NoLight);
@@ -173,7 +126,7 @@ pub fn pack(scene: &Scene, solver: RevolutionSolver) -> Result<PackedScene, Pack
     Ok(PackedScene {
         space,
         bvh_pairs: bvh.pairs,
-        primitives,
+        primitives: bvh.primitives,
         materials,
         emission_table,
         direct_table,
@@ -187,6 +140,7 @@ pub fn pack(scene: &Scene, solver: RevolutionSolver) -> Result<PackedScene, Pack
         revolution_pieces: packer.revolution_pieces,
         revolution_segments: packer.revolution_segments,
         newton_starts: packer.newton_starts,
+        instances: packer.instances,
         lights: packer.lights,
         sky_count: packer.sky_count,
         light_images: packer.light_images,
@@ -199,6 +153,7 @@ pub fn pack(scene: &Scene, solver: RevolutionSolver) -> Result<PackedScene, Pack
 struct Packer {
     render_from_world: DAffine3,
     solver: RevolutionSolver,
+    /// Of the primitives that are in no hierarchy yet: the last of `references`.
     boxes: Vec<Aabb>,
     references: Vec<u32>,
     triangles: Vec<Triangle>,
@@ -208,6 +163,7 @@ struct Packer {
     revolution_pieces: Vec<RevolutionPiece>,
     revolution_segments: Vec<RevolutionSegment>,
     newton_starts: Vec<NewtonStart>,
+    instances: Vec<Instance>,
     lights: Vec<kernels::Light>,
     sky_count: u32,
     light_images: Vec<kernels::LightImage>,
@@ -297,6 +253,16 @@ impl Packer {
         self.boxes.push(bounds);
     }
 
+    /// The hierarchy over the primitives since the last one, of which there is at least one.
+    fn build_hierarchy(&mut self, most_depth: usize) -> Result<Bvh, PackError> {
+        if self.references.len() > kernels::FIRST_MASK as usize {
+            return Err(PackError::TooManyPrimitives(self.references.len()));
+        }
+        let boxes = std::mem::take(&mut self.boxes);
+        let first = self.references.len() - boxes.len();
+        Ok(bvh::build(&boxes, &self.references[first..], most_depth))
+    }
+
     /// Adds an emitting primitive of an area in render units; its place among the lights.
     fn add_emitter(&mut self, emission: &AreaLight, primitive: u32, area: f64, bounds: &Aabb) -> u32 {
         if area <= 0.0 {
@@ -339,6 +305,7 @@ impl Packer {
         };
         let is_flat = self.triangles.len() + self.quadrics.len() <= MAX_FLAT
             && self.revolutions.len() <= MAX_FLAT_REVOLUTIONS
+            && self.instances.is_empty()
             && self.solver == RevolutionSolver::Certified;
         Specialization {
             has_triangles: has_kind(TRIANGLE),
@@ -350,6 +317,7 @@ impl Packer {
             revolution_pairs: revolution::degree(scene) / 2 + 1,
             revolution_newton: self.solver != RevolutionSolver::Certified,
             has_cut_spheres: self.quadrics.iter().any(|quadric| !whole(quadric)),
+            has_instances: !self.instances.is_empty(),
             has_shading_normals: !self.triangle_normals.is_empty(),
             has_spot_lights: has_light(SPOT),
             has_distant_lights: has_light(DISTANT),
@@ -369,34 +337,6 @@ impl Packer {
             flat_quadrics: if is_flat { self.quadrics.len() as u32 } else { 0 },
             flat_revolutions: if is_flat { self.revolutions.len() as u32 } else { 0 },
             ..specialize(materials)
-        }
-    }
-}
-
-/// Calls `visit` with points that bound a shape in world space.
-fn for_each_bound(shape: &Shape, mut visit: impl FnMut(DVec3)) {
-    let mut visit_box = |lower: DVec3, upper: DVec3| {
-        for corner in 0..8 {
-            let pick = |bit: u32, low: f64, high: f64| if corner >> bit & 1 == 0 { low } else { high };
-            let point = DVec3::new(pick(0, lower.x, upper.x), pick(1, lower.y, upper.y), pick(2, lower.z, upper.z));
-            visit(shape.world_from_object.transform_point3(point));
-        }
-    };
-    match &shape.geometry {
-        Geometry::Mesh(mesh) => {
-            mesh.positions.iter().for_each(|point| visit(shape.world_from_object.transform_point3(*point)));
-        }
-        Geometry::Sphere { radius, z_min, z_max, .. } => {
-            visit_box(DVec3::new(-radius, -radius, *z_min), DVec3::new(*radius, *radius, *z_max));
-        }
-        Geometry::Disk { height, radius, .. } => {
-            visit_box(DVec3::new(-radius, -radius, *height), DVec3::new(*radius, *radius, *height));
-        }
-        Geometry::Revolution(profile) => {
-            // Control points bound the curve, and so do their rings the body.
-            for point in profile.segments.iter().flat_map(|segment| &segment.points) {
-                visit_box(DVec3::new(-point.x, -point.x, point.y), DVec3::new(point.x, point.x, point.y));
-            }
         }
     }
 }

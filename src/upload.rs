@@ -3,8 +3,8 @@
 use goblet_host::{Buffer, Device, Texels};
 
 use crate::kernels::{
-    AliasEntry, BvhPair, Light, LightImage, LightTexel, Material, NewtonStart, Quadric, Revolution, RevolutionPiece,
-    RevolutionSegment, SceneBindings, SceneInfo, Triangle, TriangleNormals,
+    AliasEntry, BvhPair, Instance, Light, LightImage, LightTexel, Material, NewtonStart, Quadric, Revolution,
+    RevolutionPiece, RevolutionSegment, SceneBindings, SceneInfo, Triangle, TriangleNormals,
 };
 use crate::pack::{PackedScene, sphere_of_reach};
 
@@ -18,6 +18,7 @@ pub struct GpuScene {
     quadrics: Texels<Quadric>,
     revolutions: Texels<Revolution>,
     revolution_pieces: Texels<RevolutionPiece>,
+    instances: Texels<Instance>,
     revolution_segments: Buffer<RevolutionSegment>,
     newton_starts: Buffer<NewtonStart>,
     materials: Texels<Material>,
@@ -61,6 +62,7 @@ impl GpuScene {
             quadrics: device.upload_texels("quadrics", &scene.quadrics)?,
             revolutions: device.upload_texels("revolutions", &scene.revolutions)?,
             revolution_pieces: device.upload_texels("revolution_pieces", &scene.revolution_pieces)?,
+            instances: device.upload_texels("instances", &scene.instances)?,
             revolution_segments: device.upload("revolution_segments", &scene.revolution_segments)?,
             newton_starts: device.upload("newton_starts", &scene.newton_starts)?,
             materials: device.upload_texels("materials", &scene.materials)?,
@@ -83,6 +85,7 @@ impl GpuScene {
             quadrics: &self.quadrics,
             revolutions: &self.revolutions,
             revolution_pieces: &self.revolution_pieces,
+            instances: &self.instances,
             revolution_segments: &self.revolution_segments,
             newton_starts: &self.newton_starts,
             materials: &self.materials,

@@ -44,7 +44,7 @@ fn a_wrong_scene_is_refused_at_its_place() {
         ("4 3 4 2 ]", "4 3 -1 2 ]", "9:22", &["has -1 at position 10", "expected 0 to 5"]),
         ("[ -2 -1 -2", "[ -2 nan -2", "9:84", &["found `nan` as a value of \"point3 P\"", "expected a number"]),
         ("[ -2 -1 -2", "[ -2 1e999 -2", "9:84", &["`1e999` is not a finite number"]),
-        ("\"sphere\" \"float radius\" 0.5", "\"cylinder\"", "12:7", &["not supported yet", "\"trianglemesh\""]),
+        ("\"sphere\" \"float radius\" 0.5", "\"curve\"", "12:7", &["not supported yet", "\"trianglemesh\""]),
         ("\"sphere\" \"float radius\" 0.5", "\"cube\"", "12:7", &["unknown Shape \"cube\"", "\"sphere\""]),
         ("\"sphere\" \"float radius\"", "\"sphere\" \"float size\"", "12:16", &["unknown parameter", "float radius"]),
         ("Material \"diffuse\"", texture, "8:58", &["\"texture reflectance\"", "not supported yet", "rgb reflectance"]),

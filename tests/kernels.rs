@@ -16,6 +16,8 @@ mod emission;
 mod flux;
 #[path = "kernels/grid.rs"]
 mod grid;
+#[path = "kernels/instance.rs"]
+mod instance;
 #[path = "kernels/interruption.rs"]
 mod interruption;
 #[path = "kernels/light.rs"]

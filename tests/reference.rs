@@ -46,6 +46,11 @@ fn spectra_match_the_reference() {
     assert_matches("spectra", 0.01753);
 }
 
+#[test]
+fn shapes_match_the_reference() {
+    assert_matches("shapes", 0.01917);
+}
+
 /// Renders a scene as it asks to be rendered, and compares.
 fn assert_matches(name: &str, max_relmse: f64) {
     let folder = support::root().join("tests/reference");

@@ -9,9 +9,11 @@ struct Hit {
     float t;          // in lengths of the ray's direction
     uint primitive;   // reference, or NONE
     vec2 barycentric; // weights of p1 and p2 of a triangle; in x: where on a profile's piece
+    uint instance;    // that it is in, or NONE
 };
 
 #include "quadric.glsl"
+#include "instance.glsl"
 #ifdef WITHOUT_HAS_REVOLUTIONS
 #include "revolution_absent.glsl"
 #else
@@ -132,14 +134,16 @@ float enter_box(vec3 lower, vec3 upper, Ray ray, vec3 inverse, float t_max) {
 }
 
 // Tests a body of revolution; NONE is none.
-void test_body(uint body, Ray ray, bool any_hit, inout Hit hit) {
+bool test_body(uint body, Ray ray, bool any_hit, inout Hit hit) {
     RevolutionRay turned = revolution_ray(body, ray);
     uint first = revolutions_at(body).first_piece;
     Pieces candidates = pieces_met(turned, first, revolutions_at(body).piece_count, 0.0, hit.t);
     uint piece;
-    if (intersect_pieces(candidates, turned, 0.0, any_hit, hit.t, hit.barycentric.x, piece)) {
+    bool found = intersect_pieces(candidates, turned, 0.0, any_hit, hit.t, hit.barycentric.x, piece);
+    if (found) {
         hit.primitive = REVOLUTION << KIND_SHIFT | piece;
     }
+    return found;
 }
 
 // No component is zero, so that no slab computes zero times infinity.
@@ -166,7 +170,7 @@ void test_revolutions(Ray ray, bool any_hit, inout Hit hit) {
 // The same without a hierarchy, for scenes of a few primitives: every lane tests all of them,
 // and none waits for another's path through a tree.
 Hit test_all(Ray ray, float t_max, bool any_hit) {
-    Hit hit = Hit(t_max, NONE, vec2(0.0));
+    Hit hit = Hit(t_max, NONE, vec2(0.0), NONE);
     Shear shear = shear_of(ray.direction);
     for (uint i = 0u; i < FLAT_TRIANGLES; i++) {
         if (intersect_triangle(triangles_at(i), ray.origin, shear, hit)) {
@@ -186,22 +190,25 @@ Hit test_all(Ray ray, float t_max, bool any_hit) {
 }
 
 // The nearest hit with 0 < t < t_max; with any_hit, some hit. All lanes walk inner nodes
-// until each has a leaf, then all test primitives (Aila and Laine 2009, "while-while").
+// until each has a leaf, then all test primitives (Aila and Laine 2009, "while-while"). An
+// instance's hierarchy is walked on the same stack, above a mark that leads out of it.
 Hit traverse(Ray ray, float t_max, bool any_hit) {
     if (IS_FLAT) {
         return test_all(ray, t_max, any_hit);
     }
+    Ray local = ray; // in the space of the hierarchy
     Shear shear = shear_of(ray.direction);
-    Hit hit = Hit(t_max, NONE, vec2(0.0));
+    Hit hit = Hit(t_max, NONE, vec2(0.0), NONE);
     vec3 inverse = inverse_direction(ray);
+    uint instance = NONE;
     uint stack[MAX_BVH_DEPTH];
     uint height = 0u;
     uint node = 0u;
     while (node != NONE) {
         while (node >> COUNT_SHIFT == 0u) {
             BvhPair pair = bvh_pairs_at(node);
-            float t_left = enter_box(pair.left_lower.xyz, pair.left_upper.xyz, ray, inverse, hit.t);
-            float t_right = enter_box(pair.right_lower.xyz, pair.right_upper.xyz, ray, inverse, hit.t);
+            float t_left = enter_box(pair.left_lower.xyz, pair.left_upper.xyz, local, inverse, hit.t);
+            float t_right = enter_box(pair.right_lower.xyz, pair.right_upper.xyz, local, inverse, hit.t);
             uint left = floatBitsToUint(pair.left_lower.w);
             uint right = floatBitsToUint(pair.right_lower.w);
             bool left_first = t_left <= t_right;
@@ -215,27 +222,52 @@ Hit traverse(Ray ray, float t_max, bool any_hit) {
         if (node == NONE) {
             break;
         }
+        bool leaves = HAS_INSTANCES && node == LEAVE;
         uint first = node & FIRST_MASK;
-        uint end = first + (node >> COUNT_SHIFT);
+        uint end = leaves ? first : first + (node >> COUNT_SHIFT);
         uint body = NONE;
-        for (; first < end && body == NONE; first++) {
+        uint entered = NONE;
+        for (; first < end && body == NONE && entered == NONE; first++) {
             uint primitive = primitives_at(first);
-            if (is_body(primitive)) {
+            if (is_instance(primitive >> KIND_SHIFT)) {
+                entered = primitive & INDEX_MASK;
+            } else if (is_body(primitive)) {
                 body = primitive & INDEX_MASK;
-            } else if (test_primitive(primitive, ray, shear, hit) && any_hit) {
-                return hit;
+            } else if (test_primitive(primitive, local, shear, hit)) {
+                hit.instance = instance;
+                if (any_hit) {
+                    return hit;
+                }
             }
         }
         if (HAS_REVOLUTIONS && body != NONE) {
-            test_body(body, ray, any_hit, hit);
+            if (test_body(body, local, any_hit, hit)) {
+                hit.instance = instance;
+            }
             if (any_hit && hit.primitive != NONE) {
                 return hit;
             }
         }
-        if (HAS_REVOLUTIONS && first < end) {
-            node = (end - first) << COUNT_SHIFT | first;
+        uint rest = (end - first) << COUNT_SHIFT | first;
+        if (HAS_INSTANCES && entered != NONE) {
+            if (first < end) {
+                stack[height++] = rest;
+            }
+            stack[height++] = LEAVE;
+            node = instances_at(entered).root;
+        } else if (HAS_REVOLUTIONS && first < end) {
+            node = rest;
         } else {
             node = height > 0u ? stack[--height] : NONE;
+        }
+        if (HAS_INSTANCES && (leaves || entered != NONE)) {
+            instance = entered;
+            local = ray;
+            if (entered != NONE) {
+                local = enter_instance(entered, ray);
+            }
+            shear = shear_of(local.direction);
+            inverse = inverse_direction(local);
         }
     }
     return hit;

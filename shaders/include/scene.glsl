@@ -18,6 +18,7 @@ TEXELS(0, 10, Revolution, revolutions)
 TEXELS(0, 11, RevolutionPiece, revolution_pieces)
 TEXELS(0, 20, LightImage, light_images)
 TEXELS(0, 21, LightTexel, light_texels)
+TEXELS(0, 24, Instance, instances)
 // Only a research solver reads these.
 layout(std430, set = 0, binding = 12) readonly buffer SegmentBlock { RevolutionSegment data[]; } revolution_segments;
 layout(std430, set = 0, binding = 13) readonly buffer StartBlock { NewtonStart data[]; } newton_starts;

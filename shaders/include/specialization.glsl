@@ -46,9 +46,14 @@ layout(constant_id = 52) const bool HAS_PROJECTION_LIGHTS = true;
 layout(constant_id = 67) const bool IS_ORTHOGRAPHIC = false;   // of the camera
 layout(constant_id = 68) const bool IS_SPHERICAL = false;      // it sees all directions ..
 layout(constant_id = 69) const bool IS_EQUAL_AREA = false;     // .. by equal areas, not by angles
+layout(constant_id = 60) const bool HAS_INSTANCES = true;
 
 // Which kind of primitive a reference names; decided at compile time where it can be. Ask
 // in this order.
+bool is_instance(uint kind) {
+    return HAS_INSTANCES && kind == INSTANCE;
+}
+
 bool is_triangle(uint kind) {
     if (HAS_CURVED) {
         return HAS_TRIANGLES && kind == TRIANGLE;

@@ -97,7 +97,19 @@ vec2 revolution_uv(uint piece, float x, vec2 around) {
     return vec2(azimuth(around) / (2.0 * PI), mix(along.x, along.y, 0.5 + 0.5 * x));
 }
 
-Surface surface_at(Ray ray, Hit hit) {
+// A surface in an instance, from object to render space.
+Surface leave_instance(uint index, Surface surface) {
+    Instance instance = instances_at(index);
+    surface.position = transform_point(instance.render_from_object, surface.position);
+    surface.error = instance.growth * surface.error + instance.error;
+    surface.normal = normalize(transform_normal(instance.object_from_render, surface.normal));
+    vec3 n = normalize(transform_normal(instance.object_from_render, surface.shading_normal));
+    surface.shading_normal = dot(n, surface.normal) < 0.0 ? -n : n;
+    return surface;
+}
+
+// The same where the ray is in the space of what it hit.
+Surface local_surface(Ray ray, Hit hit) {
     uint kind = hit.primitive >> KIND_SHIFT;
     uint index = hit.primitive & INDEX_MASK;
     if (is_triangle(kind)) {
@@ -115,6 +127,19 @@ Surface surface_at(Ray ray, Hit hit) {
     vec3 o = transform_point(quadric.object_from_render, ray.origin);
     vec3 d = transform_vector(quadric.object_from_render, ray.direction);
     return quadric_surface(quadric, is_sphere(kind), o + hit.t * d);
+}
+
+Surface surface_at(Ray ray, Hit hit) {
+    bool is_inside = HAS_INSTANCES && hit.instance != NONE;
+    Ray local = ray;
+    if (is_inside) {
+        local = enter_instance(hit.instance, ray);
+    }
+    Surface surface = local_surface(local, hit);
+    if (is_inside) {
+        surface = leave_instance(hit.instance, surface);
+    }
+    return surface;
 }
 
 // Where a ray along `direction` starts, so that it does not meet the surface it leaves.

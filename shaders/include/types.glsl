@@ -10,13 +10,14 @@ const float ROUNDING = 5.9604644775390625e-8; // 2^-24
 // Arrays that are read at random are in images of so many texels a row.
 const uint TEXELS_PER_ROW = 4096u;
 
-// Kinds of primitive: the top two bits of a primitive reference, the rest is an index.
-const uint KIND_SHIFT = 30u;
-const uint INDEX_MASK = 0x3fffffffu;
+// Kinds of primitive: the top three bits of a primitive reference, the rest is an index.
+const uint KIND_SHIFT = 29u;
+const uint INDEX_MASK = 0x1fffffffu;
 const uint TRIANGLE = 0u;
 const uint SPHERE = 1u;
 const uint DISK = 2u;
 const uint REVOLUTION = 3u; // a piece of its profile
+const uint INSTANCE = 4u;   // only in hierarchies; hits are of what is in it
 
 // The deepest hierarchy that a ray can walk; the host builds no deeper one.
 const uint MAX_BVH_DEPTH = 64u;
@@ -26,6 +27,8 @@ const uint MAX_BVH_DEPTH = 64u;
 const uint COUNT_SHIFT = 28u;
 const uint FIRST_MASK = 0x0fffffffu;
 const uint MAX_LEAF_COUNT = 15u;
+// No leaf: the end of the walk through an instance.
+const uint LEAVE = 0xfffffffeu;
 
 // The two children of an inner node of the bounding volume hierarchy. The references are
 // bits in w of the lower corners: drivers load four components in one go.
@@ -69,6 +72,17 @@ struct Quadric {
     float size;         // the longest of render_from_object's rows
     uint pad0;
     uint pad1;
+};
+
+// A place where an object stands. The object has a hierarchy and a space of its own, made as
+// render space is.
+struct Instance {
+    vec4 object_from_render[3]; // rows
+    vec4 render_from_object[3]; // rows
+    uint root;    // pair of the object's hierarchy
+    float error;  // of a ray's way in and a point's way out, render units
+    float growth; // the most by which an error in object space grows
+    uint pad;
 };
 
 // Pieces come in groups with a ring around all. Masks have a bit for each group and each

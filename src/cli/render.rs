@@ -2,6 +2,7 @@
 
 mod args;
 mod limit;
+mod notice;
 mod progress;
 mod signal;
 
@@ -11,6 +12,7 @@ use std::time::Instant;
 
 pub use args::RenderArgs;
 use limit::Limit;
+use notice::Notice;
 use progress::Progress;
 pub use signal::STOPPED;
 use signal::Signals;
@@ -39,7 +41,9 @@ pub enum End {
 pub fn run(args: &RenderArgs) -> Result<End, Failure> {
     let start = Instant::now();
     let signals = Signals::new()?;
+    let notice = Notice::new("reading the scene", args.quiet);
     let scene = Scene::load(&args.scene)?;
+    drop(notice);
     for warning in scene.warnings.iter().filter(|_| !args.quiet) {
         eprintln!("warning: {warning}");
     }
@@ -49,7 +53,9 @@ pub fn run(args: &RenderArgs) -> Result<End, Failure> {
     let load_time = start.elapsed();
 
     let device = Rc::new(open_device(args.device.as_deref(), args.validate)?);
+    let notice = Notice::new("preparing the scene", args.quiet);
     let mut renderer = Renderer::new(device, &scene, &args.options())?;
+    drop(notice);
     if let (Some(path), Some(checkpoint)) = (&args.resume, &resumed) {
         renderer.resume(checkpoint).map_err(|reason| at(path, reason))?;
         if !args.quiet {

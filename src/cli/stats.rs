@@ -164,6 +164,9 @@ pub(super) fn count(scene: &Scene) -> BTreeMap<&'static str, u64> {
             Material::Interface => {}
         }
     }
+    if !scene.instances.is_empty() {
+        add("instances", scene.instances.len() as u64);
+    }
     for light in &scene.lights {
         match light {
             Light::Point { .. } => add("point_lights", 1),

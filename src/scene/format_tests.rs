@@ -136,7 +136,7 @@ fn colour_spaces_are_part_of_the_graphics_state() {
     // BT.2087: the other channels are negative.
     assert!(radiance.distance(Rgb::new(0.0, 2.0 * 1.1329, 0.0)) < 1e-3, "{radiance}");
     let reflectance = |index: usize| match &scene.materials[index] {
-        Material::Diffuse { reflectance } => *reflectance,
+        Material::Diffuse { reflectance: Input::Constant(reflectance) } => *reflectance,
         other => panic!("{other:?}"),
     };
     assert!(reflectance(0).distance(Rgb::new(0.0, 0.5 * 1.1329, 0.0)) < 1e-3);

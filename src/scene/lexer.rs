@@ -92,16 +92,47 @@ impl Lexer {
     }
 
     fn skip_blank(&mut self) {
-        while let Some(c) = self.peek() {
-            if c == '#' {
-                while self.peek().is_some_and(|c| c != '\n') {
-                    self.bump();
-                }
-            } else if is_blank(c) {
-                self.bump();
-            } else {
+        let mut in_comment = false;
+        for byte in &self.text.as_bytes()[self.at..] {
+            in_comment = (in_comment || *byte == b'#') && *byte != b'\n';
+            if !in_comment && !is_blank(*byte) {
                 return;
             }
+            self.at += 1;
+            if *byte == b'\n' {
+                self.location.line = self.location.line.saturating_add(1);
+                self.location.column = 1;
+            } else if byte & 0xc0 != 0x80 {
+                // The first byte of a character.
+                self.location.column = self.location.column.saturating_add(1);
+            }
+        }
+    }
+
+    /// What stands up to the next blank, quote or bracket.
+    fn word_ahead(&self) -> &str {
+        let rest = &self.text[self.at..];
+        let end = rest.bytes().position(|byte| is_blank(byte) || matches!(byte, b'"' | b'[' | b']'));
+        &rest[..end.unwrap_or(rest.len())]
+    }
+
+    /// Goes past part of a line.
+    fn skip(&mut self, bytes: usize, characters: usize) {
+        self.at += bytes;
+        let characters = u32::try_from(characters).unwrap_or(u32::MAX);
+        self.location.column = self.location.column.saturating_add(characters);
+    }
+
+    /// Adds the numbers that stand here, up to the first that does not pass: most of a large
+    /// scene's text is lists of them, and tokens would take several times as long.
+    fn numbers(&mut self, parse: fn(&str) -> Option<f64>, values: &mut Vec<f64>) {
+        loop {
+            self.skip_blank();
+            let word = self.word_ahead();
+            let Some(value) = Some(word).filter(|word| is_number(word)).and_then(parse) else { return };
+            values.push(value);
+            let length = word.len();
+            self.skip(length, length);
         }
     }
 
@@ -125,21 +156,18 @@ impl Lexer {
     }
 
     fn word(&mut self, location: &Location) -> Result<TokenKind, SceneError> {
-        let start = self.at;
-        while self.peek().is_some_and(|c| !is_blank(c) && !matches!(c, '"' | '[' | ']')) {
-            self.bump();
-        }
-        let word = &self.text[start..self.at];
-        if !word.starts_with(|c: char| c.is_ascii_digit() || matches!(c, '+' | '-' | '.')) {
-            return Ok(TokenKind::Word(word.to_string()));
+        let word = self.word_ahead().to_string();
+        self.skip(word.len(), word.chars().count());
+        if !is_number(&word) {
+            return Ok(TokenKind::Word(word));
         }
         match word.parse::<f64>() {
             Ok(value) if value.is_finite() => Ok(TokenKind::Number { value, integer: word.parse().ok() }),
             Ok(_) => Err(location.invalid(format!(
                 "`{}` is not a finite number; expected one below 1.8e308 in magnitude",
-                shorten(word)
+                shorten(&word)
             ))),
-            Err(_) => Err(location.invalid(format!("`{}` is not a number", shorten(word)))),
+            Err(_) => Err(location.invalid(format!("`{}` is not a number", shorten(&word)))),
         }
     }
 
@@ -179,8 +207,13 @@ impl Lexer {
     }
 }
 
-fn is_blank(c: char) -> bool {
-    matches!(c, ' ' | '\t' | '\n' | '\r')
+fn is_blank(byte: u8) -> bool {
+    matches!(byte, b' ' | b'\t' | b'\n' | b'\r')
+}
+
+/// Whether a word is meant as a number.
+fn is_number(word: &str) -> bool {
+    word.starts_with(|c: char| c.is_ascii_digit() || matches!(c, '+' | '-' | '.'))
 }
 
 /// The tokens of a scene: of its file, and of each file included where it is
@@ -308,6 +341,13 @@ impl TokenStream {
         Ok(self.ahead.as_ref())
     }
 
+    /// Adds the bare numbers that come next, up to the first that `parse` does not take.
+    pub fn number_list(&mut self, parse: fn(&str) -> Option<f64>, values: &mut Vec<f64>) {
+        if let (None, Some(file)) = (&self.ahead, self.files.last_mut()) {
+            file.numbers(parse, values);
+        }
+    }
+
     /// The next token; the scene may not end here.
     pub fn required(&mut self, expected: &str) -> Result<Token, SceneError> {
         self.next()?.ok_or_else(|| self.end.invalid(format!("the file ends here; expected {expected}")))
@@ -400,6 +440,30 @@ mod tests {
         let tokens = tokens("\u{feff}Ä \"ö\" x\r\n  y").unwrap();
         let places: Vec<(u32, u32)> = tokens.iter().map(|t| (t.location.line, t.location.column)).collect();
         assert_eq!(places, [(1, 1), (1, 3), (1, 7), (2, 3)]);
+    }
+
+    #[test]
+    fn number_lists_end_where_a_token_must_tell() {
+        let parse = |word: &str| word.parse().ok().filter(|value: &f64| value.is_finite());
+        for (text, numbers, next) in [
+            (" 1 -2.5\n+3e1 # 4 \u{e4}\n 5]", 4, "3:3 `]`"),
+            ("1 2 \u{b2}", 2, "1:5 `\u{b2}`"),
+            ("1\"a\"", 1, "1:2 \"a\""),
+            ("[1", 0, "1:1 `[`"),
+            ("", 0, "the end"),
+            ("7 1e999", 1, "1:3: `1e999` is not a finite number"),
+            ("7 1.2.3", 1, "1:3: `1.2.3` is not a number"),
+        ] {
+            let mut stream = TokenStream::new(text.to_string(), "t", None);
+            let mut values = Vec::new();
+            stream.number_list(parse, &mut values);
+            let then = match stream.next() {
+                Ok(Some(token)) => format!("{}:{} {token}", token.location.line, token.location.column),
+                Ok(None) => "the end".to_string(),
+                Err(error) => error.to_string(),
+            };
+            assert!(values.len() == numbers && then.contains(next), "{text:?}: {values:?}, then {then}");
+        }
     }
 
     #[test]

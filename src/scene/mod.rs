@@ -25,6 +25,7 @@ mod material;
 #[cfg(test)]
 mod material_tests;
 mod model;
+mod object;
 mod params;
 mod parser;
 mod ply;

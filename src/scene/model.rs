@@ -28,6 +28,8 @@ pub struct Scene {
     pub materials: Vec<Material>,
     /// Every surface, in the order of the file.
     pub shapes: Vec<Shape>,
+    /// Where objects stand, in the order of the file.
+    pub instances: Vec<Instance>,
     /// Every light that is not a surface, in the order of the file.
     pub lights: Vec<Light>,
     /// One line each: what was ignored or rendered differently than asked for.
@@ -271,8 +273,11 @@ pub enum Material {
 pub struct Shape {
     /// Its form, in object space.
     pub geometry: Geometry,
-    /// From its object space to world space; invertible.
+    /// From its object space to world space, or that of its instances; invertible.
     pub world_from_object: DAffine3,
+    /// Set where it is part of an object, of which there are [`Scene::instances`] or none.
+    /// Such a shape does not emit.
+    pub object: Option<usize>,
     /// `ReverseOrientation` was in force.
     pub reverse_orientation: bool,
     /// Index into [`Scene::materials`].
@@ -281,6 +286,15 @@ pub struct Shape {
     pub emission: Option<AreaLight>,
     /// `file:line:column` of the directive, for messages.
     pub location: String,
+}
+
+/// A place where an object stands.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Instance {
+    /// All shapes with this [`Shape::object`]; there is at least one.
+    pub object: usize,
+    /// From what is world space to those shapes; invertible.
+    pub world_from_instance: DAffine3,
 }
 
 /// The form of a [`Shape`].

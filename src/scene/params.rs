@@ -36,7 +36,15 @@ impl std::fmt::Display for Param {
 }
 
 /// Integers are kept as f64, which holds these exactly.
-const MAX_INTEGER: i64 = 1 << 53;
+const MAX_INTEGER: u64 = 1 << 53;
+
+fn whole_number(word: &str) -> Option<f64> {
+    word.parse().ok().filter(|integer: &i64| integer.unsigned_abs() <= MAX_INTEGER).map(|integer| integer as f64)
+}
+
+fn number(word: &str) -> Option<f64> {
+    word.parse().ok().filter(|number: &f64| number.is_finite())
+}
 
 impl Param {
     fn read(stream: &mut TokenStream, declaration: &str, location: Location) -> Result<Self, SceneError> {
@@ -70,6 +78,14 @@ impl Param {
             return self.add(first);
         }
         let expected = format!("a value of {self}, or `]` to close the list");
+        if let Values::Numbers(values) = &mut self.values {
+            match self.kind {
+                // What follows may be names.
+                Kind::Bool | Kind::String | Kind::Texture | Kind::Spectrum => {}
+                Kind::Integer => stream.number_list(whole_number, values),
+                _ => stream.number_list(number, values),
+            }
+        }
         loop {
             let token = stream.required(&expected)?;
             if token.kind == TokenKind::Close {
@@ -81,7 +97,9 @@ impl Param {
 
     fn add(&mut self, token: Token) -> Result<(), SceneError> {
         let fits = match (&token.kind, self.kind) {
-            (TokenKind::Number { integer, .. }, Kind::Integer) => integer.is_some_and(|i| i.abs() <= MAX_INTEGER),
+            (TokenKind::Number { integer, .. }, Kind::Integer) => {
+                integer.is_some_and(|i| i.unsigned_abs() <= MAX_INTEGER)
+            }
             (TokenKind::Number { .. }, kind) => !matches!(kind, Kind::Bool | Kind::String | Kind::Texture),
             (TokenKind::Text(_), kind) => {
                 matches!(kind, Kind::String | Kind::Texture | Kind::Spectrum)

@@ -332,14 +332,14 @@ impl Parser {
                 self.scene.reverse_orientation();
                 return Ok(());
             }
-            "ObjectBegin" | "ObjectEnd" | "ObjectInstance" => {
-                return Err(at.unsupported(word, "shapes that are given where they stand"));
-            }
+            "ObjectEnd" => return self.scene.object_end(at),
             _ => {}
         }
         let (name, name_at) = self.stream.string(&format!("the type or name of {word}"))?;
         let scene = &mut self.scene;
         match word {
+            "ObjectBegin" => return scene.object_begin(&name, at),
+            "ObjectInstance" => return scene.object_instance(&name, at),
             "NamedMaterial" => {
                 scene.named_material(&name, &name_at);
                 return Ok(());

@@ -1,5 +1,11 @@
 //! `Shape`.
 
+mod bilinear;
+mod cylinder;
+mod subdivision;
+#[cfg(test)]
+mod tests;
+
 use std::collections::HashMap;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -22,8 +28,35 @@ pub(super) const FAMILY: Family = Family {
     directive: "Shape",
     types: &[
         supported(
+            "bilinearmesh",
+            &[
+                full("indices", &[Kind::Integer]),
+                full("P", &[Kind::Point3]),
+                full("N", &[Kind::Normal]),
+                full("uv", &[Kind::Point2]),
+                later("emissionfilename", &[Kind::String]),
+                ignored("faceIndices", &[Kind::Integer]),
+                ALPHA,
+            ],
+        ),
+        supported(
+            "cylinder",
+            &[full("radius", FLOAT), full("zmin", FLOAT), full("zmax", FLOAT), full("phimax", FLOAT), ALPHA],
+        ),
+        supported(
             "disk",
             &[full("height", FLOAT), full("radius", FLOAT), full("innerradius", FLOAT), full("phimax", FLOAT), ALPHA],
+        ),
+        supported(
+            "loopsubdiv",
+            &[
+                full("levels", &[Kind::Integer]),
+                full("indices", &[Kind::Integer]),
+                full("P", &[Kind::Point3]),
+                // There is no other.
+                ignored("scheme", &[Kind::String]),
+                ALPHA,
+            ],
         ),
         supported(
             "plymesh",
@@ -52,10 +85,7 @@ pub(super) const FAMILY: Family = Family {
                 ALPHA,
             ],
         ),
-        not_yet("bilinearmesh"),
         not_yet("curve"),
-        not_yet("cylinder"),
-        not_yet("loopsubdiv"),
     ],
 };
 
@@ -102,7 +132,10 @@ pub(super) fn geometry(
         return Err(param.location.unsupported(&what, "an alpha of 1"));
     }
     match name {
+        "bilinearmesh" => Ok(Geometry::Mesh(Arc::new(bilinear::mesh(params, location)?))),
+        "cylinder" => cylinder::geometry(params),
         "disk" => disk(params),
+        "loopsubdiv" => Ok(Geometry::Mesh(Arc::new(subdivision::mesh(params, location)?))),
         "revolution" => Ok(Geometry::Revolution(Arc::new(profile(params, location)?))),
         "sphere" => sphere(params),
         "trianglemesh" => Ok(Geometry::Mesh(Arc::new(triangle_mesh(params, location)?))),
@@ -114,6 +147,16 @@ pub(super) fn geometry(
             Ok(Geometry::Mesh(files.get(name, &file.location)?))
         }
     }
+}
+
+/// Fails where a light's power is that of a shape which is made of several emitters here.
+pub(super) fn check_power(name: &str, geometry: &Geometry, location: &Location) -> Result<(), SceneError> {
+    let is_cut = name == "bilinearmesh" || name == "cylinder" && matches!(geometry, Geometry::Mesh(_));
+    if is_cut {
+        let what = format!("the \"float power\" of a light that is a {name}");
+        return Err(location.unsupported(&what, "its radiance alone"));
+    }
+    Ok(())
 }
 
 fn sphere(params: &ParamList) -> Result<Geometry, SceneError> {
@@ -183,39 +226,48 @@ fn phi_max(params: &ParamList) -> Result<f64, SceneError> {
 }
 
 fn triangle_mesh(params: &ParamList, location: &Location) -> Result<Mesh, SceneError> {
-    let positions = params.triples("P");
-    if positions.is_empty() {
-        return Err(location.invalid("Shape \"trianglemesh\" has no \"point3 P\"; expected vertices"));
-    }
+    let positions = positions("trianglemesh", params, location)?;
     let triangles = match params.get("indices") {
-        Some(indices) => triangles(indices, positions.len())?,
+        Some(indices) => faces(indices, positions.len())?,
         None if positions.len() == 3 => vec![[0, 1, 2]],
-        None => {
-            return Err(location.invalid(format!(
-                "Shape \"trianglemesh\" has {} vertices and no \"integer indices\"; expected indices",
-                positions.len()
-            )));
-        }
+        None => return Err(no_indices("trianglemesh", positions.len(), location)),
     };
-    let normals: Vec<DVec3> = params.triples("N");
-    let uvs: Vec<DVec2> = params.pairs("uv");
-    for (name, count) in [("N", normals.len()), ("uv", uvs.len())] {
-        if let Some(param) = params.get(name).filter(|_| count != positions.len()) {
-            return Err(param.location.invalid(format!(
-                "{param} has {count} entries; expected one for each of the {} vertices",
-                positions.len()
-            )));
-        }
-    }
+    let (normals, uvs) = attributes(params, positions.len())?;
     Ok(Mesh { positions, normals, uvs, triangles })
 }
 
-fn triangles(param: &Param, vertices: usize) -> Result<Vec<[u32; 3]>, SceneError> {
+fn positions(shape: &str, params: &ParamList, location: &Location) -> Result<Vec<DVec3>, SceneError> {
+    let positions = params.triples("P");
+    if positions.is_empty() {
+        return Err(location.invalid(format!("Shape \"{shape}\" has no \"point3 P\"; expected vertices")));
+    }
+    Ok(positions)
+}
+
+fn no_indices(shape: &str, vertices: usize, location: &Location) -> SceneError {
+    location.invalid(format!("Shape \"{shape}\" has {vertices} vertices and no \"integer indices\"; expected indices"))
+}
+
+/// Normals and texture coordinates of vertices, or none.
+fn attributes(params: &ParamList, vertices: usize) -> Result<(Vec<DVec3>, Vec<DVec2>), SceneError> {
+    let (normals, uvs) = (params.triples("N"), params.pairs("uv"));
+    for (name, count) in [("N", normals.len()), ("uv", uvs.len())] {
+        if let Some(param) = params.get(name).filter(|_| count != vertices) {
+            return Err(param
+                .location
+                .invalid(format!("{param} has {count} entries; expected one for each of the {vertices} vertices")));
+        }
+    }
+    Ok((normals, uvs))
+}
+
+/// Faces of `N` corners each.
+fn faces<const N: usize>(param: &Param, vertices: usize) -> Result<Vec<[u32; N]>, SceneError> {
     let indices = param.numbers();
-    if indices.is_empty() || !indices.len().is_multiple_of(3) {
+    if indices.is_empty() || !indices.len().is_multiple_of(N) {
         return Err(param
             .location
-            .invalid(format!("{param} has {} values; expected three for each triangle", indices.len())));
+            .invalid(format!("{param} has {} values; expected {N} for each face", indices.len())));
     }
     let in_range = |index: &f64| (0.0..vertices as f64).contains(index) && *index <= f64::from(u32::MAX);
     if let Some(at) = indices.iter().position(|index| !in_range(index)) {
@@ -225,6 +277,6 @@ fn triangles(param: &Param, vertices: usize) -> Result<Vec<[u32; 3]>, SceneError
             vertices - 1
         )));
     }
-    let triangle = |i: &[f64]| [i[0] as u32, i[1] as u32, i[2] as u32];
-    Ok(indices.chunks_exact(3).map(triangle).collect())
+    let face = |face: &[f64]| std::array::from_fn(|corner| face[corner] as u32);
+    Ok(indices.chunks_exact(N).map(face).collect())
 }

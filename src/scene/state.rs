@@ -14,6 +14,7 @@ use super::color::ColorSpace;
 use super::error::{Location, SceneError};
 use super::lexer::shorten;
 use super::model::{AreaLight, Input, Light, Material, Rgb, Scene, Shape};
+use super::object::Objects;
 use super::params::ParamList;
 use super::shape::MeshFiles;
 use super::texture::Textures;
@@ -66,20 +67,30 @@ struct MaterialSlot {
 /// Mixes may be of mixes.
 const MAX_MIX_DEPTH: u32 = 4;
 
+/// A state to return to.
+#[derive(Debug)]
+struct Saved {
+    state: GraphicsState,
+    /// Where the block begins.
+    begin: Location,
+    /// The directive that ends it.
+    end: &'static str,
+}
+
 /// Builds a [`Scene`] directive by directive.
 #[derive(Debug)]
 pub(super) struct SceneBuilder {
     pub options: Options,
     world: bool,
     state: GraphicsState,
-    /// Each with the place of its `AttributeBegin`.
-    saved: Vec<(GraphicsState, Location)>,
+    saved: Vec<Saved>,
     /// Each at the start time and at the end time.
     coordinate_systems: HashMap<String, [DAffine3; 2]>,
     warned_of_motion: bool,
     slots: Vec<MaterialSlot>,
     named: HashMap<Arc<str>, usize>,
     shapes: Vec<(Shape, MaterialRef)>,
+    objects: Objects,
     lights: Vec<Light>,
     files: MeshFiles,
     textures: Textures,
@@ -114,6 +125,7 @@ impl SceneBuilder {
             slots: vec![default_material],
             named: HashMap::new(),
             shapes: Vec::new(),
+            objects: Objects::default(),
             lights: Vec::new(),
             files: MeshFiles::new(directory),
             textures: Textures::default(),
@@ -161,14 +173,42 @@ impl SceneBuilder {
     }
 
     pub fn attribute_begin(&mut self, location: &Location) {
-        self.saved.push((self.state.clone(), location.clone()));
+        self.begin_block(location, "AttributeEnd");
     }
 
     pub fn attribute_end(&mut self, location: &Location) -> Result<(), SceneError> {
-        let Some((state, _)) = self.saved.pop() else {
-            return Err(location.invalid("this ends an attribute block that was never begun"));
+        self.end_block(location, "AttributeEnd")
+    }
+
+    pub fn object_begin(&mut self, name: &str, location: &Location) -> Result<(), SceneError> {
+        self.objects.begin(name, location)?;
+        self.begin_block(location, "ObjectEnd");
+        Ok(())
+    }
+
+    pub fn object_end(&mut self, location: &Location) -> Result<(), SceneError> {
+        self.end_block(location, "ObjectEnd")?;
+        self.objects.end();
+        Ok(())
+    }
+
+    pub fn object_instance(&mut self, name: &str, location: &Location) -> Result<(), SceneError> {
+        self.objects.instance(name, location, self.state.world_from_object)
+    }
+
+    fn begin_block(&mut self, location: &Location, end: &'static str) {
+        self.saved.push(Saved { state: self.state.clone(), begin: location.clone(), end });
+    }
+
+    fn end_block(&mut self, location: &Location, end: &'static str) -> Result<(), SceneError> {
+        let Some(saved) = self.saved.pop() else {
+            return Err(location.invalid("this ends a block that was never begun"));
         };
-        self.state = state;
+        if saved.end != end {
+            let (begin, expected) = (&saved.begin, saved.end);
+            return Err(location.invalid(format!("found {end}; expected {expected} for what begins at {begin}")));
+        }
+        self.state = saved.state;
         Ok(())
     }
 
@@ -298,12 +338,24 @@ impl SceneBuilder {
     ) -> Result<(), SceneError> {
         self.warn_of_motion(location);
         shape::FAMILY.check(name, location, &mut params, &self.state.shape_defaults)?;
+        let mut emission = self.state.emission;
+        if emission.is_some() && self.objects.open().is_some() {
+            emission = None;
+            if self.objects.is_first_emitter() {
+                self.warn(directive, "shapes of an object emit no light; as in pbrt, only those outside do");
+            }
+        }
+        let geometry = shape::geometry(name, &params, &mut self.files, location)?;
+        if emission.is_some_and(|emission| emission.power.is_some()) {
+            shape::check_power(name, &geometry, location)?;
+        }
         let shape = Shape {
-            geometry: shape::geometry(name, &params, &mut self.files, location)?,
+            geometry,
             world_from_object: self.state.world_from_object,
             reverse_orientation: self.state.reverse_orientation,
             material: 0,
-            emission: self.state.emission,
+            emission,
+            object: self.objects.open(),
             location: directive.to_string(),
         };
         self.shapes.push((shape, self.state.material.clone()));
@@ -319,10 +371,11 @@ impl SceneBuilder {
         if !self.world {
             return Err(end.invalid("the file ends before WorldBegin; expected a WorldBegin"));
         }
-        if let Some((_, begin)) = self.saved.last() {
-            return Err(begin.invalid("this attribute block is never ended; expected AttributeEnd"));
+        if let Some(Saved { begin, end, .. }) = self.saved.last() {
+            return Err(begin.invalid(format!("this block is never ended; expected {end}")));
         }
         let (shapes, materials) = self.resolve_materials()?;
+        let instances = std::mem::take(&mut self.objects).resolve(&shapes)?;
         if shapes.is_empty() {
             return Err(end.invalid("the scene has no shape; expected at least one Shape"));
         }
@@ -340,7 +393,7 @@ impl SceneBuilder {
         }
         let (film, camera, integrator) = std::mem::take(&mut self.options).resolve()?;
         let (lights, warnings) = (std::mem::take(&mut self.lights), std::mem::take(&mut self.warnings));
-        Ok(Scene { camera, integrator, film, materials, shapes, lights, warnings })
+        Ok(Scene { camera, integrator, film, materials, shapes, instances, lights, warnings })
     }
 
     /// Shapes with the indices of their materials, and the materials in use. Shapes of none are

@@ -8,6 +8,8 @@ use proptest::prelude::*;
 
 use super::*;
 
+mod objects;
+
 const SCENE: &str = "\
 Film \"rgb\" \"integer xresolution\" 200 \"integer yresolution\" 100 \"string filename\" \"a.exr\"
 Sampler \"halton\" \"integer pixelsamples\" 64
@@ -214,7 +216,6 @@ fn what_is_not_supported_yet_is_named_with_its_place() {
         ),
         ("LightSource \"infinite\" \"point3 portal\" [0 0 0]", "2:24: \"point3 portal\" of LightSource"),
         ("MediumInterface \"fog\" \"\"", "2:1: MediumInterface \"fog\""),
-        ("ObjectBegin \"x\"", "2:1: ObjectBegin is not supported yet"),
     ] {
         let result = in_world(world);
         assert!(matches!(result, Err(SceneError::Unsupported { .. })), "{world}");
@@ -227,7 +228,7 @@ fn what_is_not_supported_yet_is_named_with_its_place() {
 fn broken_shapes_are_refused_with_a_reason() {
     for (world, expected) in [
         ("Shape \"sphere\" \"float radius\" -1", "2:16: \"float radius\" is -1; expected a number above 0"),
-        ("Shape \"spere\"", "2:7: unknown Shape \"spere\"; expected one of: \"disk\", "),
+        ("Shape \"spere\"", "2:7: unknown Shape \"spere\"; expected one of: \"bilinearmesh\", "),
         ("Shape \"sphere\" \"float zmin\" 2", "expected cuts that leave some of the sphere"),
         ("Shape \"disk\" \"float innerradius\" 1", "expected 0 or more, below the radius"),
         (
@@ -240,7 +241,7 @@ fn broken_shapes_are_refused_with_a_reason() {
         ),
         (
             "Shape \"trianglemesh\" \"point3 P\" [0 0 0 1 0 0 0 1 0] \"integer indices\" [0 1]",
-            "has 2 values; expected three for each triangle",
+            "has 2 values; expected 3 for each face",
         ),
         ("Shape \"trianglemesh\" \"point3 P\" [0 0 0 1 nan 0 0 1 0]", "2:42: found `nan`"),
         ("Shape \"trianglemesh\" \"point3 P\" [0 0 0 1 1e999 0 0 1 0]", "2:42: `1e999` is not a finite number"),
@@ -263,8 +264,8 @@ fn broken_directives_are_refused_with_a_reason() {
         ("LookAt 1 1 1 1 1 1 0 1 0", "LookAt is no transform"),
         ("Translate 1 2 x", "2:15: found `x`; expected 3 numbers after Translate"),
         ("CoordSysTransform \"x\"", "unknown coordinate system \"x\""),
-        ("AttributeBegin", "2:1: this attribute block is never ended"),
-        ("AttributeEnd", "2:1: this ends an attribute block that was never begun"),
+        ("AttributeBegin", "2:1: this block is never ended; expected AttributeEnd"),
+        ("AttributeEnd", "2:1: this ends a block that was never begun"),
         ("NamedMaterial \"x\" Shape \"sphere\"", "2:15: unknown material \"x\""),
         (
             "MakeNamedMaterial \"x\" \"string type\" \"diffuse\" MakeNamedMaterial \"x\" \"string type\" \"diffuse\"",

@@ -9,7 +9,7 @@ use crate::bench::{Bench, Rng, UNBOUNDED, double, single};
 use crate::generated::{NONE, Specialization, TraceRays, TracedHit, TracedRay};
 use crate::world::World;
 
-fn trace(world: &World, rays: &[TracedRay]) -> (Vec<TracedHit>, Vec<u32>) {
+pub fn trace(world: &World, rays: &[TracedRay]) -> (Vec<TracedHit>, Vec<u32>) {
     trace_by(&Specialization::default(), world, rays)
 }
 
@@ -25,14 +25,14 @@ fn trace_by(specialization: &Specialization, world: &World, rays: &[TracedRay]) 
     (bench.read(&hits), bench.read(&any_hits))
 }
 
-fn ray(origin: DVec3, direction: DVec3) -> TracedRay {
+pub fn ray(origin: DVec3, direction: DVec3) -> TracedRay {
     TracedRay { origin: single(origin), t_max: UNBOUNDED, direction: single(direction), pad0: 0.0 }
 }
 
 /// The point light that every scene here needs.
-const LIGHT: &str = "LightSource \"point\"\n";
+pub const LIGHT: &str = "LightSource \"point\"\n";
 
-fn mesh_text(points: &[DVec3], triangles: &[[usize; 3]]) -> String {
+pub fn mesh_text(points: &[DVec3], triangles: &[[usize; 3]]) -> String {
     let mut text = String::from("Shape \"trianglemesh\" \"point3 P\" [");
     for point in points {
         write!(text, " {} {} {}", point.x, point.y, point.z).expect("text");
@@ -46,7 +46,7 @@ fn mesh_text(points: &[DVec3], triangles: &[[usize; 3]]) -> String {
 }
 
 /// An icosahedron with each triangle split in four `levels` times, on the unit sphere.
-fn icosphere(levels: usize) -> (Vec<DVec3>, Vec<[usize; 3]>) {
+pub fn icosphere(levels: usize) -> (Vec<DVec3>, Vec<[usize; 3]>) {
     let golden = (1.0 + 5.0_f64.sqrt()) / 2.0;
     let mut points = Vec::new();
     for a in [-1.0, 1.0] {
@@ -110,7 +110,7 @@ fn ray_to_edge(world: &World, rng: &mut Rng) -> TracedRay {
     ray(origin, (target - origin).normalize() * length)
 }
 
-fn count_misses(world: &World, rays: &[TracedRay]) -> usize {
+pub fn count_misses(world: &World, rays: &[TracedRay]) -> usize {
     let (hits, any_hits) = trace(world, rays);
     let missed: Vec<_> = (0..rays.len()).filter(|i| hits[*i].primitive == NONE || any_hits[*i] == NONE).collect();
     for i in missed.iter().take(3) {

@@ -9,8 +9,8 @@ use goblet_host::{Buffer, Texels};
 
 use crate::bench::Bench;
 use crate::generated::{
-    AliasEntry, BvhPair, COUNT_SHIFT, Light, LightImage, LightTexel, MAX_LEAF_COUNT, Material, NONE, NewtonStart,
-    Quadric, Revolution, RevolutionPiece, RevolutionSegment, SPHERE, SceneBindings, SceneInfo, Triangle,
+    AliasEntry, BvhPair, COUNT_SHIFT, Instance, Light, LightImage, LightTexel, MAX_LEAF_COUNT, Material, NONE,
+    NewtonStart, Quadric, Revolution, RevolutionPiece, RevolutionSegment, SPHERE, SceneBindings, SceneInfo, Triangle,
     TriangleNormals,
 };
 use glam::{DAffine3, DMat3, DVec3};
@@ -26,6 +26,7 @@ pub struct World {
     pub quadrics: Vec<Quadric>,
     pub revolutions: Vec<Revolution>,
     pub revolution_pieces: Vec<RevolutionPiece>,
+    pub instances: Vec<Instance>,
     pub revolution_segments: Vec<RevolutionSegment>,
     pub newton_starts: Vec<NewtonStart>,
     pub materials: Vec<Material>,
@@ -47,6 +48,7 @@ impl Default for World {
             quadrics: Vec::new(),
             revolutions: Vec::new(),
             revolution_pieces: Vec::new(),
+            instances: Vec::new(),
             revolution_segments: Vec::new(),
             newton_starts: Vec::new(),
             materials: Vec::new(),
@@ -97,6 +99,7 @@ impl World {
             quadrics: twins(&packed.quadrics),
             revolutions: twins(&packed.revolutions),
             revolution_pieces: twins(&packed.revolution_pieces),
+            instances: twins(&packed.instances),
             revolution_segments: twins(&packed.revolution_segments),
             newton_starts: twins(&packed.newton_starts),
             materials: twins(&packed.materials),
@@ -139,6 +142,7 @@ impl World {
             quadrics: bench.upload_texels(&self.quadrics),
             revolutions: bench.upload_texels(&self.revolutions),
             revolution_pieces: bench.upload_texels(&self.revolution_pieces),
+            instances: bench.upload_texels(&self.instances),
             revolution_segments: bench.upload(&self.revolution_segments),
             newton_starts: bench.upload(&self.newton_starts),
             materials: bench.upload_texels(&self.materials),
@@ -161,6 +165,7 @@ pub struct GpuWorld {
     quadrics: Texels<Quadric>,
     revolutions: Texels<Revolution>,
     revolution_pieces: Texels<RevolutionPiece>,
+    instances: Texels<Instance>,
     revolution_segments: Buffer<RevolutionSegment>,
     newton_starts: Buffer<NewtonStart>,
     materials: Texels<Material>,
@@ -182,6 +187,7 @@ impl GpuWorld {
             quadrics: &self.quadrics,
             revolutions: &self.revolutions,
             revolution_pieces: &self.revolution_pieces,
+            instances: &self.instances,
             revolution_segments: &self.revolution_segments,
             newton_starts: &self.newton_starts,
             materials: &self.materials,

@@ -20,7 +20,7 @@ pub struct Progress<'a> {
 }
 
 /// Time between lines where there is no terminal.
-const LINE_INTERVAL: Duration = Duration::from_secs(5);
+pub const LINE_INTERVAL: Duration = Duration::from_secs(5);
 
 impl<'a> Progress<'a> {
     /// Of a run that began at `begin`.

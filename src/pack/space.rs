@@ -1,0 +1,111 @@
+//! Where render space is, and what bounds a shape.
+
+use glam::{DAffine3, DVec3};
+
+use super::PackError;
+use crate::scene::{Geometry, Shape};
+
+/// The largest radius of a scene's bounding sphere, scene units: squares of lengths must
+/// stay finite in every product of f64.
+pub(super) const MAX_EXTENT: f64 = 1e30;
+
+/// The map from world space to render space.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct RenderSpace {
+    /// The world point that becomes the origin.
+    pub center: DVec3,
+    /// Render units per scene unit, a power of two.
+    pub scale: f64,
+    /// Radius of the scene's bounding sphere, render units, in (1/2, 1].
+    pub radius: f64,
+}
+
+impl RenderSpace {
+    pub(super) fn of(bounds: &Bounds) -> Result<Self, PackError> {
+        let half_diagonal = bounds.half_extent().length();
+        if bounds.is_empty() || half_diagonal == 0.0 {
+            return Err(PackError::NoSurface);
+        }
+        if half_diagonal.is_nan() || half_diagonal > MAX_EXTENT {
+            return Err(PackError::TooLarge(half_diagonal));
+        }
+        let scale = (-half_diagonal.log2().ceil()).exp2();
+        Ok(Self { center: bounds.center(), scale, radius: half_diagonal * scale })
+    }
+
+    /// The transform from world space.
+    pub fn from_world(&self) -> DAffine3 {
+        DAffine3::from_scale(DVec3::splat(self.scale)) * DAffine3::from_translation(-self.center)
+    }
+}
+
+/// A box, of nothing at first.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Bounds {
+    lower: DVec3,
+    upper: DVec3,
+}
+
+impl Default for Bounds {
+    fn default() -> Self {
+        Self { lower: DVec3::INFINITY, upper: DVec3::NEG_INFINITY }
+    }
+}
+
+impl Bounds {
+    pub fn is_empty(&self) -> bool {
+        self.lower.cmpgt(self.upper).any()
+    }
+
+    pub fn center(&self) -> DVec3 {
+        0.5 * (self.lower + self.upper)
+    }
+
+    pub fn half_extent(&self) -> DVec3 {
+        0.5 * (self.upper - self.lower)
+    }
+
+    fn add(&mut self, point: DVec3) {
+        self.lower = self.lower.min(point);
+        self.upper = self.upper.max(point);
+    }
+
+    /// Widens it by a shape in world space.
+    pub fn add_shape(&mut self, shape: &Shape) {
+        let transform = &shape.world_from_object;
+        match &shape.geometry {
+            Geometry::Mesh(mesh) => {
+                mesh.positions.iter().for_each(|point| self.add(transform.transform_point3(*point)));
+            }
+            Geometry::Sphere { radius, z_min, z_max, .. } => {
+                self.add_box(transform, DVec3::new(-radius, -radius, *z_min), DVec3::new(*radius, *radius, *z_max));
+            }
+            Geometry::Disk { height, radius, .. } => {
+                self.add_box(transform, DVec3::new(-radius, -radius, *height), DVec3::new(*radius, *radius, *height));
+            }
+            Geometry::Revolution(profile) => {
+                // Control points bound the curve, and so do their rings the body.
+                for point in profile.segments.iter().flat_map(|segment| &segment.points) {
+                    self.add_box(
+                        transform,
+                        DVec3::new(-point.x, -point.x, point.y),
+                        DVec3::new(point.x, point.x, point.y),
+                    );
+                }
+            }
+        }
+    }
+
+    /// Widens it by another one that is transformed.
+    pub fn add_bounds(&mut self, transform: &DAffine3, bounds: &Bounds) {
+        self.add_box(transform, bounds.lower, bounds.upper);
+    }
+
+    fn add_box(&mut self, transform: &DAffine3, lower: DVec3, upper: DVec3) {
+        for corner in 0..8 {
+            let pick = |bit: u32, low: f64, high: f64| if corner >> bit & 1 == 0 { low } else { high };
+            let point = DVec3::new(pick(0, lower.x, upper.x), pick(1, lower.y, upper.y), pick(2, lower.z, upper.z));
+            self.add(transform.transform_point3(point));
+        }
+    }
+}
