@@ -11,6 +11,8 @@
 #include "sampling.glsl"
 #include "intersect.glsl"
 #include "surface.glsl"
+#include "texture.glsl"
+#include "alpha.glsl"
 #include "bsdf.glsl"
 #include "light.glsl"
 #include "normal.glsl"
@@ -130,6 +132,7 @@ EyePath follow(Ray ray, Random random) {
         travelled += hit.t;
         Surface surface = surface_at(ray, hit);
         Material material = materials_at(surface.material);
+        material.color = color_at(material, surface);
         vec3 wo = -ray.direction;
         if (HAS_AREA_LIGHTS && surface.light != NONE) {
             Light light = lights_at(surface.light);

@@ -10,6 +10,8 @@
 #include "sampling.glsl"
 #include "intersect.glsl"
 #include "surface.glsl"
+#include "texture.glsl"
+#include "alpha.glsl"
 #include "bsdf.glsl"
 #include "light.glsl"
 #include "emission.glsl"
@@ -82,6 +84,7 @@ uint advance(inout Path path) {
     }
     Surface surface = surface_at(path.ray, hit);
     Material material = materials_at(surface.material);
+    material.color = color_at(material, surface);
     vec3 wo = -path.ray.direction;
     bool specular = is_specular(material);
     if (!specular && is_in_glass(path.index)) {

@@ -32,7 +32,7 @@ impl Identity {
         let name = |value: Option<clap::builder::PossibleValue>| value.map(|value| value.get_name().to_owned());
         let values = [
             (PARTS[0], shapes(scene)),
-            (PARTS[1], digest(&[bytes(&scene.materials)])),
+            (PARTS[1], digest(&[bytes(&scene.materials), bytes(&scene.texture_nodes), bytes(&scene.texture_texels)])),
             (PARTS[2], digest(&[bytes(&scene.lights), bytes(&[scene.infinite.to_array()])])),
             (PARTS[3], digest(&[bytes(&[view.camera]), bytes(&view.filter_offsets)])),
             ("resolution", format!("{width}x{height}")),
@@ -91,6 +91,7 @@ fn shapes(scene: &PackedScene) -> String {
     digest(&[
         bytes(&scene.triangles),
         bytes(&scene.triangle_normals),
+        bytes(&scene.triangle_uvs),
         bytes(&scene.quadrics),
         bytes(&scene.revolutions),
         bytes(&scene.revolution_pieces),

@@ -9,6 +9,7 @@ mod newton;
 mod quadric;
 mod reach;
 mod revolution;
+mod texture;
 
 use glam::{DAffine3, DVec3, Vec3A};
 use obvhs::aabb::Aabb;
@@ -18,13 +19,14 @@ pub use quadric::longest_row;
 use quadric::{quadric, quadric_area, quadric_bounds};
 use reach::set_reach;
 pub use reach::sphere_of_reach;
+use texture::PackedTextures;
 
 use crate::alias;
 use crate::bvh;
 use crate::kernels::{
     self, AREA, AliasEntry, BvhPair, CONDUCTOR, DIELECTRIC, DIFFUSE, DISK, DISTANT, INFINITE, KIND_SHIFT, NONE,
     NewtonStart, POINT, Quadric, REVOLUTION, Revolution, RevolutionPiece, RevolutionSegment, SPHERE, SPOT,
-    Specialization, TRIANGLE, Triangle, TriangleNormals,
+    Specialization, TRIANGLE, TextureNode, Triangle, TriangleNormals, TriangleUvs,
 };
 use crate::scene::{AreaLight, Geometry, Light, Material, Mesh, Rgb, Scene, Shape};
 
@@ -47,6 +49,15 @@ pub enum PackError {
     /// More primitives than a reference can name.
     #[error("the scene has {0} primitives; at most {max} fit", max = kernels::INDEX_MASK)]
     TooManyPrimitives(usize),
+    /// A texture is made of too many others.
+    #[error(
+        "{location}: the texture is made of too many others; expected at most {max} values at a time",
+        max = kernels::TEXTURE_STACK
+    )]
+    TextureTooDeep {
+        /// `file:line:column` of the texture.
+        location: String,
+    },
     /// The bounding volume hierarchy is deeper than a ray can walk.
     #[error("the scene's bounding volume hierarchy is deeper than {max} levels", max = kernels::MAX_BVH_DEPTH)]
     TooDeep,
@@ -102,6 +113,12 @@ pub struct PackedScene {
     pub triangles: Vec<Triangle>,
     /// Shading normals of those triangles that have them.
     pub triangle_normals: Vec<TriangleNormals>,
+    /// Texture coordinates of all triangles, or of none if nothing asks for them.
+    pub triangle_uvs: Vec<TriangleUvs>,
+    /// Nodes of textures.
+    pub texture_nodes: Vec<TextureNode>,
+    /// Texels of images: two in each, of four half floats.
+    pub texture_texels: Vec<[u32; 4]>,
     /// Spheres and disks.
     pub quadrics: Vec<Quadric>,
     /// Bodies of revolution.
@@ -112,7 +129,7 @@ pub struct PackedScene {
     pub revolution_segments: Vec<RevolutionSegment>,
     /// Vertices of the segments' approximations.
     pub newton_starts: Vec<NewtonStart>,
-    /// Materials, indexed as the scene's.
+    /// Materials: the scene's, then those of surfaces that are not all there.
     pub materials: Vec<kernels::Material>,
     /// Lights: those that are no surface first, then every emitting primitive.
     pub lights: Vec<kernels::Light>,
@@ -143,8 +160,9 @@ pub fn pack(scene: &Scene, solver: RevolutionSolver) -> Result<PackedScene, Pack
     for light in &scene.lights {
         packer.add_light(light, &space);
     }
-    for shape in &scene.shapes {
-        packer.add_shape(shape);
+    packer.textures = PackedTextures::new(scene, &packer.render_from_world);
+    for shape in packer.dress(scene)? {
+        packer.add_shape(&shape);
     }
     if packer.references.is_empty() {
         return Err(PackError::NoSurface);
@@ -164,7 +182,7 @@ pub fn pack(scene: &Scene, solver: RevolutionSolver) -> Result<PackedScene, Pack
         space,
         bvh_pairs: bvh.pairs,
         primitives,
-        materials: scene.materials.iter().map(pack_material).collect(),
+        materials: packer.materials,
         emission_table,
         direct_table,
         infinite: packer.infinite,
@@ -172,6 +190,9 @@ pub fn pack(scene: &Scene, solver: RevolutionSolver) -> Result<PackedScene, Pack
         specialization,
         triangles: packer.triangles,
         triangle_normals: packer.triangle_normals,
+        triangle_uvs: packer.triangle_uvs,
+        texture_nodes: packer.textures.nodes,
+        texture_texels: packer.textures.texels,
         quadrics: packer.quadrics,
         revolutions: packer.revolutions,
         revolution_pieces: packer.revolution_pieces,
@@ -190,6 +211,9 @@ struct Packer {
     references: Vec<u32>,
     triangles: Vec<Triangle>,
     triangle_normals: Vec<TriangleNormals>,
+    triangle_uvs: Vec<TriangleUvs>,
+    textures: PackedTextures,
+    materials: Vec<kernels::Material>,
     quadrics: Vec<Quadric>,
     revolutions: Vec<Revolution>,
     revolution_pieces: Vec<RevolutionPiece>,
@@ -231,7 +255,8 @@ impl Packer {
         let normals = mesh_normals(shape, mesh);
         let mirrored = shape.world_from_object.matrix3.determinant() < 0.0;
         for corners in &mesh.triangles {
-            let [a, mut b, mut c] = corners.map(|corner| corner as usize);
+            let vertices = corners.map(|corner| corner as usize);
+            let [a, mut b, mut c] = vertices;
             let normal = (points[b] - points[a]).cross(points[c] - points[a]);
             // As pbrt: shading normals decide which side is out, where there are any.
             let flip = match &normals {
@@ -259,6 +284,7 @@ impl Packer {
                 }
                 None => NONE,
             };
+            self.add_uvs(&mesh.uvs, vertices, if flip { [0, 2, 1] } else { [0, 1, 2] });
             let [p0, p1, p2] = corners.map(|corner| corner.to_array());
             let material = shape.material as u32;
             self.triangles.push(Triangle { p0, material, p1, light, p2, normals: attributes });
@@ -411,6 +437,11 @@ impl Packer {
             flat_triangles: if is_flat { self.triangles.len() as u32 } else { 0 },
             flat_quadrics: if is_flat { self.quadrics.len() as u32 } else { 0 },
             flat_revolutions: if is_flat { self.revolutions.len() as u32 } else { 0 },
+            has_textures: !self.textures.nodes.is_empty(),
+            has_image_textures: self.textures.has_images(),
+            has_texture_trees: self.textures.has_trees(),
+            has_alpha: self.materials.iter().any(|material| material.alpha_texture != NONE),
+            has_anisotropic: false,
             ..Specialization::default()
         }
     }
@@ -467,10 +498,18 @@ fn light_of(kind: u32, emission: Rgb) -> kernels::Light {
     kernels::Light { emission: emission.as_vec3().to_array(), kind, primitive: NONE, ..bytemuck::Zeroable::zeroed() }
 }
 
-fn pack_material(material: &Material) -> kernels::Material {
-    let zero = kernels::Material { kind: DIFFUSE, ..bytemuck::Zeroable::zeroed() };
-    match material {
-        Material::Diffuse { reflectance } => kernels::Material { color: reflectance.as_vec3().to_array(), ..zero },
+fn pack_material(textures: &mut PackedTextures, material: &Material) -> Result<kernels::Material, PackError> {
+    let zero = kernels::Material {
+        kind: DIFFUSE,
+        color_texture: NONE,
+        alpha_texture: NONE,
+        ..bytemuck::Zeroable::zeroed()
+    };
+    Ok(match material {
+        Material::Diffuse { reflectance } => {
+            let (color_texture, color) = textures.color(reflectance)?;
+            kernels::Material { color, color_texture, ..zero }
+        }
         Material::Conductor { eta, k } => {
             kernels::Material { kind: CONDUCTOR, eta: eta.as_vec3().to_array(), k: k.as_vec3().to_array(), ..zero }
         }
@@ -480,7 +519,7 @@ fn pack_material(material: &Material) -> kernels::Material {
             eta: [*eta as f32; 3],
             ..zero
         },
-    }
+    })
 }
 
 fn mean(rgb: Rgb) -> f64 {

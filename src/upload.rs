@@ -4,7 +4,7 @@ use goblet_host::{Buffer, Device, Texels};
 
 use crate::kernels::{
     AliasEntry, BvhPair, Light, Material, NewtonStart, Quadric, Revolution, RevolutionPiece, RevolutionSegment,
-    SceneBindings, SceneInfo, Triangle, TriangleNormals,
+    SceneBindings, SceneInfo, TextureNode, Triangle, TriangleNormals, TriangleUvs,
 };
 use crate::pack::{PackedScene, sphere_of_reach};
 
@@ -21,6 +21,9 @@ pub struct GpuScene {
     revolution_segments: Buffer<RevolutionSegment>,
     newton_starts: Buffer<NewtonStart>,
     materials: Texels<Material>,
+    texture_nodes: Texels<TextureNode>,
+    texture_texels: Texels<[u32; 4]>,
+    triangle_uvs: Texels<TriangleUvs>,
     lights: Texels<Light>,
     emission_table: Texels<AliasEntry>,
     direct_table: Texels<AliasEntry>,
@@ -58,6 +61,9 @@ impl GpuScene {
             revolution_segments: device.upload("revolution_segments", &scene.revolution_segments)?,
             newton_starts: device.upload("newton_starts", &scene.newton_starts)?,
             materials: device.upload_texels("materials", &scene.materials)?,
+            texture_nodes: device.upload_texels("texture_nodes", &scene.texture_nodes)?,
+            texture_texels: device.upload_texels("texture_texels", &scene.texture_texels)?,
+            triangle_uvs: device.upload_texels("triangle_uvs", &scene.triangle_uvs)?,
             lights: device.upload_texels("lights", &scene.lights)?,
             emission_table: device.upload_texels("emission_table", &scene.emission_table)?,
             direct_table: device.upload_texels("direct_table", &scene.direct_table)?,
@@ -78,6 +84,9 @@ impl GpuScene {
             revolution_segments: &self.revolution_segments,
             newton_starts: &self.newton_starts,
             materials: &self.materials,
+            texture_nodes: &self.texture_nodes,
+            texture_texels: &self.texture_texels,
+            triangle_uvs: &self.triangle_uvs,
             lights: &self.lights,
             emission_table: &self.emission_table,
             direct_table: &self.direct_table,

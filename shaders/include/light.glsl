@@ -114,7 +114,7 @@ Surface sample_emitter(Light light, vec2 u) {
     Surface surface;
     uint kind = light.primitive >> KIND_SHIFT;
     if (HAS_TRIANGLE_LIGHTS && kind == TRIANGLE) {
-        surface = triangle_surface(triangles_at(light.primitive & INDEX_MASK), sample_triangle(u));
+        surface = triangle_surface(light.primitive & INDEX_MASK, sample_triangle(u));
     }
     if (HAS_DISK_LIGHTS && kind == DISK) {
         surface = sample_flat_disk(light, u);
@@ -137,7 +137,7 @@ LightSample sample_area(Light light, vec3 from, vec2 u) {
     vec3 to_light = surface.position - from;
     direct.wi = normalize(to_light);
     direct.target = offset_origin(surface, -direct.wi);
-    direct.radiance = emitted_radiance(light, surface.normal, -direct.wi);
+    direct.radiance = emitted_radiance(light, surface.normal, -direct.wi) * opacity(surface);
     direct.pdf = direct_pdf(light, from, surface, direct.wi);
     return direct;
 }

@@ -8,7 +8,26 @@ struct Surface {
     uint material;
     uint light;          // index into lights, or NONE
     float area_pdf;      // of light from a body of revolution: with which this point is sampled
+    vec2 uv;             // texture coordinates; only under HAS_TEXTURES
+    vec3 tangent;        // the position's derivative by u, of any length; only under HAS_ANISOTROPIC
 };
+
+vec3 any_perpendicular(vec3 n) {
+    return abs(n.x) > abs(n.z) ? vec3(-n.y, n.x, 0.0) : vec3(0.0, -n.z, n.y);
+}
+
+// Where texture coordinates leave the tangent open, it is any in the surface.
+vec3 tangent_or_any(vec3 tangent, vec3 n) {
+    return dot(tangent, tangent) > 0.0 ? tangent : any_perpendicular(n);
+}
+
+vec3 triangle_tangent(Triangle triangle, TriangleUvs uvs, vec3 n) {
+    vec2 uv1 = uvs.uv1 - uvs.uv0;
+    vec2 uv2 = uvs.uv2 - uvs.uv0;
+    float determinant = uv1.x * uv2.y - uv1.y * uv2.x;
+    vec3 along = uv2.y * (triangle.p1 - triangle.p0) - uv1.y * (triangle.p2 - triangle.p0);
+    return tangent_or_any(determinant < 0.0 ? -along : determinant > 0.0 ? along : vec3(0.0), n);
+}
 
 // Rounding of a point with coordinates up to `size`: interpolating it (7 roundings) and
 // moving a ray's origin into the space where it is intersected again (9 more).
@@ -16,7 +35,8 @@ float position_error(vec3 p, float size) {
     return 16.0 * ROUNDING * (max(max(abs(p.x), abs(p.y)), abs(p.z)) + size);
 }
 
-Surface triangle_surface(Triangle triangle, vec2 barycentric) {
+Surface triangle_surface(uint index, vec2 barycentric) {
+    Triangle triangle = triangles_at(index);
     Surface surface;
     float b0 = 1.0 - barycentric.x - barycentric.y;
     surface.position = b0 * triangle.p0 + barycentric.x * triangle.p1 + barycentric.y * triangle.p2;
@@ -35,7 +55,28 @@ Surface triangle_surface(Triangle triangle, vec2 barycentric) {
             surface.shading_normal = dot(n, surface.normal) < 0.0 ? -n : n;
         }
     }
+    if (HAS_TEXTURES) {
+        TriangleUvs uvs = triangle_uvs_at(index);
+        surface.uv = b0 * uvs.uv0 + barycentric.x * uvs.uv1 + barycentric.y * uvs.uv2;
+    }
+    if (HAS_ANISOTROPIC) {
+        surface.tangent = triangle_tangent(triangle, triangle_uvs_at(index), surface.normal);
+    }
     return surface;
+}
+
+// The polar angle of a point of the unit sphere at this height.
+float polar_angle(float z) {
+    return atan(sqrt(max(0.0, 1.0 - z * z)), z);
+}
+
+vec2 quadric_uv(Quadric quadric, bool sphere, vec3 p) {
+    float u = azimuth(p.xy) / quadric.phi_max;
+    if (sphere) {
+        float bottom = polar_angle(quadric.z_min);
+        return vec2(u, (atan(length(p.xy), p.z) - bottom) / (polar_angle(quadric.z_max) - bottom));
+    }
+    return vec2(u, (1.0 - length(p.xy)) / (1.0 - quadric.inner_radius));
 }
 
 // A point of a quadric, given near its surface in object space.
@@ -50,6 +91,13 @@ Surface quadric_surface(Quadric quadric, bool sphere, vec3 p) {
     surface.shading_normal = surface.normal;
     surface.material = quadric.material;
     surface.light = quadric.light;
+    if (HAS_TEXTURES) {
+        surface.uv = quadric_uv(quadric, sphere, on_surface);
+    }
+    if (HAS_ANISOTROPIC) {
+        vec3 tangent = transform_vector(quadric.render_from_object, vec3(-on_surface.y, on_surface.x, 0.0));
+        surface.tangent = tangent_or_any(tangent, surface.normal);
+    }
     return surface;
 }
 
@@ -57,6 +105,13 @@ Surface quadric_surface(Quadric quadric, bool sphere, vec3 p) {
 // that points by the axis, where rings are small, are as rare as they should be.
 float piece_pdf(vec2 radii, float x) {
     return mix(radii.x, radii.y, 0.5 + 0.5 * x) / (radii.x + radii.y);
+}
+
+// Texture coordinates of a point of a body of revolution: around from the x axis, and along
+// the profile; both in [0, 1].
+vec2 revolution_uv(uint piece, float x, vec2 around) {
+    vec2 along = revolution_pieces_at(piece).along;
+    return vec2(azimuth(around) / (2.0 * PI), mix(along.x, along.y, 0.5 + 0.5 * x));
 }
 
 // A point of a body of revolution: where on a piece of its profile, and the direction from
@@ -83,21 +138,20 @@ Surface revolution_surface(uint piece, float x, vec2 azimuth) {
         float ring = 2.0 * PI * point.p.x * body.determinant * growth * length(point.d) / length(slope);
         surface.area_pdf = piece_pdf(profile.ends.xz, x) / max(ring, 1.0e-30);
     }
+    if (HAS_TEXTURES) {
+        surface.uv = revolution_uv(piece, x, azimuth);
+    }
+    if (HAS_ANISOTROPIC) {
+        surface.tangent = transform_vector(body.render_from_unit, vec3(-azimuth.y, azimuth.x, 0.0));
+    }
     return surface;
-}
-
-// Texture coordinates of a point of a body of revolution: around from the x axis, and along
-// the profile; both in [0, 1].
-vec2 revolution_uv(uint piece, float x, vec2 around) {
-    vec2 along = revolution_pieces_at(piece).along;
-    return vec2(azimuth(around) / (2.0 * PI), mix(along.x, along.y, 0.5 + 0.5 * x));
 }
 
 Surface surface_at(Ray ray, Hit hit) {
     uint kind = hit.primitive >> KIND_SHIFT;
     uint index = hit.primitive & INDEX_MASK;
     if (is_triangle(kind)) {
-        return triangle_surface(triangles_at(index), hit.barycentric);
+        return triangle_surface(index, hit.barycentric);
     }
     if (is_revolution(kind)) {
         uint body = revolution_pieces_at(index).body;

@@ -1,15 +1,17 @@
 //! `Material` and `MakeNamedMaterial`.
 
 use super::error::{Location, SceneError};
-use super::model::{Material, Rgb};
+use super::model::{Input, Material, Rgb};
 use super::params::ParamList;
 use super::registry::{Family, Kind, ParamSpec, full, ignored, later, not_yet, supported};
 use super::spectrum::{Spectrum, conductor, conductor_from_reflectance, copper, optional};
+use super::texture::Textures;
 
-const COLOUR: &[Kind] = &[Kind::Rgb, Kind::Spectrum, Kind::Texture];
-const NUMBER: &[Kind] = &[Kind::Float, Kind::Texture];
+const COLOUR: &[Kind] = &[Kind::Rgb, Kind::Spectrum];
+const TEXTURED_COLOUR: &[Kind] = &[Kind::Rgb, Kind::Spectrum, Kind::Texture];
+const NUMBER: &[Kind] = &[Kind::Float];
 
-const DISPLACEMENT: ParamSpec = later("displacement", NUMBER);
+const DISPLACEMENT: ParamSpec = later("displacement", &[Kind::Float, Kind::Texture]);
 const NORMAL_MAP: ParamSpec = later("normalmap", &[Kind::String]);
 const ROUGHNESS: ParamSpec = full("roughness", NUMBER);
 const U_ROUGHNESS: ParamSpec = full("uroughness", NUMBER);
@@ -21,7 +23,7 @@ const REMAP_ROUGHNESS: ParamSpec = ignored("remaproughness", &[Kind::Bool]);
 pub(super) const FAMILY: Family = Family {
     directive: "Material",
     types: &[
-        supported("diffuse", &[full("reflectance", COLOUR), DISPLACEMENT, NORMAL_MAP]),
+        supported("diffuse", &[full("reflectance", TEXTURED_COLOUR), DISPLACEMENT, NORMAL_MAP]),
         supported(
             "conductor",
             &[
@@ -39,7 +41,7 @@ pub(super) const FAMILY: Family = Family {
         supported(
             "dielectric",
             &[
-                full("eta", &[Kind::Float, Kind::Spectrum, Kind::Texture]),
+                full("eta", &[Kind::Float, Kind::Spectrum]),
                 // Goblet's own: pbrt's dielectrics are untinted.
                 full("transmittance", &[Kind::Rgb]),
                 ROUGHNESS,
@@ -64,11 +66,16 @@ pub(super) const FAMILY: Family = Family {
 
 /// What surfaces are made of where no `Material` is in force.
 pub(super) fn default() -> Material {
-    Material::Diffuse { reflectance: Rgb::splat(0.5) }
+    Material::Diffuse { reflectance: Input::Constant(Rgb::splat(0.5)) }
 }
 
 /// Makes a material from parameters that [`FAMILY`] has checked.
-pub(super) fn material(name: &str, params: &ParamList, location: &Location) -> Result<Material, SceneError> {
+pub(super) fn material(
+    name: &str,
+    params: &ParamList,
+    location: &Location,
+    textures: &Textures,
+) -> Result<Material, SceneError> {
     match name {
         "conductor" => {
             require_smooth(params)?;
@@ -78,7 +85,10 @@ pub(super) fn material(name: &str, params: &ParamList, location: &Location) -> R
             require_smooth(params)?;
             smooth_dielectric(params)
         }
-        _ => Ok(Material::Diffuse { reflectance: reflectance(params)?.unwrap_or(Rgb::splat(0.5)) }),
+        _ => match params.get("reflectance") {
+            Some(param) => Ok(Material::Diffuse { reflectance: textures.color(param)? }),
+            None => Ok(default()),
+        },
     }
 }
 

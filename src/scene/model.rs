@@ -11,8 +11,19 @@ use glam::{DAffine3, DVec2, DVec3};
 
 use crate::bezier::Curve;
 
+use super::texture_model::Texture;
+
 /// Linear RGB, sRGB primaries.
 pub type Rgb = DVec3;
+
+/// A value that may vary over a surface.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Input<T> {
+    /// The same everywhere.
+    Constant(T),
+    /// A texture: an index into [`Scene::textures`].
+    Texture(usize),
+}
 
 /// A scene that is ready to upload.
 #[derive(Clone, Debug)]
@@ -25,6 +36,8 @@ pub struct Scene {
     pub integrator: Integrator,
     /// Materials; [`Shape::material`] indexes them.
     pub materials: Vec<Material>,
+    /// Every texture, whether something uses it or not, in the order of the file.
+    pub textures: Vec<Texture>,
     /// Every surface, in the order of the file.
     pub shapes: Vec<Shape>,
     /// Every light that is not a surface, in the order of the file.
@@ -102,8 +115,8 @@ pub struct Integrator {
 pub enum Material {
     /// Lambertian.
     Diffuse {
-        /// Albedo per channel, 0 to 1.
-        reflectance: Rgb,
+        /// Albedo per channel, 0 to 1; what a texture has outside is clamped.
+        reflectance: Input<Rgb>,
     },
     /// A smooth metal.
     Conductor {
@@ -133,6 +146,8 @@ pub struct Shape {
     pub reverse_orientation: bool,
     /// Index into [`Scene::materials`].
     pub material: usize,
+    /// How much of it is there, 0 to 1: rays go through the rest.
+    pub alpha: Input<f64>,
     /// Set where an `AreaLightSource` was in force.
     pub emission: Option<AreaLight>,
     /// `file:line:column` of the directive, for messages.

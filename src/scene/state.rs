@@ -8,10 +8,11 @@ use glam::DAffine3;
 
 use super::error::{Location, SceneError};
 use super::lexer::shorten;
-use super::model::{AreaLight, Light, Material, Rgb, Scene, Shape};
+use super::model::{AreaLight, Input, Light, Material, Rgb, Scene, Shape};
 use super::params::ParamList;
 use super::registry::Family;
 use super::shape::MeshFiles;
+use super::texture::{Place, Textures, Values};
 use super::{camera, film, light, material, shape, transform};
 
 /// What applies to the next shape or light.
@@ -25,6 +26,7 @@ struct GraphicsState {
     shape_defaults: Arc<ParamList>,
     light_defaults: Arc<ParamList>,
     material_defaults: Arc<ParamList>,
+    texture_defaults: Arc<ParamList>,
 }
 
 /// A material, by its place among all or by a name that is looked up at the end:
@@ -69,7 +71,7 @@ pub(super) struct SceneBuilder {
     shapes: Vec<(Shape, MaterialRef)>,
     lights: Vec<Light>,
     files: MeshFiles,
-    unused_texture: Option<(Location, String)>,
+    textures: Textures,
     warnings: Vec<String>,
 }
 
@@ -88,6 +90,7 @@ impl SceneBuilder {
                 shape_defaults: Arc::default(),
                 light_defaults: Arc::default(),
                 material_defaults: Arc::default(),
+                texture_defaults: Arc::default(),
             },
             saved: Vec::new(),
             coordinate_systems: HashMap::new(),
@@ -96,7 +99,7 @@ impl SceneBuilder {
             shapes: Vec::new(),
             lights: Vec::new(),
             files: MeshFiles::new(directory),
-            unused_texture: None,
+            textures: Textures::default(),
             warnings: Vec::new(),
         }
     }
@@ -203,8 +206,9 @@ impl SceneBuilder {
             "shape" => &mut self.state.shape_defaults,
             "light" => &mut self.state.light_defaults,
             "material" => &mut self.state.material_defaults,
-            // Neither media nor textures are read, so neither are their defaults.
-            "medium" | "texture" => return Ok(()),
+            "texture" => &mut self.state.texture_defaults,
+            // Media are not read, so neither are their defaults.
+            "medium" => return Ok(()),
             _ => {
                 return Err(location.invalid(format!(
                     "unknown Attribute \"{}\"; expected one of: \"shape\", \"light\", \
@@ -291,7 +295,7 @@ impl SceneBuilder {
         let defaults = &self.state.material_defaults;
         let made = material::FAMILY
             .check(kind, location, &mut params, defaults)
-            .and_then(|_| material::material(kind, &params, location));
+            .and_then(|_| material::material(kind, &params, location, &self.textures));
         if let Err(error) = &made
             && !matches!(error, SceneError::Unsupported { .. })
         {
@@ -305,9 +309,25 @@ impl SceneBuilder {
         self.state.material = MaterialRef::Named(name.into(), location.clone());
     }
 
-    /// A texture is only remembered: using one is an error for now.
-    pub fn texture(&mut self, name: String, location: &Location) {
-        self.unused_texture.get_or_insert_with(|| (location.clone(), name));
+    /// A texture of a class that is named at `location`.
+    pub fn texture(
+        &mut self,
+        name: &str,
+        values: Values,
+        class: &str,
+        params: ParamList,
+        location: &Location,
+    ) -> Result<(), SceneError> {
+        let place = Place {
+            directory: &self.files.directory,
+            world_from_texture: self.state.world_from_object,
+            defaults: &self.state.texture_defaults,
+            location,
+        };
+        for warning in self.textures.make(name, values, class, params, &place)? {
+            self.warn(location, &warning);
+        }
+        Ok(())
     }
 
     pub fn light(&mut self, name: &str, mut params: ParamList, location: &Location) -> Result<(), SceneError> {
@@ -340,15 +360,20 @@ impl SceneBuilder {
         directive: &Location,
     ) -> Result<(), SceneError> {
         shape::FAMILY.check(name, location, &mut params, &self.state.shape_defaults)?;
+        let alpha = shape::alpha(&params, &self.textures)?;
         let shape = Shape {
             geometry: shape::geometry(name, &params, &mut self.files, location)?,
+            alpha,
             world_from_object: self.state.world_from_object,
             reverse_orientation: self.state.reverse_orientation,
             material: 0,
             emission: self.state.emission,
             location: directive.to_string(),
         };
-        self.shapes.push((shape, self.state.material.clone()));
+        // Nothing meets what is not there; light may still come from it, as in pbrt.
+        if alpha != Input::Constant(0.0) || shape.emission.is_some() {
+            self.shapes.push((shape, self.state.material.clone()));
+        }
         Ok(())
     }
 
@@ -369,10 +394,6 @@ impl SceneBuilder {
                 end.invalid("the scene has no light; expected a LightSource or AreaLightSource that is not black")
             );
         }
-        if let Some((location, name)) = self.unused_texture.take() {
-            let name = shorten(&name);
-            self.warn(&location, &format!("Texture \"{name}\" is ignored: nothing uses it"));
-        }
         if self.options.world_from_camera.is_none() {
             self.warn(end, "the scene has no Camera; it is seen from the origin along +z");
         }
@@ -391,6 +412,7 @@ impl SceneBuilder {
             integrator: film::integrator(&name, &params, iterations)?,
             film,
             materials,
+            textures: self.textures.made,
             shapes,
             lights: self.lights,
             warnings: self.warnings,

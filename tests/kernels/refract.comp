@@ -42,7 +42,7 @@ void main() {
         return;
     }
     Incidence incidence = incidences.data[i];
-    Material material = Material(incidence.color, incidence.kind, incidence.eta, 0.0, incidence.k, 0.0);
+    Material material = Material(incidence.color, incidence.kind, incidence.eta, NONE, incidence.k, NONE);
     bool carries = incidence.carries_radiance != 0u ? RADIANCE : FLUX;
     Scatter there = scatter(material, incidence.wo, incidence.normal, incidence.u, incidence.u_direction, carries);
     Scatter back = scatter(material, there.wi, incidence.normal, incidence.u, incidence.u_direction, carries);
