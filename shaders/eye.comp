@@ -140,7 +140,7 @@ EyePath follow(Ray ray, Random random) {
             if (path.reached > 0.0) {
                 weight = bsdf_weight(light, path.visible.position, path.facing, surface, ray.direction);
             }
-            path.radiance += throughput * emitted_radiance(light, surface.normal, wo) * weight;
+            path.radiance += throughput * emitted_radiance(light, surface, wo) * weight;
         }
         if (path.reached > 0.0) {
             break;

@@ -28,7 +28,7 @@ use crate::kernels::{
     NewtonStart, POINT, Quadric, REVOLUTION, Revolution, RevolutionPiece, RevolutionSegment, SPHERE, SPOT,
     Specialization, TRIANGLE, TextureNode, Triangle, TriangleNormals, TriangleUvs,
 };
-use crate::scene::{AreaLight, Geometry, Light, Material, Mesh, Rgb, Scene, Shape};
+use crate::scene::{AreaLight, Geometry, Input, Light, Material, Mesh, Rgb, Scene, Shape};
 
 /// The largest radius of a scene's bounding sphere, scene units: squares of lengths must
 /// stay finite in every product of f64.
@@ -220,6 +220,10 @@ struct Packer {
     revolution_segments: Vec<RevolutionSegment>,
     newton_starts: Vec<NewtonStart>,
     lights: Vec<kernels::Light>,
+    /// Whether the shape at hand is a light that no ray meets, as pbrt's are whose alpha is 0.
+    is_invisible: bool,
+    /// Whether any shape so far was.
+    has_invisible: bool,
     /// Mean of channels of each light's power.
     powers: Vec<f64>,
     infinite: Rgb,
@@ -227,6 +231,8 @@ struct Packer {
 
 impl Packer {
     fn add_shape(&mut self, shape: &Shape) {
+        self.is_invisible = shape.alpha == Input::Constant(0.0);
+        self.has_invisible |= self.is_invisible;
         let render_from_object = self.render_from_world * shape.world_from_object;
         match &shape.geometry {
             Geometry::Mesh(mesh) => self.add_mesh(shape, mesh, &render_from_object),
@@ -303,8 +309,10 @@ impl Packer {
     }
 
     fn add_primitive(&mut self, reference: u32, bounds: Aabb) {
-        self.references.push(reference);
-        self.boxes.push(bounds);
+        if !self.is_invisible {
+            self.references.push(reference);
+            self.boxes.push(bounds);
+        }
     }
 
     /// Adds an emitting primitive of an area in render units; its place among the lights.
@@ -319,10 +327,16 @@ impl Packer {
             primitive,
             area: area as f32,
             two_sided: u32::from(emission.two_sided),
+            image: emission.image.map_or(NONE, |image| image.texture as u32),
             ..light_of(AREA, radiance)
         };
         set_reach(&mut light, bounds, area);
-        self.push_light(light, mean(radiance) * exitance * area)
+        if self.is_invisible {
+            // No direction of the bsdf finds it.
+            light.reach2 = 0.0;
+        }
+        let shown = emission.image.map_or(Rgb::ONE, |image| image.mean);
+        self.push_light(light, mean(radiance * shown) * exitance * area)
     }
 
     /// Radiance of an emitter whose whole area is given in render units.
@@ -408,7 +422,9 @@ impl Packer {
         let has_dielectrics = used(|material| matches!(material, Material::Dielectric { .. }));
         let is_flat = self.triangles.len() + self.quadrics.len() <= MAX_FLAT
             && self.revolutions.len() <= MAX_FLAT_REVOLUTIONS
-            && self.solver == RevolutionSolver::Certified;
+            && self.solver == RevolutionSolver::Certified
+            // Without a hierarchy, every primitive is tested.
+            && !self.has_invisible;
         Specialization {
             has_triangles: has_kind(TRIANGLE),
             has_spheres: has_kind(SPHERE),
@@ -441,6 +457,7 @@ impl Packer {
             has_image_textures: self.textures.has_images(),
             has_texture_trees: self.textures.has_trees(),
             has_alpha: self.materials.iter().any(|material| material.alpha_texture != NONE),
+            has_image_emitters: self.lights.iter().any(|light| light.image != NONE),
             has_anisotropic: false,
             ..Specialization::default()
         }
@@ -495,16 +512,18 @@ pub fn rows(transform: &DAffine3) -> [[f32; 4]; 3] {
 }
 
 fn light_of(kind: u32, emission: Rgb) -> kernels::Light {
-    kernels::Light { emission: emission.as_vec3().to_array(), kind, primitive: NONE, ..bytemuck::Zeroable::zeroed() }
+    kernels::Light {
+        emission: emission.as_vec3().to_array(),
+        kind,
+        primitive: NONE,
+        image: NONE,
+        ..bytemuck::Zeroable::zeroed()
+    }
 }
 
 fn pack_material(textures: &mut PackedTextures, material: &Material) -> Result<kernels::Material, PackError> {
-    let zero = kernels::Material {
-        kind: DIFFUSE,
-        color_texture: NONE,
-        alpha_texture: NONE,
-        ..bytemuck::Zeroable::zeroed()
-    };
+    let zero =
+        kernels::Material { kind: DIFFUSE, color_texture: NONE, alpha_texture: NONE, ..bytemuck::Zeroable::zeroed() };
     Ok(match material {
         Material::Diffuse { reflectance } => {
             let (color_texture, color) = textures.color(reflectance)?;

@@ -36,6 +36,7 @@ layout(constant_id = 29) const uint FLAT_REVOLUTIONS = 0u;
 layout(constant_id = 35) const bool HAS_ANISOTROPIC = true;      // materials that ask for a tangent
 layout(constant_id = 40) const bool HAS_TEXTURES = true;
 layout(constant_id = 41) const bool HAS_ALPHA = true;            // surfaces that are cut away in part
+layout(constant_id = 42) const bool HAS_IMAGE_EMITTERS = true;
 layout(constant_id = 43) const bool HAS_IMAGE_TEXTURES = true;
 layout(constant_id = 44) const bool HAS_TEXTURE_TREES = true;    // textures of more than one node
 

@@ -204,8 +204,8 @@ struct Light {
     float area;         // triangle and disk: area
     uint two_sided;     // area: emits on both sides
     float reach2;       // area: squared distance from there, within which it is large
-    float pad0;
-    float pad1;
+    uint image;         // area: a texture that the emission is times, or NONE
+    float pad;
     float direct_pmf;   // chance that next-event estimation picks it
 };
 

@@ -344,20 +344,19 @@ mod tests {
 
     #[test]
     fn alpha_is_read_where_it_says_something() {
-        let read = |image: DynamicImage, format, transfer| {
+        let layers_of = |image: DynamicImage, format, transfer| {
             let mut file = Cursor::new(Vec::new());
             image.write_to(&mut file, format).unwrap();
             decode_integers(file.get_ref(), format, transfer).unwrap()
         };
         let half = image::RgbaImage::from_pixel(1, 1, image::Rgba([255, 0, 51, 102]));
-        let layers = read(half.clone().into(), ImageFormat::Png, Transfer::Linear);
+        let layers = layers_of(half.clone().into(), ImageFormat::Png, Transfer::Linear);
         assert_eq!((layers.image.pixels[0], layers.alpha), ([1.0, 0.0, 0.2], Some(vec![0.4])));
-        let layers = read(half.into(), ImageFormat::Tga, Transfer::Gamma(2.0));
+        let layers = layers_of(half.into(), ImageFormat::Tga, Transfer::Gamma(2.0));
         assert!((layers.image.pixels[0][2] - 0.04).abs() < 1e-6 && (layers.alpha.unwrap()[0] - 0.16).abs() < 1e-6);
         let full = image::RgbaImage::from_pixel(1, 1, image::Rgba([255, 0, 51, 255]));
-        assert_eq!(read(full.into(), ImageFormat::Png, Transfer::Srgb).alpha, None);
-        let file =
-            exr_file(vec![("A", halves(0.5)), ("B", halves(20.0)), ("G", halves(10.0)), ("R", halves(0.5))]);
+        assert_eq!(layers_of(full.into(), ImageFormat::Png, Transfer::Srgb).alpha, None);
+        let file = exr_file(vec![("A", halves(0.5)), ("B", halves(20.0)), ("G", halves(10.0)), ("R", halves(0.5))]);
         assert_eq!(decode_exr(&file).unwrap().alpha.unwrap()[1], 1.5);
     }
 

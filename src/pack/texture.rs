@@ -59,18 +59,19 @@ impl PackedTextures {
         if let Some(first) = self.first.get(&index) {
             return Ok(*first);
         }
-        let first = self.run(Input::Texture(index)).ok_or_else(|| PackError::TextureTooDeep {
-            location: self.scene[index].location.clone(),
-        })?;
+        let first = self
+            .run(Input::Texture(index))
+            .ok_or_else(|| PackError::TextureTooDeep { location: self.scene[index].location.clone() })?;
         self.first.insert(index, first);
         Ok(first)
     }
 
-    /// The first node of an opacity; NONE where it is 1.
+    /// The first node of an opacity; NONE where it is 0 or 1.
     fn opacity(&mut self, alpha: &Input<f64>) -> Result<u32, PackError> {
         let nodes = &mut self.nodes;
         match *alpha {
-            Input::Constant(1.0) => Ok(NONE),
+            // What is not there at all, no ray meets.
+            Input::Constant(0.0 | 1.0) => Ok(NONE),
             Input::Constant(value) => Ok(*self.constants.entry(value.to_bits()).or_insert_with(|| {
                 nodes.push(TextureNode { last: 1, ..node(TEXTURE_CONSTANT, [Rgb::splat(value); 4]) });
                 nodes.len() as u32 - 1
@@ -236,8 +237,8 @@ fn four(value: Rgb) -> [f32; 4] {
 }
 
 impl Packer {
-    /// The scene's shapes with the places of their materials, which are packed now: once for
-    /// each opacity that something made of them has.
+    /// The scene's shapes with the places of their packed materials and of the images that they
+    /// show. A material is there once more for each opacity that something made of it has.
     pub(super) fn dress(&mut self, scene: &Scene) -> Result<Vec<Shape>, PackError> {
         for material in &scene.materials {
             self.materials.push(pack_material(&mut self.textures, material)?);
@@ -245,6 +246,9 @@ impl Packer {
         let mut places: HashMap<(usize, u32), usize> = HashMap::new();
         let mut shapes = scene.shapes.clone();
         for shape in &mut shapes {
+            if let Some(image) = shape.emission.as_mut().and_then(|emission| emission.image.as_mut()) {
+                image.texture = self.textures.texture(image.texture)? as usize;
+            }
             let alpha_texture = self.textures.opacity(&shape.alpha)?;
             if alpha_texture != NONE {
                 let material = kernels::Material { alpha_texture, ..self.materials[shape.material] };

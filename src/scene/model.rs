@@ -218,6 +218,17 @@ pub struct AreaLight {
     pub power: Option<f64>,
     /// Emits on both sides.
     pub two_sided: bool,
+    /// What the radiance is times.
+    pub image: Option<EmissionImage>,
+}
+
+/// An image that an area light shows.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct EmissionImage {
+    /// Index into [`Scene::textures`].
+    pub texture: usize,
+    /// Of its pixels.
+    pub mean: Rgb,
 }
 
 /// A light that is not a surface.

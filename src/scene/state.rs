@@ -346,8 +346,9 @@ impl SceneBuilder {
 
     pub fn area_light(&mut self, name: &str, mut params: ParamList, location: &Location) -> Result<(), SceneError> {
         light::AREA_FAMILY.check(name, location, &mut params, &self.state.light_defaults)?;
-        let light = light::area_light(&params)?;
-        self.state.emission = Some(light).filter(|light| light.radiance != Rgb::ZERO);
+        let light = light::area_light(&params, &mut self.textures, &self.files.directory)?;
+        let shines = |light: &AreaLight| light.radiance * light.image.map_or(Rgb::ONE, |image| image.mean) != Rgb::ZERO;
+        self.state.emission = Some(light).filter(shines);
         Ok(())
     }
 

@@ -156,9 +156,7 @@ fn what_cannot_change_the_image_is_passed_over() {
         MakeNamedMaterial \"later\" \"string type\" \"diffuse\"",
     )
     .unwrap();
-    let expected = [
-        "t.pbrt:1:12: Integrator \"volpath\" is rendered as \"sppm\"",
-    ];
+    let expected = ["t.pbrt:1:12: Integrator \"volpath\" is rendered as \"sppm\""];
     assert_eq!(scene.warnings, expected);
     assert_eq!(scene.integrator.max_depth, 9);
     assert_eq!((scene.lights.len(), scene.materials.len()), (1, 1));

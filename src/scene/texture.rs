@@ -8,7 +8,7 @@ use glam::{DAffine3, DMat3, DVec3};
 
 use super::error::{Location, SceneError};
 use super::lexer::shorten;
-use super::model::{Input, Rgb};
+use super::model::{EmissionImage, Input, Rgb};
 use super::params::{Param, ParamList};
 use super::registry::{Family, Kind, ParamSpec, full, ignored, not_yet, supported};
 use super::spectrum::Spectrum;
@@ -176,6 +176,24 @@ impl Textures {
         })
     }
 
+    /// An image as an area light shows it.
+    pub fn emission(&mut self, path: PathBuf, param: &Param) -> Result<EmissionImage, SceneError> {
+        let image = self.image(path, ("sRGB".to_string(), Transfer::Srgb), Values::Colors, param)?;
+        let sum: Rgb = image.pixels.iter().map(|pixel| Rgb::from(pixel.map(f64::from)).max(Rgb::ZERO)).sum();
+        let mean = sum / image.pixels.len() as f64;
+        let shown = ImageTexture {
+            image,
+            mapping: Mapping::Surface(DAffine3::IDENTITY),
+            wrap: Wrap::Clamp,
+            nearest: false,
+            offset: 0.0,
+            factor: 1.0,
+            range: [0.0, f64::INFINITY],
+        };
+        self.made.push(Texture { kind: TextureKind::Image(shown), location: param.location.to_string() });
+        Ok(EmissionImage { texture: self.made.len() - 1, mean })
+    }
+
     fn find(&self, values: Values, param: &Param) -> Result<Input<Rgb>, SceneError> {
         let name = param.text().ok_or_else(|| param.bad_value("the name of one texture"))?;
         match self.named.get(&(values, name.to_string())) {
@@ -194,7 +212,13 @@ impl Textures {
         }
     }
 
-    fn image(&mut self, path: PathBuf, encoding: (String, Transfer), values: Values, param: &Param) -> Result<Arc<Image>, SceneError> {
+    fn image(
+        &mut self,
+        path: PathBuf,
+        encoding: (String, Transfer),
+        values: Values,
+        param: &Param,
+    ) -> Result<Arc<Image>, SceneError> {
         let key = (path, encoding.0, values);
         if let Some(image) = self.images.get(&key) {
             return Ok(Arc::clone(image));
@@ -206,6 +230,9 @@ impl Textures {
             error => param.location.invalid(error.to_string()),
         })?;
         let mut image = layers.image;
+        if image.pixels.iter().flatten().any(|value| !value.is_finite()) {
+            return Err(param.bad_value("an image whose pixels are all finite"));
+        }
         self.texels += image.pixels.len() as u64;
         if self.texels > MAX_TEXELS {
             return Err(param.location.invalid(format!(
@@ -253,7 +280,9 @@ impl Maker<'_> {
                 }
                 TextureKind::Mix { textures, amount }
             }
-            "directionmix" => TextureKind::DirectionMix { direction: self.direction()?, textures: self.pair(0.0, 1.0)? },
+            "directionmix" => {
+                TextureKind::DirectionMix { direction: self.direction()?, textures: self.pair(0.0, 1.0)? }
+            }
             "bilerp" => TextureKind::Bilerp { mapping: self.mapping()?, corners: self.corners()? },
             "checkerboard" => {
                 let mapping = match self.params.integer("dimension", 2, 3)? {
@@ -295,7 +324,8 @@ impl Maker<'_> {
 
     fn corners(&self) -> Result<[Rgb; 4], SceneError> {
         let mut corners = [Rgb::ZERO; 4];
-        for (corner, (name, default)) in corners.iter_mut().zip([("v00", 0.0), ("v10", 0.0), ("v01", 1.0), ("v11", 1.0)])
+        for (corner, (name, default)) in
+            corners.iter_mut().zip([("v00", 0.0), ("v10", 0.0), ("v01", 1.0), ("v11", 1.0)])
         {
             if let Input::Constant(value) = self.value(name, default)? {
                 *corner = value;
@@ -383,13 +413,17 @@ impl Maker<'_> {
     /// The encoding as it is written, and what it means.
     fn encoding(&self) -> Result<(String, Transfer), SceneError> {
         let text = self.params.string("encoding")?.unwrap_or("sRGB");
-        let gamma = |text: &str| text.strip_prefix("gamma ")?.trim().parse().ok().filter(|gamma| (0.01..=100.0).contains(gamma));
+        let gamma = |text: &str| {
+            text.strip_prefix("gamma ")?.trim().parse().ok().filter(|gamma| (0.01..=100.0).contains(gamma))
+        };
         let encoding = match text {
             "sRGB" => Transfer::Srgb,
             "linear" => Transfer::Linear,
             text => Transfer::Gamma(gamma(text).ok_or_else(|| {
                 let expected = "\"sRGB\", \"linear\" or \"gamma\" and a number above 0";
-                self.place.location.invalid(format!("the encoding \"{}\" is unknown; expected {expected}", shorten(text)))
+                self.place
+                    .location
+                    .invalid(format!("the encoding \"{}\" is unknown; expected {expected}", shorten(text)))
             })?),
         };
         Ok((text.to_string(), encoding))

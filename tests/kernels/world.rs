@@ -10,7 +10,8 @@ use goblet_host::{Buffer, Texels};
 use crate::bench::Bench;
 use crate::generated::{
     AliasEntry, BvhPair, COUNT_SHIFT, Light, MAX_LEAF_COUNT, Material, NONE, NewtonStart, Quadric, Revolution,
-    RevolutionPiece, RevolutionSegment, SPHERE, SceneBindings, SceneInfo, TextureNode, Triangle, TriangleNormals, TriangleUvs,
+    RevolutionPiece, RevolutionSegment, SPHERE, SceneBindings, SceneInfo, TextureNode, Triangle, TriangleNormals,
+    TriangleUvs,
 };
 use glam::{DAffine3, DMat3, DVec3};
 
