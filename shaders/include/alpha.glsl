@@ -1,5 +1,6 @@
 // Rays against what is there of the surfaces.
 
+#ifndef WITHOUT_HAS_TEXTURES
 // Surfaces that a ray passes where they are cut away, at most; the next one stops it.
 const uint MAX_CUT_SURFACES = 64u;
 
@@ -32,18 +33,24 @@ Hit intersect_opaque(Ray ray, float t_max) {
     return hit;
 }
 
+#endif
+
 Hit intersect(Ray ray) {
+#ifndef WITHOUT_HAS_TEXTURES
     if (HAS_ALPHA) {
         return intersect_opaque(ray, INFINITY_T);
     }
+#endif
     return traverse(ray, INFINITY_T, false);
 }
 
 // Whether anything stands between a point and another; both already offset.
 bool occluded(vec3 from, vec3 to) {
     Ray ray = Ray(from, to - from);
+#ifndef WITHOUT_HAS_TEXTURES
     if (HAS_ALPHA) {
         return intersect_opaque(ray, 1.0).primitive != NONE;
     }
+#endif
     return traverse(ray, 1.0, true).primitive != NONE;
 }

@@ -28,9 +28,11 @@ float spot_falloff(Light light, float cos_theta) {
 
 // Radiance of a point of an area light.
 vec3 surface_radiance(Light light, Surface surface) {
+#ifndef WITHOUT_HAS_TEXTURES
     if (HAS_IMAGE_EMITTERS) {
         return light.emission * textured(light.image, vec3(1.0), surface);
     }
+#endif
     return light.emission;
 }
 

@@ -34,11 +34,15 @@ layout(constant_id = 27) const bool HAS_DISK_LIGHTS = true;
 layout(constant_id = 28) const bool HAS_REVOLUTION_LIGHTS = true;
 layout(constant_id = 29) const uint FLAT_REVOLUTIONS = 0u;
 layout(constant_id = 35) const bool HAS_ANISOTROPIC = true;      // materials that ask for a tangent
-layout(constant_id = 40) const bool HAS_TEXTURES = true;
+#ifdef WITHOUT_HAS_TEXTURES
+const bool HAS_TEXTURES = false;
+#else
+layout(constant_id = 40) const bool HAS_TEXTURES = true;         // and what only textures bring:
 layout(constant_id = 41) const bool HAS_ALPHA = true;            // surfaces that are cut away in part
 layout(constant_id = 42) const bool HAS_IMAGE_EMITTERS = true;
 layout(constant_id = 43) const bool HAS_IMAGE_TEXTURES = true;
 layout(constant_id = 44) const bool HAS_TEXTURE_TREES = true;    // textures of more than one node
+#endif
 
 // Which kind of primitive a reference names; decided at compile time where it can be. Ask
 // in this order.

@@ -1,4 +1,18 @@
-// Values that vary over surfaces.
+// Values that vary over surfaces. Drivers of scenes without textures see none of the code.
+
+#ifdef WITHOUT_HAS_TEXTURES
+vec3 textured(uint first, vec3 constant, Surface surface) {
+    return constant;
+}
+
+vec3 color_at(Material material, Surface surface) {
+    return material.color;
+}
+
+float opacity(Surface surface) {
+    return 1.0;
+}
+#else
 
 // A coordinate of a texel, or -1 where there is none.
 int wrapped(int i, int size, uint wrap) {
@@ -118,3 +132,4 @@ float opacity(Surface surface) {
     }
     return 1.0;
 }
+#endif

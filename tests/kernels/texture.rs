@@ -308,8 +308,8 @@ fn spheres_and_disks_have_the_coordinates_of_pbrt() {
     );
     let (points, world, _) = map(&text, |rng, world, _| {
         let index = rng.below(3);
-        let (z, phi) = (rng.range(-1.0, 1.0), rng.range(0.0, TAU));
-        let r = if index == 2 { rng.unit() } else { (1.0 - z * z as f64).sqrt() };
+        let (z, phi): (f64, f64) = (rng.range(-1.0, 1.0), rng.range(0.0, TAU));
+        let r = if index == 2 { rng.unit() } else { (1.0 - z * z).sqrt() };
         let p = DVec3::new(r * phi.cos(), r * phi.sin(), if index == 2 { 0.0 } else { z });
         (world.quadrics[index].kind << KIND_SHIFT | index as u32, object(world, index).transform_point3(p))
     });
