@@ -23,9 +23,9 @@ use std::{env, fs, process};
 const WORKGROUP_SIZES: [u32; 3] = [32, 64, 128];
 
 /// Specialization constants that leave out so much code when they are false that kernels are
-/// also compiled without it: what a driver need not see costs it no time. GLSL is told by a
-/// macro, `WITHOUT_HAS_REVOLUTIONS`.
-const SEPARATE: [&str; 1] = ["HAS_REVOLUTIONS"];
+/// also compiled without it: what a driver need not see costs it no time. GLSL is told by
+/// macros, such as `WITHOUT_HAS_REVOLUTIONS`. The first set that fits a scene is taken.
+const SEPARATE: [&[&str]; 3] = [&["HAS_REVOLUTIONS", "HAS_TEXTURES"], &["HAS_REVOLUTIONS"], &["HAS_TEXTURES"]];
 
 fn main() {
     if let Err(error) = run() {
@@ -42,7 +42,13 @@ fn run() -> Result<(), Box<dyn Error>> {
 }
 
 /// Compiles every kernel of `folder` and writes `module` with their description.
-fn build_kernels(root: &Path, folder: &str, separate: &[&str], out: &Path, module: &str) -> Result<(), Box<dyn Error>> {
+fn build_kernels(
+    root: &Path,
+    folder: &str,
+    separate: &[&[&str]],
+    out: &Path,
+    module: &str,
+) -> Result<(), Box<dyn Error>> {
     println!("cargo:rerun-if-changed={folder}");
     let mut sources: Vec<PathBuf> =
         fs::read_dir(root.join(folder))?.map(|entry| entry.map(|entry| entry.path())).collect::<Result<_, _>>()?;
@@ -56,20 +62,20 @@ fn build_kernels(root: &Path, folder: &str, separate: &[&str], out: &Path, modul
         let shown = source.strip_prefix(root)?.display().to_string();
         let mut reflected = None;
         for size in WORKGROUP_SIZES {
-            let whole = compile::compile(root, source, &types, size, None)?;
+            let whole = compile::compile(root, source, &types, size, &[])?;
             let mut kernel = reflect::reflect(name, &whole.bytes(), &whole.elements, &types)
                 .map_err(|error| format!("{shown}: {error}"))?;
             if kernel.workgroup_size != [size, 1, 1] {
                 return Err(format!("{shown}: write layout(local_size_x = WORKGROUP_SIZE) in;").into());
             }
             fs::write(out.join(format!("{name}.{size}.spv")), whole.bytes())?;
-            for constant in separate {
-                if !kernel.has_constant(constant) {
+            for constants in separate {
+                if !constants.iter().all(|constant| kernel.has_constant(constant)) {
                     continue;
                 }
-                let part = compile::compile(root, source, &types, size, Some(constant))?;
-                fs::write(out.join(format!("{name}.{size}.{constant}.spv")), part.bytes())?;
-                kernel.smaller.push((*constant).to_owned());
+                let part = compile::compile(root, source, &types, size, constants)?;
+                fs::write(out.join(format!("{name}.{size}.{}.spv", constants.join("."))), part.bytes())?;
+                kernel.smaller.push(constants.iter().map(|constant| (*constant).to_owned()).collect());
             }
             reflected = Some(kernel);
         }

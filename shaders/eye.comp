@@ -11,6 +11,8 @@
 #include "sampling.glsl"
 #include "intersect.glsl"
 #include "surface.glsl"
+#include "texture.glsl"
+#include "alpha.glsl"
 #include "bsdf.glsl"
 #include "glossy.glsl"
 #include "material.glsl"
@@ -190,7 +192,7 @@ EyePath follow(Ray ray, Random random) {
             if (HAS_ROUGH && rough_pdf > 0.0) {
                 weight = mis_weight(rough_pdf, direct_pdf(light, rough_at, surface, ray.direction));
             }
-            path.radiance += throughput * emitted_radiance(light, surface.normal, wo) * weight;
+            path.radiance += throughput * emitted_radiance(light, surface, wo) * weight;
         }
         if (path.reached > 0.0) {
             break;

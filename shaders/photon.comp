@@ -10,6 +10,8 @@
 #include "sampling.glsl"
 #include "intersect.glsl"
 #include "surface.glsl"
+#include "texture.glsl"
+#include "alpha.glsl"
 #include "bsdf.glsl"
 #include "material.glsl"
 #include "light.glsl"

@@ -39,7 +39,10 @@ impl Identity {
         let name = |value: Option<clap::builder::PossibleValue>| value.map(|value| value.get_name().to_owned());
         let values = [
             (PARTS[0], shapes(packed)),
-            (PARTS[1], digest(&[bytes(&packed.materials)])),
+            (
+                PARTS[1],
+                digest(&[bytes(&packed.materials), bytes(&packed.texture_nodes), bytes(&packed.texture_texels)]),
+            ),
             (PARTS[2], lights(packed)),
             (PARTS[3], digest(&[bytes(&[view.camera]), bytes(&view.filter_table), view.projection_name()])),
             ("resolution", format!("{width}x{height}")),
@@ -108,6 +111,7 @@ fn shapes(scene: &PackedScene) -> String {
     digest(&[
         bytes(&scene.triangles),
         bytes(&scene.triangle_normals),
+        bytes(&scene.triangle_uvs),
         bytes(&scene.quadrics),
         bytes(&scene.revolutions),
         bytes(&scene.revolution_pieces),

@@ -23,7 +23,7 @@ use exr::prelude::{
 use image::{ExtendedColorType, ImageEncoder, codecs::png::PngEncoder};
 
 use crate::film::{Image, srgb_encode};
-pub use read::read;
+pub use read::{Layers, Transfer, read, read_layers};
 
 /// Why an image file could not be read or written; says which file.
 #[derive(Debug, thiserror::Error)]

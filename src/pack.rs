@@ -15,13 +15,14 @@ mod quadric;
 mod reach;
 mod revolution;
 mod space;
+mod texture;
 
 use glam::{DAffine3, DVec3, Vec3A};
 use obvhs::aabb::Aabb;
 
 use instance::Placed;
 use light::light_of;
-use material::{pack_materials, specialize};
+use material::specialize;
 pub use newton::{Envelopes, RevolutionSolver};
 pub use quadric::longest_row;
 use quadric::{quadric, quadric_area, quadric_bounds};
@@ -29,14 +30,15 @@ use reach::set_reach;
 pub use reach::sphere_of_reach;
 use space::MAX_EXTENT;
 pub use space::RenderSpace;
+use texture::PackedTextures;
 
 use crate::bvh::{self, Bvh};
 use crate::kernels::{
     self, AREA, AliasEntry, BvhPair, DISK, DISTANT, GONIOMETRIC, INFINITE, Instance, KIND_SHIFT, LightTexel, NONE,
     NewtonStart, PROJECTION, Quadric, REVOLUTION, Revolution, RevolutionPiece, RevolutionSegment, SKY, SPHERE, SPOT,
-    Specialization, TRIANGLE, Triangle, TriangleNormals,
+    Specialization, TRIANGLE, TextureNode, Triangle, TriangleNormals, TriangleUvs,
 };
-use crate::scene::{AreaLight, Geometry, Mesh, Rgb, Scene, Shape};
+use crate::scene::{AreaLight, Geometry, Input, Mesh, Rgb, Scene, Shape};
 
 /// Why a scene that was read cannot be rendered.
 #[derive(Debug, thiserror::Error)]
@@ -53,6 +55,15 @@ pub enum PackError {
     /// More primitives than a reference can name.
     #[error("the scene has {0} primitives; at most {max} fit", max = kernels::FIRST_MASK)]
     TooManyPrimitives(usize),
+    /// A texture is made of too many others.
+    #[error(
+        "{location}: the texture is made of too many others; expected at most {max} values at a time",
+        max = kernels::TEXTURE_STACK
+    )]
+    TextureTooDeep {
+        /// `file:line:column` of the texture.
+        location: String,
+    },
 }
 
 /// Everything about a scene that crosses to the GPU.
@@ -67,6 +78,12 @@ pub struct PackedScene {
     pub triangles: Vec<Triangle>,
     /// Shading normals of those triangles that have them.
     pub triangle_normals: Vec<TriangleNormals>,
+    /// Texture coordinates of all triangles, or of none if nothing asks for them.
+    pub triangle_uvs: Vec<TriangleUvs>,
+    /// Nodes of textures.
+    pub texture_nodes: Vec<TextureNode>,
+    /// Texels of images: two in each, of four half floats.
+    pub texture_texels: Vec<[u32; 4]>,
     /// Spheres and disks.
     pub quadrics: Vec<Quadric>,
     /// Bodies of revolution.
@@ -79,7 +96,7 @@ pub struct PackedScene {
     pub newton_starts: Vec<NewtonStart>,
     /// Places where objects stand that have hierarchies of their own.
     pub instances: Vec<Instance>,
-    /// Materials, indexed as the scene's.
+    /// Materials: the scene's, then those of surfaces that are not all there.
     pub materials: Vec<kernels::Material>,
     /// Lights: skies first, then others that are no surface, then every emitting primitive.
     pub lights: Vec<kernels::Light>,
@@ -111,23 +128,24 @@ const MAX_FLAT_REVOLUTIONS: usize = 16;
 /// # Errors
 /// The scene has no surface or no light, or too many primitives.
 pub fn pack(scene: &Scene, solver: RevolutionSolver) -> Result<PackedScene, PackError> {
-    let placed = Placed::of(scene)?;
+    let mut placed = Placed::of(scene)?;
     let space = RenderSpace::of(&placed.bounds())?;
     let mut packer = Packer { render_from_world: space.from_world(), solver, ..Packer::default() };
     packer.add_lights(&scene.lights, &space);
+    packer.textures = PackedTextures::new(scene, &packer.render_from_world);
+    packer.dress(scene, &mut placed)?;
     let bvh = packer.add_surfaces(&placed)?;
     let mean_power: f64 = packer.powers.iter().sum();
     if mean_power <= 0.0 {
         return Err(PackError::NoLight);
     }
     let (emission_table, direct_table) = packer.choose_lights();
-    let materials = pack_materials(&scene.materials);
-    let specialization = packer.specialization(scene, &materials, &direct_table);
+    let specialization = packer.specialization(scene, &direct_table);
     Ok(PackedScene {
         space,
         bvh_pairs: bvh.pairs,
         primitives: bvh.primitives,
-        materials,
+        materials: packer.materials,
         emission_table,
         direct_table,
         infinite: packer.infinite,
@@ -135,6 +153,9 @@ pub fn pack(scene: &Scene, solver: RevolutionSolver) -> Result<PackedScene, Pack
         specialization,
         triangles: packer.triangles,
         triangle_normals: packer.triangle_normals,
+        triangle_uvs: packer.triangle_uvs,
+        texture_nodes: packer.textures.nodes,
+        texture_texels: packer.textures.texels,
         quadrics: packer.quadrics,
         revolutions: packer.revolutions,
         revolution_pieces: packer.revolution_pieces,
@@ -158,6 +179,9 @@ struct Packer {
     references: Vec<u32>,
     triangles: Vec<Triangle>,
     triangle_normals: Vec<TriangleNormals>,
+    triangle_uvs: Vec<TriangleUvs>,
+    textures: PackedTextures,
+    materials: Vec<kernels::Material>,
     quadrics: Vec<Quadric>,
     revolutions: Vec<Revolution>,
     revolution_pieces: Vec<RevolutionPiece>,
@@ -168,6 +192,12 @@ struct Packer {
     sky_count: u32,
     light_images: Vec<kernels::LightImage>,
     light_texels: Vec<LightTexel>,
+    /// Whether triangles keep their texture coordinates.
+    keeps_uvs: bool,
+    /// Whether the shape at hand is a light that no ray meets, as pbrt's are whose alpha is 0.
+    is_invisible: bool,
+    /// Whether any shape so far was.
+    has_invisible: bool,
     /// Mean of channels of each light's power.
     powers: Vec<f64>,
     infinite: Rgb,
@@ -175,6 +205,8 @@ struct Packer {
 
 impl Packer {
     fn add_shape(&mut self, shape: &Shape) {
+        self.is_invisible = shape.alpha == Input::Constant(0.0);
+        self.has_invisible |= self.is_invisible;
         let render_from_object = self.render_from_world * shape.world_from_object;
         match &shape.geometry {
             Geometry::Mesh(mesh) => self.add_mesh(shape, mesh, &render_from_object),
@@ -203,7 +235,8 @@ impl Packer {
         let normals = mesh_normals(shape, mesh);
         let mirrored = shape.world_from_object.matrix3.determinant() < 0.0;
         for corners in &mesh.triangles {
-            let [a, mut b, mut c] = corners.map(|corner| corner as usize);
+            let vertices = corners.map(|corner| corner as usize);
+            let [a, mut b, mut c] = vertices;
             let normal = (points[b] - points[a]).cross(points[c] - points[a]);
             // As pbrt: shading normals decide which side is out, where there are any.
             let flip = match &normals {
@@ -231,6 +264,7 @@ impl Packer {
                 }
                 None => NONE,
             };
+            self.add_uvs(&mesh.uvs, vertices, if flip { [0, 2, 1] } else { [0, 1, 2] });
             let [p0, p1, p2] = corners.map(|corner| corner.to_array());
             let material = shape.material as u32;
             self.triangles.push(Triangle { p0, material, p1, light, p2, normals: attributes });
@@ -249,8 +283,10 @@ impl Packer {
     }
 
     fn add_primitive(&mut self, reference: u32, bounds: Aabb) {
-        self.references.push(reference);
-        self.boxes.push(bounds);
+        if !self.is_invisible {
+            self.references.push(reference);
+            self.boxes.push(bounds);
+        }
     }
 
     /// The hierarchy over the primitives since the last one, of which there is at least one.
@@ -275,10 +311,16 @@ impl Packer {
             primitive,
             area: area as f32,
             two_sided: u32::from(emission.two_sided),
+            image: emission.image.map_or(NONE, |image| image.texture as u32),
             ..light_of(AREA, radiance)
         };
         set_reach(&mut light, bounds, area);
-        self.push_light(light, mean(radiance) * exitance * area)
+        if self.is_invisible {
+            // No direction of the bsdf finds it.
+            light.reach2 = 0.0;
+        }
+        let shown = emission.image.map_or(Rgb::ONE, |image| image.mean);
+        self.push_light(light, mean(radiance * shown) * exitance * area)
     }
 
     /// Radiance of an emitter whose whole area is given in render units.
@@ -291,12 +333,7 @@ impl Packer {
         }
     }
 
-    fn specialization(
-        &self,
-        scene: &Scene,
-        materials: &[kernels::Material],
-        direct_table: &[AliasEntry],
-    ) -> Specialization {
+    fn specialization(&self, scene: &Scene, direct_table: &[AliasEntry]) -> Specialization {
         let has_light = |kind| self.lights.iter().any(|light| light.kind == kind);
         let shines = |kind| self.lights.iter().any(|light| light.kind == AREA && light.primitive >> KIND_SHIFT == kind);
         let has_kind = |kind| self.references.iter().any(|reference| reference >> KIND_SHIFT == kind);
@@ -306,7 +343,9 @@ impl Packer {
         let is_flat = self.triangles.len() + self.quadrics.len() <= MAX_FLAT
             && self.revolutions.len() <= MAX_FLAT_REVOLUTIONS
             && self.instances.is_empty()
-            && self.solver == RevolutionSolver::Certified;
+            && self.solver == RevolutionSolver::Certified
+            // Without a hierarchy, every primitive is tested.
+            && !self.has_invisible;
         Specialization {
             has_triangles: has_kind(TRIANGLE),
             has_spheres: has_kind(SPHERE),
@@ -336,7 +375,12 @@ impl Packer {
             flat_triangles: if is_flat { self.triangles.len() as u32 } else { 0 },
             flat_quadrics: if is_flat { self.quadrics.len() as u32 } else { 0 },
             flat_revolutions: if is_flat { self.revolutions.len() as u32 } else { 0 },
-            ..specialize(materials)
+            has_textures: !self.textures.nodes.is_empty(),
+            has_image_textures: self.textures.has_images(),
+            has_texture_trees: self.textures.has_trees(),
+            has_alpha: self.materials.iter().any(|material| material.alpha_texture != NONE),
+            has_image_emitters: self.lights.iter().any(|light| light.image != NONE),
+            ..specialize(&self.materials)
         }
     }
 }

@@ -4,7 +4,7 @@ use goblet_host::{Buffer, Device, Texels};
 
 use crate::kernels::{
     AliasEntry, BvhPair, Instance, Light, LightImage, LightTexel, Material, NewtonStart, Quadric, Revolution,
-    RevolutionPiece, RevolutionSegment, SceneBindings, SceneInfo, Triangle, TriangleNormals,
+    RevolutionPiece, RevolutionSegment, SceneBindings, SceneInfo, TextureNode, Triangle, TriangleNormals, TriangleUvs,
 };
 use crate::pack::{PackedScene, sphere_of_reach};
 
@@ -22,6 +22,9 @@ pub struct GpuScene {
     revolution_segments: Buffer<RevolutionSegment>,
     newton_starts: Buffer<NewtonStart>,
     materials: Texels<Material>,
+    texture_nodes: Texels<TextureNode>,
+    texture_texels: Texels<[u32; 4]>,
+    triangle_uvs: Texels<TriangleUvs>,
     lights: Texels<Light>,
     light_images: Texels<LightImage>,
     light_texels: Texels<LightTexel>,
@@ -66,6 +69,9 @@ impl GpuScene {
             revolution_segments: device.upload("revolution_segments", &scene.revolution_segments)?,
             newton_starts: device.upload("newton_starts", &scene.newton_starts)?,
             materials: device.upload_texels("materials", &scene.materials)?,
+            texture_nodes: device.upload_texels("texture_nodes", &scene.texture_nodes)?,
+            texture_texels: device.upload_texels("texture_texels", &scene.texture_texels)?,
+            triangle_uvs: device.upload_texels("triangle_uvs", &scene.triangle_uvs)?,
             lights: device.upload_texels("lights", &scene.lights)?,
             light_images: device.upload_texels("light_images", &scene.light_images)?,
             light_texels: device.upload_texels("light_texels", &scene.light_texels)?,
@@ -89,6 +95,9 @@ impl GpuScene {
             revolution_segments: &self.revolution_segments,
             newton_starts: &self.newton_starts,
             materials: &self.materials,
+            texture_nodes: &self.texture_nodes,
+            texture_texels: &self.texture_texels,
+            triangle_uvs: &self.triangle_uvs,
             lights: &self.lights,
             light_images: &self.light_images,
             light_texels: &self.light_texels,

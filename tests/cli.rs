@@ -23,7 +23,7 @@ fn assert_finite_and_lit(image: &Image) {
 fn a_wrong_scene_is_refused_at_its_place() {
     let black = r#"LightSource "point" "rgb I" [ 0 0 0 ]"#;
     let lamp = r#"AreaLightSource "diffuse" "rgb L" [ 0 0 0 ]"#;
-    let texture = r#"Texture "t" "spectrum" "checkerboard" Material "diffuse" "texture reflectance" "t""#;
+    let texture = r#"Texture "t" "spectrum" "marble" Material "diffuse" "texture reflectance" "t""#;
     let cases: &[(&str, &str, &str, &[&str])] = &[
         (LIGHT, "", "14:1", &["no light", "expected a LightSource or AreaLightSource"]),
         (LIGHT, black, "14:1", &["no light", "not black"]),
@@ -47,7 +47,7 @@ fn a_wrong_scene_is_refused_at_its_place() {
         ("\"sphere\" \"float radius\" 0.5", "\"curve\"", "12:7", &["not supported yet", "\"trianglemesh\""]),
         ("\"sphere\" \"float radius\" 0.5", "\"cube\"", "12:7", &["unknown Shape \"cube\"", "\"sphere\""]),
         ("\"sphere\" \"float radius\"", "\"sphere\" \"float size\"", "12:16", &["unknown parameter", "float radius"]),
-        ("Material \"diffuse\"", texture, "8:58", &["\"texture reflectance\"", "not supported yet", "rgb reflectance"]),
+        ("Material \"diffuse\"", texture, "8:24", &["Texture \"marble\"", "not supported yet", "\"checkerboard\""]),
         (
             "Material \"diffuse\"",
             "Material \"hair\"",

@@ -45,6 +45,8 @@ mod sum;
 mod support;
 #[path = "kernels/surface.rs"]
 mod surface;
+#[path = "kernels/texture.rs"]
+mod texture;
 #[path = "kernels/trace.rs"]
 mod trace;
 #[path = "kernels/tree.rs"]

@@ -46,14 +46,14 @@ impl IncludeHandler for Includes<'_> {
     }
 }
 
-/// Compiles one kernel, without the code for a specialization constant that is false. Errors
+/// Compiles one kernel, without the code for specialization constants that are false. Errors
 /// name the file and line of the GLSL.
 pub fn compile(
     root: &Path,
     source: &Path,
     types: &str,
     workgroup_size: u32,
-    without: Option<&str>,
+    without: &[&str],
 ) -> Result<Compiled, Box<dyn Error>> {
     let shown = source.strip_prefix(root)?.display().to_string();
     let elements = RefCell::new(BTreeMap::new());
@@ -67,7 +67,7 @@ pub fn compile(
         messages: ShaderMessage::DEFAULT,
     };
     let size = workgroup_size.to_string();
-    let without = without.map(|constant| format!("WITHOUT_{constant}"));
+    let without: Vec<String> = without.iter().map(|constant| format!("WITHOUT_{constant}")).collect();
     let mut defines = vec![("WORKGROUP_SIZE", Some(size.as_str()))];
     defines.extend(without.iter().map(|name| (name.as_str(), None)));
     let mut includes = Includes { folder: root.join("shaders/include"), types, elements: &elements };

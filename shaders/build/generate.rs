@@ -165,14 +165,14 @@ fn write_code(out: &mut String, kernel: &Kernel, sizes: &[u32]) -> Result<()> {
     writeln!(out, "    const CODE: &'static [goblet_host::Code] = &[")?;
     for size in sizes {
         // The smaller ones first: the first that fits is taken.
-        for constant in kernel.smaller.iter().map(Some).chain([None]) {
-            let id = kernel.constants.iter().find(|other| Some(other.name.to_uppercase()).as_ref() == constant);
-            let absent = id.map_or(String::new(), |constant| constant.id.to_string());
-            let part = constant.map_or(String::new(), |constant| format!(".{constant}"));
+        for constants in kernel.smaller.iter().map(Vec::as_slice).chain([&[][..]]) {
+            let is_absent = |other: &&SpecializationConstant| constants.contains(&other.name.to_uppercase());
+            let absent: Vec<u16> = kernel.constants.iter().filter(is_absent).map(|constant| constant.id).collect();
+            let part: String = constants.iter().map(|constant| format!(".{constant}")).collect();
             let file = format!("include_bytes!(concat!(env!(\"OUT_DIR\"), \"/{}.{size}{part}.spv\"))", kernel.name);
             writeln!(
                 out,
-                "        goblet_host::Code {{ workgroup_size: {size}, absent: &[{absent}], spirv: {file} }},"
+                "        goblet_host::Code {{ workgroup_size: {size}, absent: &{absent:?}, spirv: {file} }},"
             )?;
         }
     }

@@ -16,8 +16,8 @@ pub struct Kernel {
     pub push: Option<Struct>,
     pub structs: Vec<Struct>,
     pub constants: Vec<SpecializationConstant>,
-    /// Constants for whose being false there is smaller code.
-    pub smaller: Vec<String>,
+    /// Sets of constants for whose being false there is smaller code, the smallest first.
+    pub smaller: Vec<Vec<String>>,
 }
 
 impl Kernel {

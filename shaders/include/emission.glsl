@@ -53,7 +53,8 @@ Emission emit_area(Light light, vec2 u_position, vec2 u_direction, float u_side)
     bool back = light.two_sided != 0u && u_side < 0.5;
     vec3 direction = sample_cosine(u_direction, back ? -surface.normal : surface.normal);
     float sides = light.two_sided != 0u ? 2.0 : 1.0;
-    return Emission(Ray(offset_origin(surface, direction), direction), light.emission * (PI * area * sides));
+    vec3 exitance = surface_radiance(light, surface) * (PI * sides * opacity(surface));
+    return Emission(Ray(offset_origin(surface, direction), direction), exitance * area);
 }
 
 // Parallel light through the disk that the scene's bounding sphere shows it.

@@ -272,12 +272,3 @@ Hit traverse(Ray ray, float t_max, bool any_hit) {
     }
     return hit;
 }
-
-Hit intersect(Ray ray) {
-    return traverse(ray, INFINITY_T, false);
-}
-
-// Whether anything stands between a point and another; both already offset.
-bool occluded(vec3 from, vec3 to) {
-    return traverse(Ray(from, to - from), 1.0, true).primitive != NONE;
-}

@@ -28,9 +28,19 @@ float spot_falloff(Light light, float cos_theta) {
     return smoothstep(light.cos_end, light.cos_start, cos_theta);
 }
 
+// Radiance of a point of an area light.
+vec3 surface_radiance(Light light, Surface surface) {
+#ifndef WITHOUT_HAS_TEXTURES
+    if (HAS_IMAGE_EMITTERS) {
+        return light.emission * textured(light.image, vec3(1.0), surface);
+    }
+#endif
+    return light.emission;
+}
+
 // Radiance that a surface emits towards w.
-vec3 emitted_radiance(Light light, vec3 normal, vec3 w) {
-    return light.two_sided != 0u || dot(normal, w) > 0.0 ? light.emission : vec3(0.0);
+vec3 emitted_radiance(Light light, Surface surface, vec3 w) {
+    return light.two_sided != 0u || dot(surface.normal, w) > 0.0 ? surface_radiance(light, surface) : vec3(0.0);
 }
 
 // Size of a direction's image in object space, for unit w: solid angles grow by
@@ -116,7 +126,7 @@ Surface sample_emitter(Light light, vec2 u) {
     Surface surface;
     uint kind = light.primitive >> KIND_SHIFT;
     if (HAS_TRIANGLE_LIGHTS && kind == TRIANGLE) {
-        surface = triangle_surface(triangles_at(light.primitive & INDEX_MASK), sample_triangle(u));
+        surface = triangle_surface(light.primitive & INDEX_MASK, sample_triangle(u));
     }
     if (HAS_DISK_LIGHTS && kind == DISK) {
         surface = sample_flat_disk(light, u);
@@ -139,7 +149,7 @@ LightSample sample_area(Light light, vec3 from, vec2 u) {
     vec3 to_light = surface.position - from;
     direct.wi = normalize(to_light);
     direct.target = offset_origin(surface, -direct.wi);
-    direct.radiance = emitted_radiance(light, surface.normal, -direct.wi);
+    direct.radiance = emitted_radiance(light, surface, -direct.wi) * opacity(surface);
     direct.pdf = direct_pdf(light, from, surface, direct.wi);
     return direct;
 }

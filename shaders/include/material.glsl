@@ -19,15 +19,74 @@ bool receives_photons(Material material) {
     return !is_specular(material);
 }
 
+#ifndef WITHOUT_HAS_TEXTURES
+// Alpha along two directions; where both have one texture, it is read once.
+vec2 textured_alpha(uint u_texture, uint v_texture, vec2 alpha, bool remapped, Surface surface) {
+    if (u_texture != NONE) {
+        alpha.x = alpha_of(textured(u_texture, vec3(0.0), surface).x, remapped);
+        alpha.y = v_texture == u_texture ? alpha.x : alpha.y;
+    }
+    if (HAS_ANISOTROPIC && v_texture != NONE && v_texture != u_texture) {
+        alpha.y = alpha_of(textured(v_texture, vec3(0.0), surface).x, remapped);
+    }
+    return alpha;
+}
+
+void apply_textures(inout Material material, Surface surface) {
+    material.color = color_at(material, surface);
+    if (HAS_CONDUCTORS && (material.flags & BY_REFLECTANCE) != 0u) {
+        // The k that reflects so much at normal incidence, with an index of 1 outside a coat.
+        vec3 reflectance = min(material.color, vec3(0.9999));
+        float outside = material.coat_eta > 0.0 ? material.coat_eta : 1.0;
+        material.eta = vec3(1.0 / outside);
+        material.k = 2.0 * sqrt(reflectance / (1.0 - reflectance)) / outside;
+    }
+    if (HAS_DIFFUSE_TRANSMISSION && material.kind == DIFFUSE_TRANSMISSION) {
+        material.color *= material.color_texture != NONE ? material.amount : 1.0;
+        vec3 second = clamp(textured(material.second_texture, material.second, surface), 0.0, 1.0);
+        material.second = second * (material.second_texture != NONE ? material.amount : 1.0);
+    }
+    if (HAS_ROUGH) {
+        vec2 alpha = textured_alpha(material.alpha_u_texture, material.alpha_v_texture, alpha_of(material),
+                                    (material.flags & REMAPPED) != 0u, surface);
+        material.alpha_u = alpha.x;
+        material.alpha_v = alpha.y;
+    }
+    if (HAS_ROUGH) {
+        if (HAS_COATS) {
+            vec2 alpha = textured_alpha(material.coat_u_texture, material.coat_v_texture,
+                                        vec2(material.coat_alpha_u, material.coat_alpha_v),
+                                        (material.flags & REMAPPED_COAT) != 0u, surface);
+            material.coat_alpha_u = alpha.x;
+            material.coat_alpha_v = alpha.y;
+        }
+    }
+}
+
+float mix_amount(Material material, Surface surface) {
+    return clamp(textured(material.amount_texture, vec3(material.amount), surface).x, 0.0, 1.0);
+}
+#else
+void apply_textures(inout Material material, Surface surface) {
+}
+
+float mix_amount(Material material, Surface surface) {
+    return material.amount;
+}
+#endif
+
 Material material_at(Surface surface) {
     Material material = materials_at(surface.material);
     if (HAS_MIXES) {
         uint flags = material.flags & HAS_LAMBERTIAN;
         float u = chance_at(surface.position);
         while (material.kind == MIX) {
-            material = materials_at(takes(1.0 - material.amount, u) ? material.first : material.second_part);
+            material = materials_at(takes(1.0 - mix_amount(material, surface), u) ? material.first : material.second_part);
         }
         material.flags |= flags;
+    }
+    if (HAS_TEXTURES) {
+        apply_textures(material, surface);
     }
     return material;
 }

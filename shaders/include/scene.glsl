@@ -19,6 +19,9 @@ TEXELS(0, 11, RevolutionPiece, revolution_pieces)
 TEXELS(0, 20, LightImage, light_images)
 TEXELS(0, 21, LightTexel, light_texels)
 TEXELS(0, 24, Instance, instances)
+TEXELS(0, 16, TextureNode, texture_nodes)
+TEXELS(0, 17, uvec4, texture_texels) // two in each, of four half floats
+TEXELS(0, 18, TriangleUvs, triangle_uvs) // of all triangles, or of none
 // Only a research solver reads these.
 layout(std430, set = 0, binding = 12) readonly buffer SegmentBlock { RevolutionSegment data[]; } revolution_segments;
 layout(std430, set = 0, binding = 13) readonly buffer StartBlock { NewtonStart data[]; } newton_starts;

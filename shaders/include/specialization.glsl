@@ -38,7 +38,6 @@ layout(constant_id = 31) const bool HAS_COATS = false;
 layout(constant_id = 32) const bool HAS_THIN = false;           // panes of glass without thickness
 layout(constant_id = 33) const bool HAS_DIFFUSE_TRANSMISSION = false;
 layout(constant_id = 34) const bool HAS_MIXES = false;
-layout(constant_id = 35) const bool HAS_ANISOTROPIC = false;    // roughness that differs by direction
 layout(constant_id = 36) const bool HAS_LAYERS = false;         // any material of several lobes: coats, mixes, diffuse transmission
 layout(constant_id = 50) const bool HAS_SKIES = true;
 layout(constant_id = 51) const bool HAS_GONIOMETRIC_LIGHTS = true;
@@ -47,6 +46,16 @@ layout(constant_id = 67) const bool IS_ORTHOGRAPHIC = false;   // of the camera
 layout(constant_id = 68) const bool IS_SPHERICAL = false;      // it sees all directions ..
 layout(constant_id = 69) const bool IS_EQUAL_AREA = false;     // .. by equal areas, not by angles
 layout(constant_id = 60) const bool HAS_INSTANCES = true;
+layout(constant_id = 35) const bool HAS_ANISOTROPIC = true;      // roughness that differs by direction
+#ifdef WITHOUT_HAS_TEXTURES
+const bool HAS_TEXTURES = false;
+#else
+layout(constant_id = 40) const bool HAS_TEXTURES = true;         // and what only textures bring:
+layout(constant_id = 41) const bool HAS_ALPHA = true;            // surfaces that are cut away in part
+layout(constant_id = 42) const bool HAS_IMAGE_EMITTERS = true;
+layout(constant_id = 43) const bool HAS_IMAGE_TEXTURES = true;
+layout(constant_id = 44) const bool HAS_TEXTURE_TREES = true;    // textures of more than one node
+#endif
 
 // Which kind of primitive a reference names; decided at compile time where it can be. Ask
 // in this order.

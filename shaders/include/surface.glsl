@@ -5,11 +5,29 @@ struct Surface {
     float error;         // bound of the position's error, and of a ray that starts there
     vec3 normal;         // geometric, on the surface's front side
     vec3 shading_normal; // on the same side as the geometric one
-    vec3 tangent;        // dp/du, not normalised; only where roughness differs by direction
     uint material;
     uint light;          // index into lights, or NONE
     float area_pdf;      // of light from a body of revolution: with which this point is sampled
+    vec2 uv;             // texture coordinates; only under HAS_TEXTURES
+    vec3 tangent;        // the position's derivative by u, of any length; only under HAS_ANISOTROPIC
 };
+
+vec3 any_perpendicular(vec3 n) {
+    return abs(n.x) > abs(n.z) ? vec3(-n.y, n.x, 0.0) : vec3(0.0, -n.z, n.y);
+}
+
+// Where texture coordinates leave the tangent open, it is any in the surface.
+vec3 tangent_or_any(vec3 tangent, vec3 n) {
+    return dot(tangent, tangent) > 0.0 ? tangent : any_perpendicular(n);
+}
+
+vec3 triangle_tangent(Triangle triangle, TriangleUvs uvs, vec3 n) {
+    vec2 uv1 = uvs.uv1 - uvs.uv0;
+    vec2 uv2 = uvs.uv2 - uvs.uv0;
+    float determinant = uv1.x * uv2.y - uv1.y * uv2.x;
+    vec3 along = uv2.y * (triangle.p1 - triangle.p0) - uv1.y * (triangle.p2 - triangle.p0);
+    return tangent_or_any(determinant < 0.0 ? -along : determinant > 0.0 ? along : vec3(0.0), n);
+}
 
 // Rounding of a point with coordinates up to `size`: interpolating it (7 roundings) and
 // moving a ray's origin into the space where it is intersected again (9 more).
@@ -17,7 +35,8 @@ float position_error(vec3 p, float size) {
     return 16.0 * ROUNDING * (max(max(abs(p.x), abs(p.y)), abs(p.z)) + size);
 }
 
-Surface triangle_surface(Triangle triangle, vec2 barycentric) {
+Surface triangle_surface(uint index, vec2 barycentric) {
+    Triangle triangle = triangles_at(index);
     Surface surface;
     float b0 = 1.0 - barycentric.x - barycentric.y;
     surface.position = b0 * triangle.p0 + barycentric.x * triangle.p1 + barycentric.y * triangle.p2;
@@ -25,7 +44,6 @@ Surface triangle_surface(Triangle triangle, vec2 barycentric) {
     surface.error = position_error(extent, 0.0);
     surface.normal = normalize(cross(triangle.p1 - triangle.p0, triangle.p2 - triangle.p0));
     surface.shading_normal = surface.normal;
-    surface.tangent = vec3(0.0);
     surface.material = triangle.material;
     surface.light = triangle.light;
     if (HAS_SHADING_NORMALS && triangle.normals != NONE) {
@@ -37,7 +55,28 @@ Surface triangle_surface(Triangle triangle, vec2 barycentric) {
             surface.shading_normal = dot(n, surface.normal) < 0.0 ? -n : n;
         }
     }
+    if (HAS_TEXTURES) {
+        TriangleUvs uvs = triangle_uvs_at(index);
+        surface.uv = b0 * uvs.uv0 + barycentric.x * uvs.uv1 + barycentric.y * uvs.uv2;
+    }
+    if (HAS_ANISOTROPIC) {
+        surface.tangent = triangle_tangent(triangle, triangle_uvs_at(index), surface.normal);
+    }
     return surface;
+}
+
+// The polar angle of a point of the unit sphere at this height.
+float polar_angle(float z) {
+    return atan(sqrt(max(0.0, 1.0 - z * z)), z);
+}
+
+vec2 quadric_uv(Quadric quadric, bool sphere, vec3 p) {
+    float u = azimuth(p.xy) / quadric.phi_max;
+    if (sphere) {
+        float bottom = polar_angle(quadric.z_min);
+        return vec2(u, (atan(length(p.xy), p.z) - bottom) / (polar_angle(quadric.z_max) - bottom));
+    }
+    return vec2(u, (1.0 - length(p.xy)) / (1.0 - quadric.inner_radius));
 }
 
 // A point of a quadric, given near its surface in object space.
@@ -50,9 +89,15 @@ Surface quadric_surface(Quadric quadric, bool sphere, vec3 p) {
     n = normalize(transform_normal(quadric.object_from_render, n));
     surface.normal = quadric.flipped != 0u ? -n : n;
     surface.shading_normal = surface.normal;
-    surface.tangent = vec3(0.0);
     surface.material = quadric.material;
     surface.light = quadric.light;
+    if (HAS_TEXTURES) {
+        surface.uv = quadric_uv(quadric, sphere, on_surface);
+    }
+    if (HAS_ANISOTROPIC) {
+        vec3 tangent = transform_vector(quadric.render_from_object, vec3(-on_surface.y, on_surface.x, 0.0));
+        surface.tangent = tangent_or_any(tangent, surface.normal);
+    }
     return surface;
 }
 
@@ -60,6 +105,13 @@ Surface quadric_surface(Quadric quadric, bool sphere, vec3 p) {
 // that points by the axis, where rings are small, are as rare as they should be.
 float piece_pdf(vec2 radii, float x) {
     return mix(radii.x, radii.y, 0.5 + 0.5 * x) / (radii.x + radii.y);
+}
+
+// Texture coordinates of a point of a body of revolution: around from the x axis, and along
+// the profile; both in [0, 1].
+vec2 revolution_uv(uint piece, float x, vec2 around) {
+    vec2 along = revolution_pieces_at(piece).along;
+    return vec2(azimuth(around) / (2.0 * PI), mix(along.x, along.y, 0.5 + 0.5 * x));
 }
 
 // A point of a body of revolution: where on a piece of its profile, and the direction from
@@ -78,7 +130,6 @@ Surface revolution_surface(uint piece, float x, vec2 azimuth) {
     float growth = length(n);
     surface.normal = n * ((body.flipped != 0u ? -1.0 : 1.0) / growth);
     surface.shading_normal = surface.normal;
-    surface.tangent = vec3(0.0);
     surface.material = body.material;
     surface.light = revolution_pieces_at(piece).light;
     surface.area_pdf = 0.0;
@@ -87,14 +138,13 @@ Surface revolution_surface(uint piece, float x, vec2 azimuth) {
         float ring = 2.0 * PI * point.p.x * body.determinant * growth * length(point.d) / length(slope);
         surface.area_pdf = piece_pdf(profile.ends.xz, x) / max(ring, 1.0e-30);
     }
+    if (HAS_TEXTURES) {
+        surface.uv = revolution_uv(piece, x, azimuth);
+    }
+    if (HAS_ANISOTROPIC) {
+        surface.tangent = transform_vector(body.render_from_unit, vec3(-azimuth.y, azimuth.x, 0.0));
+    }
     return surface;
-}
-
-// Texture coordinates of a point of a body of revolution: around from the x axis, and along
-// the profile; both in [0, 1].
-vec2 revolution_uv(uint piece, float x, vec2 around) {
-    vec2 along = revolution_pieces_at(piece).along;
-    return vec2(azimuth(around) / (2.0 * PI), mix(along.x, along.y, 0.5 + 0.5 * x));
 }
 
 // A surface in an instance, from object to render space.
@@ -105,6 +155,9 @@ Surface leave_instance(uint index, Surface surface) {
     surface.normal = normalize(transform_normal(instance.object_from_render, surface.normal));
     vec3 n = normalize(transform_normal(instance.object_from_render, surface.shading_normal));
     surface.shading_normal = dot(n, surface.normal) < 0.0 ? -n : n;
+    if (HAS_ANISOTROPIC) {
+        surface.tangent = transform_vector(instance.render_from_object, surface.tangent);
+    }
     return surface;
 }
 
@@ -113,7 +166,7 @@ Surface local_surface(Ray ray, Hit hit) {
     uint kind = hit.primitive >> KIND_SHIFT;
     uint index = hit.primitive & INDEX_MASK;
     if (is_triangle(kind)) {
-        return triangle_surface(triangles_at(index), hit.barycentric);
+        return triangle_surface(index, hit.barycentric);
     }
     if (is_revolution(kind)) {
         uint body = revolution_pieces_at(index).body;

@@ -56,6 +56,14 @@ struct TriangleNormals {
     vec4 n2;
 };
 
+// Texture coordinates at p0, p1, p2.
+struct TriangleUvs {
+    vec2 uv0;
+    vec2 uv1;
+    vec2 uv2;
+    vec2 pad;
+};
+
 // A unit sphere about the origin, or a unit disk in the plane z = 0, in object space.
 struct Quadric {
     vec4 object_from_render[3]; // rows
@@ -185,7 +193,44 @@ struct Material {
     uint flags;
     uint first; // mix: indices of the two
     uint second_part;
-    uint pad0;
+    uint alpha_texture; // how much of the surface is there, or NONE: all
+};
+
+// What a node of a texture gives: a blend of its values,
+const uint TEXTURE_CONSTANT = 0u;
+const uint TEXTURE_BILINEAR = 1u;  // by the coordinates
+const uint TEXTURE_CHECKS = 2u;    // of the first two, by the parity of the coordinates' cell
+const uint TEXTURE_DIRECTION = 3u; // of the first two, by the cosine of the normal to a direction
+// or texels of an image; or what it makes of values that it takes from the stack:
+const uint TEXTURE_IMAGE = 4u;
+const uint TEXTURE_MULTIPLY = 5u; // two
+const uint TEXTURE_MIX = 6u;      // two, and an amount
+
+// Values that a texture may have on its stack.
+const uint TEXTURE_STACK = 8u;
+
+// What texture coordinates come from: the surface's own, or its place.
+const uint FROM_SURFACE = 0u;
+const uint FROM_SPACE = 1u;
+const uint FROM_ANGLES = 2u;   // of the place: polar angle and azimuth
+const uint FROM_CYLINDER = 3u; // azimuth and height
+
+const uint WRAP_REPEAT = 0u;
+const uint WRAP_CLAMP = 1u;
+const uint WRAP_BLACK = 2u;
+
+// A texture is a run of nodes, each after what it is made of.
+struct TextureNode {
+    uint kind;
+    uint from;
+    uint last;    // 1 where the texture ends
+    uint first;   // image: of its texels
+    uint width;
+    uint height;
+    uint wrap;
+    uint nearest; // 1 where texels are not interpolated
+    vec4 to_coordinates[3]; // rows; direction: the first is it
+    vec4 values[4]; // at (0, 0), (1, 0), (0, 1), (1, 1); image: offset, factor, least, most
 };
 
 const uint POINT = 0u;
@@ -209,8 +254,8 @@ struct Light {
     float area;         // triangle and disk: area
     uint two_sided;     // area: emits on both sides
     float reach2;       // area: squared distance from there, within which it is large
-    float pad0;
-    float pad1;
+    uint image;         // area: a texture that the emission is times, or NONE
+    float pad;
     float direct_pmf;   // chance that next-event estimation picks it
 };
 

@@ -13,21 +13,51 @@ use super::{ImageError, extension};
 use crate::film::{Image, srgb_decode};
 
 /// The extensions that [`read`] accepts.
-pub const READABLE_EXTENSIONS: &str = ".exr, .hdr, .pfm and .png";
+pub const READABLE_EXTENSIONS: &str = ".exr, .hdr, .jpg, .pfm, .png and .tga";
 
 /// More pixels than this are taken for a damaged or hostile header.
 const MAX_PIXELS: u64 = 1 << 27;
 
+/// How the whole numbers of a PNG, JPEG or TGA become linear.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Transfer {
+    /// By the sRGB transfer function.
+    Srgb,
+    /// They are.
+    Linear,
+    /// By this exponent.
+    Gamma(f32),
+}
+
+impl Transfer {
+    fn decode(self, value: f32) -> f32 {
+        match self {
+            Self::Srgb => srgb_decode(value),
+            Self::Linear => value,
+            Self::Gamma(exponent) => value.powf(exponent),
+        }
+    }
+}
+
+/// All that is read of a file.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Layers {
+    /// Its colour.
+    pub image: Image,
+    /// Alpha of each pixel, where the file has it and it is not 1 everywhere.
+    pub alpha: Option<Vec<f32>>,
+}
+
 /// Bytes of one format to an image, or what is wrong with them.
-type Decode = fn(&[u8]) -> Result<Image, String>;
+type Decode = fn(&[u8], Transfer) -> Result<Layers, String>;
 
 /// Reads an image as linear RGB.
 ///
 /// * EXR: the first part with the channels R, G and B, else the first with Y
 ///   (which becomes grey), of any sample type. The image is the data window,
 ///   wherever that lies; the primaries are taken to be sRGB's.
-/// * PNG: 8 or 16 bits, grey or colour, decoded from the sRGB transfer function.
-///   Alpha is left out.
+/// * PNG, JPEG, TGA: 8 or 16 bits, grey or colour, decoded from the sRGB transfer
+///   function. Alpha is left out.
 /// * PFM: colour or grey, both byte orders, times the scale's magnitude.
 /// * HDR: Radiance RGBE.
 ///
@@ -35,17 +65,37 @@ type Decode = fn(&[u8]) -> Result<Image, String>;
 /// When the extension is unknown, the file cannot be read, or it does not hold an
 /// image of the format that its extension names.
 pub fn read(path: &Path) -> Result<Image, ImageError> {
+    read_layers(path, Transfer::Srgb).map(|layers| layers.image)
+}
+
+/// As [`read`], with alpha, and with a transfer function of whole numbers, which alpha has, too.
+///
+/// # Errors
+/// As [`read`].
+pub fn read_layers(path: &Path, transfer: Transfer) -> Result<Layers, ImageError> {
     let (decode, expected): (Decode, _) = match extension(path).as_str() {
-        "exr" => (decode_exr, "an OpenEXR image with the channels R, G, B or Y"),
-        "png" => (decode_png, "a PNG image"),
-        "pfm" => (decode_pfm, "a PFM image"),
-        "hdr" => (decode_hdr, "a Radiance HDR image"),
+        "exr" => (|bytes, _| decode_exr(bytes), "an OpenEXR image with the channels R, G, B or Y"),
+        "png" => (|bytes, transfer| decode_integers(bytes, ImageFormat::Png, transfer), "a PNG image"),
+        "jpg" | "jpeg" => (|bytes, transfer| decode_integers(bytes, ImageFormat::Jpeg, transfer), "a JPEG image"),
+        "tga" => (|bytes, transfer| decode_integers(bytes, ImageFormat::Tga, transfer), "a TGA image"),
+        "pfm" => (|bytes, _| decode_pfm(bytes).map(opaque), "a PFM image"),
+        "hdr" => (|bytes, _| decode_hdr(bytes).map(opaque), "a Radiance HDR image"),
         _ => {
             return Err(ImageError::Extension { path: path.to_owned(), supported: READABLE_EXTENSIONS });
         }
     };
     let bytes = fs::read(path).map_err(|reason| ImageError::Read { path: path.to_owned(), reason })?;
-    decode(&bytes).map_err(|reason| ImageError::Decode { path: path.to_owned(), expected, reason })
+    decode(&bytes, transfer).map_err(|reason| ImageError::Decode { path: path.to_owned(), expected, reason })
+}
+
+fn opaque(image: Image) -> Layers {
+    Layers { image, alpha: None }
+}
+
+/// Alpha that is 1 everywhere says nothing.
+fn with_alpha(image: Image, alpha: Vec<f32>) -> Layers {
+    let alpha = Some(alpha).filter(|alpha| alpha.iter().any(|alpha| *alpha != 1.0));
+    Layers { image, alpha }
 }
 
 fn check_size(width: u64, height: u64) -> Result<(u32, u32), String> {
@@ -56,7 +106,7 @@ fn check_size(width: u64, height: u64) -> Result<(u32, u32), String> {
     }
 }
 
-fn decode_exr(bytes: &[u8]) -> Result<Image, String> {
+fn decode_exr(bytes: &[u8]) -> Result<Layers, String> {
     let headers = MetaData::read_from_buffered(bytes, false).map_err(|error| error.to_string())?.headers;
     // Before the reader allocates what the header asks for.
     for header in &headers {
@@ -66,7 +116,7 @@ fn decode_exr(bytes: &[u8]) -> Result<Image, String> {
     if has(&["R", "G", "B"]) {
         catch_panic(|| decode_exr_rgb(bytes))
     } else if has(&["Y"]) {
-        catch_panic(|| decode_exr_luminance(bytes))
+        catch_panic(|| decode_exr_luminance(bytes).map(opaque))
     } else {
         let channels: Vec<String> =
             headers.iter().flat_map(|header| &header.channels.list).map(|channel| channel.name.to_string()).collect();
@@ -76,7 +126,7 @@ fn decode_exr(bytes: &[u8]) -> Result<Image, String> {
 
 /// The `exr` crate panics on some damaged B44 blocks (1.74). It must then decode on
 /// this thread: a panic on one of its own would abort the process.
-fn catch_panic(decode: impl FnOnce() -> Result<Image, String>) -> Result<Image, String> {
+fn catch_panic(decode: impl FnOnce() -> Result<Layers, String>) -> Result<Layers, String> {
     std::panic::catch_unwind(std::panic::AssertUnwindSafe(decode))
         .unwrap_or_else(|_| Err("its pixel data is damaged".to_owned()))
 }
@@ -89,7 +139,7 @@ fn has_channels(header: &Header, wanted: &[&str]) -> bool {
     !header.deep && wanted.iter().all(has)
 }
 
-fn decode_exr_rgb(bytes: &[u8]) -> Result<Image, String> {
+fn decode_exr_rgb(bytes: &[u8]) -> Result<Layers, String> {
     exr::prelude::read()
         .no_deep_data()
         .largest_resolution_level()
@@ -97,15 +147,22 @@ fn decode_exr_rgb(bytes: &[u8]) -> Result<Image, String> {
         .required("R")
         .required("G")
         .required("B")
+        .optional("A", 1.0f32)
         .collect_pixels(
-            |size, _| black(size),
-            |image: &mut Image, at, (r, g, b): (f32, f32, f32)| set(image, at, [r, g, b]),
+            |size, _| (black(size), vec![1.0; size.area()]),
+            |(image, alpha): &mut (Image, Vec<f32>), at, (r, g, b, a): (f32, f32, f32, f32)| {
+                set(image, at, [r, g, b]);
+                if let Some(alpha) = alpha.get_mut(at.1 * image.width as usize + at.0) {
+                    *alpha = a;
+                }
+            },
         )
         .first_valid_layer()
         .all_attributes()
         .non_parallel()
         .from_buffered(Cursor::new(bytes))
         .map(|file| file.layer_data.channel_data.pixels)
+        .map(|(image, alpha)| with_alpha(image, alpha))
         .map_err(|error| error.to_string())
 }
 
@@ -141,21 +198,25 @@ fn decode_with_image_crate(bytes: &[u8], format: ImageFormat) -> Result<DynamicI
     ImageReader::with_format(Cursor::new(bytes), format).decode().map_err(|error| error.to_string())
 }
 
-fn decode_png(bytes: &[u8]) -> Result<Image, String> {
-    let decoded = decode_with_image_crate(bytes, ImageFormat::Png)?;
+fn decode_integers(bytes: &[u8], format: ImageFormat, transfer: Transfer) -> Result<Layers, String> {
+    let decoded = decode_with_image_crate(bytes, format)?;
     let (width, height) = (decoded.width(), decoded.height());
     let color = decoded.color();
-    let pixels = if color.bytes_per_pixel() == color.channel_count() {
-        let pixels = decoded.into_rgb8();
-        let table: Vec<f32> = (0..=255u8).map(|v| srgb_decode(f32::from(v) / 255.0)).collect();
+    let pixels: Vec<[f32; 4]> = if color.bytes_per_pixel() == color.channel_count() {
+        let table: Vec<f32> = (0..=255u8).map(|v| transfer.decode(f32::from(v) / 255.0)).collect();
         let decode = |value| table[usize::from(value)];
-        pixels.pixels().map(|pixel| pixel.0.map(decode)).collect()
+        decoded.into_rgba8().pixels().map(|pixel| pixel.0.map(decode)).collect()
     } else {
-        let pixels = decoded.into_rgb16();
-        let decode = |value: u16| srgb_decode(f32::from(value) / 65535.0);
-        pixels.pixels().map(|pixel| pixel.0.map(decode)).collect()
+        let decode = |value: u16| transfer.decode(f32::from(value) / 65535.0);
+        decoded.into_rgba16().pixels().map(|pixel| pixel.0.map(decode)).collect()
     };
-    Image::from_pixels(width, height, pixels).map_err(|error| error.to_string())
+    let colors = pixels.iter().map(|[r, g, b, _]| [*r, *g, *b]).collect();
+    let image = Image::from_pixels(width, height, colors).map_err(|error| error.to_string())?;
+    // Of grey with alpha, pbrt reads the grey alone.
+    if color.has_color() && color.has_alpha() {
+        return Ok(with_alpha(image, pixels.iter().map(|pixel| pixel[3]).collect()));
+    }
+    Ok(opaque(image))
 }
 
 fn decode_hdr(bytes: &[u8]) -> Result<Image, String> {
@@ -245,7 +306,7 @@ mod tests {
     #[test]
     fn a_half_float_exr_is_its_data_window() {
         let file = exr_file(vec![("A", halves(99.0)), ("B", halves(20.0)), ("G", halves(10.0)), ("R", halves(0.5))]);
-        let image = decode_exr(&file).unwrap();
+        let image = decode_exr(&file).unwrap().image;
         assert_eq!((image.width, image.height), (3, 2));
         assert_eq!(image.pixels[0], [0.5, 10.0, 20.0]);
         assert_eq!(image.pixels[5], [5.5, 15.0, 25.0]);
@@ -253,7 +314,7 @@ mod tests {
 
     #[test]
     fn luminance_alone_is_grey_and_other_channels_are_an_error() {
-        let image = decode_exr(&exr_file(vec![("Y", halves(1.0))])).unwrap();
+        let image = decode_exr(&exr_file(vec![("Y", halves(1.0))])).unwrap().image;
         assert_eq!(image.pixels[3], [4.0; 3]);
         let error = decode_exr(&exr_file(vec![("A", halves(1.0)), ("Z", halves(1.0))]));
         assert_eq!(error.unwrap_err(), "its channels are A, Z");
@@ -272,13 +333,41 @@ mod tests {
         let encoded = |image: DynamicImage| {
             let mut file = Cursor::new(Vec::new());
             image.write_to(&mut file, ImageFormat::Png).unwrap();
-            decode_png(file.get_ref()).unwrap().pixels[0]
+            decode_integers(file.get_ref(), ImageFormat::Png, Transfer::Srgb).unwrap().image.pixels[0]
         };
         let grey = image::GrayAlphaImage::from_pixel(1, 1, image::LumaA([188, 10]));
         assert_eq!(encoded(grey.into()), [srgb_decode(188.0 / 255.0); 3]);
         let deep = image::ImageBuffer::from_pixel(1, 1, image::Rgb([0u16, 30_001, 65_535]));
         let expected = [0.0, srgb_decode(30_001.0 / 65_535.0), 1.0];
         assert_eq!(encoded(deep.into()), expected);
+    }
+
+    #[test]
+    fn alpha_is_read_where_it_says_something() {
+        let layers_of = |image: DynamicImage, format, transfer| {
+            let mut file = Cursor::new(Vec::new());
+            image.write_to(&mut file, format).unwrap();
+            decode_integers(file.get_ref(), format, transfer).unwrap()
+        };
+        let half = image::RgbaImage::from_pixel(1, 1, image::Rgba([255, 0, 51, 102]));
+        let layers = layers_of(half.clone().into(), ImageFormat::Png, Transfer::Linear);
+        assert_eq!((layers.image.pixels[0], layers.alpha), ([1.0, 0.0, 0.2], Some(vec![0.4])));
+        let layers = layers_of(half.into(), ImageFormat::Tga, Transfer::Gamma(2.0));
+        assert!((layers.image.pixels[0][2] - 0.04).abs() < 1e-6 && (layers.alpha.unwrap()[0] - 0.16).abs() < 1e-6);
+        let full = image::RgbaImage::from_pixel(1, 1, image::Rgba([255, 0, 51, 255]));
+        assert_eq!(layers_of(full.into(), ImageFormat::Png, Transfer::Srgb).alpha, None);
+        let file = exr_file(vec![("A", halves(0.5)), ("B", halves(20.0)), ("G", halves(10.0)), ("R", halves(0.5))]);
+        assert_eq!(decode_exr(&file).unwrap().alpha.unwrap()[1], 1.5);
+    }
+
+    #[test]
+    fn jpeg_is_decoded_as_srgb() {
+        let mut file = Cursor::new(Vec::new());
+        let grey = image::RgbImage::from_pixel(16, 8, image::Rgb([188, 188, 188]));
+        DynamicImage::from(grey).write_to(&mut file, ImageFormat::Jpeg).unwrap();
+        let image = decode_integers(file.get_ref(), ImageFormat::Jpeg, Transfer::Srgb).unwrap().image;
+        assert_eq!((image.width, image.height), (16, 8));
+        assert!((image.pixels[77][1] - 0.5).abs() < 0.01, "{:?}", image.pixels[77]);
     }
 
     #[test]

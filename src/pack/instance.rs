@@ -33,7 +33,7 @@ pub(super) struct Placed<'a> {
 
 /// An object that is not copied.
 struct Object<'a> {
-    shapes: Vec<&'a Shape>,
+    shapes: Vec<Cow<'a, Shape>>,
     world_from_instance: Vec<DAffine3>,
     bounds: Bounds,
     space: RenderSpace,
@@ -76,8 +76,14 @@ impl<'a> Placed<'a> {
             Err(PackError::NoSurface) => return Ok(()),
             space => space?,
         };
+        let shapes = shapes.into_iter().map(Cow::Borrowed).collect();
         self.objects.push(Object { shapes, world_from_instance, bounds, space });
         Ok(())
+    }
+
+    /// All shapes, each of an object once.
+    pub fn shapes_mut(&mut self) -> impl Iterator<Item = &mut Cow<'a, Shape>> {
+        self.shapes.iter_mut().chain(self.objects.iter_mut().flat_map(|object| &mut object.shapes))
     }
 
     /// Bounds of everything, in world space.

@@ -108,5 +108,11 @@ impl Packer {
 }
 
 pub fn light_of(kind: u32, emission: Rgb) -> kernels::Light {
-    kernels::Light { emission: emission.as_vec3().to_array(), kind, primitive: NONE, ..bytemuck::Zeroable::zeroed() }
+    kernels::Light {
+        emission: emission.as_vec3().to_array(),
+        kind,
+        primitive: NONE,
+        image: NONE,
+        ..bytemuck::Zeroable::zeroed()
+    }
 }

@@ -1,5 +1,7 @@
 //! Materials as kernels read them.
 
+use super::PackError;
+use super::texture::PackedTextures;
 use crate::kernels::{
     self, BY_REFLECTANCE, COATED_CONDUCTOR, COATED_DIFFUSE, CONDUCTOR, DIELECTRIC, DIFFUSE, DIFFUSE_TRANSMISSION,
     HAS_LAMBERTIAN, MIX, NONE, REMAPPED, REMAPPED_COAT, Specialization, THIN_DIELECTRIC,
@@ -11,19 +13,23 @@ const LEAST_ALPHA: f64 = 1e-3;
 /// Beyond it, facets stand on end: rougher ones look the same.
 const MOST_ALPHA: f64 = 100.0;
 
-/// Packs all materials of a scene.
-pub(super) fn pack_materials(materials: &[Material]) -> Vec<kernels::Material> {
-    let mut packed: Vec<kernels::Material> = materials.iter().map(pack_material).collect();
+/// Packs all materials of a scene, and the textures that they use.
+pub(super) fn pack_materials(
+    materials: &[Material],
+    textures: &mut PackedTextures,
+) -> Result<Vec<kernels::Material>, PackError> {
+    let pack = |material| pack_material(material, textures);
+    let mut packed = materials.iter().map(pack).collect::<Result<Vec<_>, _>>()?;
     for (i, material) in materials.iter().enumerate() {
         // What a mix is of stands before it.
         if let Material::Mix { materials: [first, second], .. } = material {
             packed[i].flags = (packed[*first].flags | packed[*second].flags) & HAS_LAMBERTIAN;
         }
     }
-    packed
+    Ok(packed)
 }
 
-fn pack_material(material: &Material) -> kernels::Material {
+fn pack_material(material: &Material, textures: &mut PackedTextures) -> Result<kernels::Material, PackError> {
     let zero = kernels::Material {
         kind: DIFFUSE,
         color_texture: NONE,
@@ -33,114 +39,121 @@ fn pack_material(material: &Material) -> kernels::Material {
         amount_texture: NONE,
         coat_u_texture: NONE,
         coat_v_texture: NONE,
+        alpha_texture: NONE,
         ..bytemuck::Zeroable::zeroed()
     };
-    match material {
+    Ok(match material {
         Material::Diffuse { reflectance } => {
-            with_color(kernels::Material { flags: HAS_LAMBERTIAN, ..zero }, reflectance)
+            with_color(kernels::Material { flags: HAS_LAMBERTIAN, ..zero }, reflectance, textures)?
         }
         // No shape is of it.
         Material::Interface => zero,
         Material::DiffuseTransmission { reflectance, transmittance, scale } => {
-            let (second, second_texture) = color(transmittance);
-            let [reflected, transmitted] = [color(reflectance).0, second].map(|part| scaled(part, *scale));
+            let sheet = kernels::Material { kind: DIFFUSE_TRANSMISSION, flags: HAS_LAMBERTIAN, ..zero };
+            let sheet = with_color(sheet, reflectance, textures)?;
+            let (second_texture, second) = textures.color(transmittance)?;
             kernels::Material {
-                kind: DIFFUSE_TRANSMISSION,
-                color: reflected,
-                second: transmitted,
+                color: scaled(sheet.color, *scale),
+                second: scaled(second, *scale),
                 second_texture,
                 amount: *scale as f32,
-                flags: HAS_LAMBERTIAN,
-                ..with_color(zero, reflectance)
+                ..sheet
             }
         }
         Material::Conductor { metal, roughness } => {
-            with_roughness(with_metal(kernels::Material { kind: CONDUCTOR, ..zero }, metal), roughness)
+            let smooth = with_metal(kernels::Material { kind: CONDUCTOR, ..zero }, metal, textures)?;
+            with_roughness(smooth, roughness, textures)?
         }
         Material::Dielectric { eta, transmittance, roughness } => {
-            let smooth = kernels::Material {
-                kind: DIELECTRIC,
-                color: transmittance.as_vec3().to_array(),
-                eta: [*eta as f32; 3],
-                ..zero
-            };
-            with_roughness(smooth, roughness)
+            let color = transmittance.as_vec3().to_array();
+            let smooth = kernels::Material { kind: DIELECTRIC, color, eta: [*eta as f32; 3], ..zero };
+            with_roughness(smooth, roughness, textures)?
         }
         Material::ThinDielectric { eta } => kernels::Material { kind: THIN_DIELECTRIC, eta: [*eta as f32; 3], ..zero },
         Material::CoatedDiffuse { reflectance, coat } => {
             let base = kernels::Material { kind: COATED_DIFFUSE, flags: HAS_LAMBERTIAN, ..zero };
-            with_coat(with_color(base, reflectance), coat, sent_back_diffusely(coat))
+            let base = with_color(base, reflectance, textures)?;
+            with_coat(base, coat, sent_back_diffusely(coat), textures)?
         }
         Material::CoatedConductor { metal, roughness, coat } => {
-            let base = with_metal(kernels::Material { kind: COATED_CONDUCTOR, ..zero }, metal);
-            let base = with_roughness(base, roughness);
-            with_coat(base, coat, sent_back_by_facets(coat, f64::from(base.alpha_u.max(base.alpha_v))))
+            let base = with_metal(kernels::Material { kind: COATED_CONDUCTOR, ..zero }, metal, textures)?;
+            let base = with_roughness(base, roughness, textures)?;
+            let sent_back = sent_back_by_facets(coat, f64::from(base.alpha_u.max(base.alpha_v)));
+            with_coat(base, coat, sent_back, textures)?
         }
         Material::Mix { materials, amount } => {
-            let (amount, amount_texture) = number(amount);
+            let (amount_texture, amount) = textures.number(amount)?;
             let [first, second_part] = materials.map(|index| index as u32);
-            kernels::Material { kind: MIX, amount: amount as f32, amount_texture, first, second_part, ..zero }
+            let amount = amount.unwrap_or_default() as f32;
+            kernels::Material { kind: MIX, amount, amount_texture, first, second_part, ..zero }
         }
-    }
-}
-
-fn color(input: &Input<Rgb>) -> ([f32; 3], u32) {
-    match input {
-        Input::Constant(rgb) => (rgb.as_vec3().to_array(), NONE),
-        Input::Texture(index) => ([1.0; 3], *index as u32),
-    }
-}
-
-/// The value of a texture is not known here: what stands for it is not 0, which would be smooth.
-fn number(input: &Input<f64>) -> (f64, u32) {
-    match input {
-        Input::Constant(value) => (*value, NONE),
-        Input::Texture(index) => (0.5, *index as u32),
-    }
+    })
 }
 
 fn scaled(color: [f32; 3], scale: f64) -> [f32; 3] {
     color.map(|channel| (f64::from(channel) * scale).clamp(0.0, 1.0) as f32)
 }
 
-fn with_color(material: kernels::Material, input: &Input<Rgb>) -> kernels::Material {
-    let (color, color_texture) = color(input);
-    kernels::Material { color, color_texture, ..material }
+fn with_color(
+    material: kernels::Material,
+    input: &Input<Rgb>,
+    textures: &mut PackedTextures,
+) -> Result<kernels::Material, PackError> {
+    let (color_texture, color) = textures.color(input)?;
+    Ok(kernels::Material { color, color_texture, ..material })
 }
 
-fn with_metal(material: kernels::Material, metal: &Metal) -> kernels::Material {
-    match metal {
+fn with_metal(
+    material: kernels::Material,
+    metal: &Metal,
+    textures: &mut PackedTextures,
+) -> Result<kernels::Material, PackError> {
+    Ok(match metal {
         Metal::Index { eta, k } => {
             kernels::Material { eta: eta.as_vec3().to_array(), k: k.as_vec3().to_array(), ..material }
         }
         Metal::Reflectance(input) => {
-            let material = with_color(material, input);
+            let material = with_color(material, input, textures)?;
             kernels::Material { flags: material.flags | BY_REFLECTANCE, ..material }
         }
-    }
+    })
 }
 
-/// GGX's alpha along both directions, and the textures that give it.
-fn alphas(roughness: &Roughness) -> ([f32; 2], [u32; 2]) {
-    let along = |input| {
-        let (value, texture) = number(input);
-        (if roughness.remap { value.sqrt() } else { value }, texture)
-    };
-    let [(u, u_texture), (v, v_texture)] = [&roughness.u, &roughness.v].map(along);
+/// What stands for a roughness that a texture gives: not 0, which would be smooth.
+const SOME_ALPHA: f64 = 0.5;
+
+/// GGX's alpha along both directions, from constant values.
+fn alphas(values: [Option<f64>; 2], remap: bool) -> [f32; 2] {
+    let [u, v] = values.map(|value| value.map_or(SOME_ALPHA, |value| if remap { value.sqrt() } else { value }));
     let is_smooth = u.max(v) < LEAST_ALPHA;
-    let alpha = |alpha: f64| if is_smooth { 0.0 } else { alpha.clamp(LEAST_ALPHA, MOST_ALPHA) as f32 };
-    ([alpha(u), alpha(v)], [u_texture, v_texture])
+    [u, v].map(|alpha| if is_smooth { 0.0 } else { alpha.clamp(LEAST_ALPHA, MOST_ALPHA) as f32 })
 }
 
-fn with_roughness(material: kernels::Material, roughness: &Roughness) -> kernels::Material {
-    let ([alpha_u, alpha_v], [alpha_u_texture, alpha_v_texture]) = alphas(roughness);
+/// The same, and the textures that give them.
+fn roughness_of(roughness: &Roughness, textures: &mut PackedTextures) -> Result<([f32; 2], [u32; 2]), PackError> {
+    let (u_texture, u) = textures.number(&roughness.u)?;
+    let (v_texture, v) = textures.number(&roughness.v)?;
+    Ok((alphas([u, v], roughness.remap), [u_texture, v_texture]))
+}
+
+fn with_roughness(
+    material: kernels::Material,
+    roughness: &Roughness,
+    textures: &mut PackedTextures,
+) -> Result<kernels::Material, PackError> {
+    let ([alpha_u, alpha_v], [alpha_u_texture, alpha_v_texture]) = roughness_of(roughness, textures)?;
     let flags = material.flags | if roughness.remap { REMAPPED } else { 0 };
-    kernels::Material { alpha_u, alpha_v, alpha_u_texture, alpha_v_texture, flags, ..material }
+    Ok(kernels::Material { alpha_u, alpha_v, alpha_u_texture, alpha_v_texture, flags, ..material })
 }
 
-fn with_coat(material: kernels::Material, coat: &Coat, sent_back: f64) -> kernels::Material {
-    let ([coat_alpha_u, coat_alpha_v], [coat_u_texture, coat_v_texture]) = alphas(&coat.roughness);
-    kernels::Material {
+fn with_coat(
+    material: kernels::Material,
+    coat: &Coat,
+    sent_back: f64,
+    textures: &mut PackedTextures,
+) -> Result<kernels::Material, PackError> {
+    let ([coat_alpha_u, coat_alpha_v], [coat_u_texture, coat_v_texture]) = roughness_of(&coat.roughness, textures)?;
+    Ok(kernels::Material {
         coat_eta: coat.eta as f32,
         coat_thickness: coat.thickness as f32,
         coat_alpha_u,
@@ -150,7 +163,7 @@ fn with_coat(material: kernels::Material, coat: &Coat, sent_back: f64) -> kernel
         coat_sent_back: sent_back as f32,
         flags: material.flags | if coat.roughness.remap { REMAPPED_COAT } else { 0 },
         ..material
-    }
+    })
 }
 
 /// Reflectance of a boundary between dielectrics for unpolarised light; eta: the far side over
@@ -249,9 +262,9 @@ mod tests {
 
     #[test]
     fn small_roughness_is_none_and_perceptual_values_are_squares() {
-        let roughness = |value, remap| Roughness { u: Input::Constant(value), v: Input::Constant(value), remap };
-        assert_eq!(alphas(&roughness(9e-4, false)).0, [0.0; 2]);
-        assert_eq!(alphas(&roughness(0.25, true)).0, [0.5; 2]);
-        assert_eq!(alphas(&roughness(0.25, false)).0, [0.25; 2]);
+        assert_eq!(alphas([Some(9e-4); 2], false), [0.0; 2]);
+        assert_eq!(alphas([Some(0.25); 2], true), [0.5; 2]);
+        assert_eq!(alphas([Some(0.25); 2], false), [0.25; 2]);
+        assert!(alphas([None, Some(0.0)], true)[0] > 0.0);
     }
 }

@@ -13,10 +13,12 @@ use glam::{DAffine3, DVec3};
 
 use super::error::{Location, SceneError};
 use super::light_image;
-use super::model::{AreaLight, Light, Rgb};
+use super::model::{AreaLight, EmissionImage, Light, Rgb};
 use super::params::ParamList;
 use super::registry::{Family, Kind, ParamSpec, full, ignored, later, supported};
 use super::spectrum::{Spectrum, optional};
+use super::texture::Textures;
+use crate::film::LUMINANCE;
 
 const COLOUR: &[Kind] = &[Kind::Rgb, Kind::Spectrum, Kind::Blackbody];
 
@@ -71,7 +73,7 @@ pub(super) const AREA_FAMILY: Family = Family {
             SCALE,
             POWER,
             full("twosided", &[Kind::Bool]),
-            later("filename", &[Kind::String]),
+            full("filename", &[Kind::String]),
             ignored("nsamples", &[Kind::Integer]),
         ],
     )],
@@ -168,12 +170,36 @@ fn spot(params: &ParamList, world_from_light: DAffine3, location: &Location) -> 
 }
 
 /// Makes an area light from parameters that [`AREA_FAMILY`] has checked.
-pub(super) fn area_light(params: &ParamList) -> Result<AreaLight, SceneError> {
+pub(super) fn area_light(
+    params: &ParamList,
+    textures: &mut Textures,
+    directory: &Path,
+) -> Result<AreaLight, SceneError> {
+    let image = emission_image(params, textures, directory)?;
+    let power = positive(params, "power")?;
+    // The power is that of the image, were it spread evenly.
+    let luminance = image.filter(|_| power.is_some()).map(|image| image.mean.dot(Rgb::from(LUMINANCE)));
     Ok(AreaLight {
-        radiance: emitted(params, "L")?,
-        power: positive(params, "power")?,
+        radiance: emitted(params, "L")? / luminance.filter(|luminance| *luminance > 0.0).unwrap_or(1.0),
+        power,
         two_sided: params.flag("twosided")?,
+        image,
     })
+}
+
+fn emission_image(
+    params: &ParamList,
+    textures: &mut Textures,
+    directory: &Path,
+) -> Result<Option<EmissionImage>, SceneError> {
+    let Some(param) = params.get("filename") else {
+        return Ok(None);
+    };
+    if params.get("L").is_some() {
+        return Err(param.location.invalid(format!("{param} is given beside an L; expected one of them")));
+    }
+    let name = params.string("filename")?.unwrap_or_default();
+    textures.emission(directory.join(name), param).map(Some)
 }
 
 fn from(params: &ParamList) -> Result<DVec3, SceneError> {

@@ -13,7 +13,7 @@ const TEXTURED: &[Kind] = &[Kind::Rgb, Kind::Spectrum, Kind::Texture];
 const NUMBER: &[Kind] = &[Kind::Float, Kind::Texture];
 const INDEX: &[Kind] = &[Kind::Float, Kind::Spectrum];
 
-const DISPLACEMENT: ParamSpec = later("displacement", NUMBER);
+const DISPLACEMENT: ParamSpec = later("displacement", &[Kind::Float, Kind::Texture]);
 const NORMAL_MAP: ParamSpec = later("normalmap", &[Kind::String]);
 const ROUGHNESS: ParamSpec = full("roughness", NUMBER);
 const U_ROUGHNESS: ParamSpec = full("uroughness", NUMBER);

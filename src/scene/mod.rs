@@ -38,6 +38,9 @@ mod state;
 #[cfg(test)]
 mod tests;
 mod texture;
+mod texture_model;
+#[cfg(test)]
+mod texture_tests;
 mod transform;
 
 pub use error::{Location, SceneError};
@@ -48,10 +51,11 @@ pub use parser::Survey;
 pub(crate) use parser::load_with_text;
 pub use registry::{Family, Kind, ParamSpec, Support, TypeSpec};
 pub(crate) use rewrite::Rewrite;
+pub use texture_model::*;
 
 /// What goblet knows of the pbrt-v4 format: directives that have types, their
 /// types, and the parameters of each.
-pub const FAMILIES: [&Family; 9] = [
+pub const FAMILIES: [&Family; 11] = [
     &film::FILM_FAMILY,
     &film::FILTER_FAMILY,
     &film::SAMPLER_FAMILY,
@@ -61,6 +65,8 @@ pub const FAMILIES: [&Family; 9] = [
     &light::FAMILY,
     &light::AREA_FAMILY,
     &shape::FAMILY,
+    &texture::FLOAT_FAMILY,
+    &texture::SPECTRUM_FAMILY,
 ];
 
 impl Scene {

@@ -12,8 +12,19 @@ use glam::{DAffine3, DMat3, DVec2, DVec3};
 use crate::bezier::Curve;
 use crate::film::Image;
 
+use super::texture_model::Texture;
+
 /// Linear RGB, sRGB primaries.
 pub type Rgb = DVec3;
+
+/// A value that may vary over a surface.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Input<T> {
+    /// The same everywhere.
+    Constant(T),
+    /// A texture: an index into [`Scene::textures`].
+    Texture(usize),
+}
 
 /// A scene that is ready to upload.
 #[derive(Clone, Debug)]
@@ -26,6 +37,8 @@ pub struct Scene {
     pub integrator: Integrator,
     /// Materials; [`Shape::material`] indexes them.
     pub materials: Vec<Material>,
+    /// Every texture, whether something uses it or not, in the order of the file.
+    pub textures: Vec<Texture>,
     /// Every surface, in the order of the file.
     pub shapes: Vec<Shape>,
     /// Where objects stand, in the order of the file.
@@ -151,15 +164,6 @@ pub struct Integrator {
     pub iterations: u32,
 }
 
-/// A value that may vary over a surface.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Input<T> {
-    /// The same everywhere.
-    Constant(T),
-    /// Index into [`Scene::textures`].
-    Texture(usize),
-}
-
 /// Roughness of a surface of microfacets.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Roughness {
@@ -207,7 +211,7 @@ pub struct Coat {
 pub enum Material {
     /// Lambertian.
     Diffuse {
-        /// Albedo per channel, 0 to 1.
+        /// Albedo per channel, 0 to 1; what a texture has outside is clamped.
         reflectance: Input<Rgb>,
     },
     /// Lambertian on both sides of a thin sheet.
@@ -282,6 +286,8 @@ pub struct Shape {
     pub reverse_orientation: bool,
     /// Index into [`Scene::materials`].
     pub material: usize,
+    /// How much of it is there, 0 to 1: rays go through the rest.
+    pub alpha: Input<f64>,
     /// Set where an `AreaLightSource` was in force.
     pub emission: Option<AreaLight>,
     /// `file:line:column` of the directive, for messages.
@@ -361,6 +367,17 @@ pub struct AreaLight {
     pub power: Option<f64>,
     /// Emits on both sides.
     pub two_sided: bool,
+    /// What the radiance is times.
+    pub image: Option<EmissionImage>,
+}
+
+/// An image that an area light shows.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct EmissionImage {
+    /// Index into [`Scene::textures`].
+    pub texture: usize,
+    /// Of its pixels.
+    pub mean: Rgb,
 }
 
 /// What a light shows in each direction: a texel is of one colour, as in pbrt.

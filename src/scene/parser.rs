@@ -12,6 +12,7 @@ use super::model::Scene;
 use super::params::ParamList;
 use super::registry::Kind;
 use super::state::{ActiveTimes, SceneBuilder};
+use super::texture::Values;
 use super::transform;
 
 /// Every directive of pbrt-v4.
@@ -345,10 +346,18 @@ impl Parser {
                 return Ok(());
             }
             "Texture" => {
-                self.stream.string("the texture's type, \"float\" or \"spectrum\"")?;
-                self.stream.string("the texture's class")?;
-                scene.texture(name, at);
-                return ParamList::read(&mut self.stream).map(drop);
+                let (values, values_at) = self.stream.string("the texture's type, \"float\" or \"spectrum\"")?;
+                let values = match values.as_str() {
+                    "float" => Values::Numbers,
+                    "spectrum" => Values::Colors,
+                    _ => {
+                        let what = format!("unknown type \"{}\" of Texture", shorten(&values));
+                        return Err(values_at.invalid(format!("{what}; expected \"float\" or \"spectrum\"")));
+                    }
+                };
+                let (class, class_at) = self.stream.string("the texture's class")?;
+                let params = ParamList::read(&mut self.stream)?;
+                return scene.texture(&name, values, &class, params, &class_at);
             }
             _ => {}
         }

@@ -187,7 +187,7 @@ impl Family {
                 .location
                 .invalid(format!("{param} has the wrong type; {what} accepts: {}", spec.accepted())));
         }
-        if accepted.support == Support::Later || param.kind == Kind::Texture {
+        if accepted.support == Support::Later {
             return Err(param.location.unsupported(&format!("{param} of {what}"), &spec.accepted()));
         }
         Ok(())
@@ -205,7 +205,7 @@ impl TypeSpec {
         let mut declarations = Vec::new();
         for param in self.parameters {
             if param.support != Support::Later {
-                for kind in param.kinds.iter().filter(|k| **k != Kind::Texture) {
+                for kind in param.kinds {
                     declarations.push(format!("\"{} {}\"", kind.word(), param.name));
                 }
             }
@@ -263,11 +263,11 @@ mod tests {
             (
                 "ball",
                 "\"float sise\" 1",
-                "t:1:1: unknown parameter \"float sise\"; Shape \"ball\" accepts: \"float size\", \"rgb tint\"",
+                "t:1:1: unknown parameter \"float sise\"; Shape \"ball\" accepts: \"float size\", \"rgb tint\", \"texture tint\"",
             ),
             ("ball", "\"integer size\" 1", "\"integer size\" has the wrong type"),
             ("ball", "\"float alpha\" 1", "\"float alpha\" of Shape \"ball\" is not supported yet"),
-            ("ball", "\"texture tint\" \"x\"", "\"texture tint\" of Shape \"ball\" is not supported yet"),
+            ("ball", "\"texture size\" \"x\"", "\"texture size\" has the wrong type"),
             ("ball", "\"float size\" [1", "ends here; expected a value of \"float size\", or `]`"),
             ("ball", "\"float size\" \"1\"", "t:1:14: found \"1\" as a value"),
             ("ball", "\"rgb tint\" [1 2]", "2 values; expected a multiple of 3"),

@@ -15,10 +15,11 @@ use glam::{DVec2, DVec3};
 use crate::bezier::{Curve, MAX_DEGREE};
 
 use super::error::{Location, SceneError};
-use super::model::{Geometry, Mesh, Profile};
+use super::model::{Geometry, Input, Mesh, Profile};
 use super::params::{Param, ParamList};
 use super::ply::{self, PlyError};
 use super::registry::{Family, Kind, ParamSpec, full, ignored, later, not_yet, supported};
+use super::texture::Textures;
 
 const FLOAT: &[Kind] = &[Kind::Float];
 const ALPHA: ParamSpec = full("alpha", &[Kind::Float, Kind::Texture]);
@@ -119,6 +120,17 @@ impl MeshFiles {
     }
 }
 
+/// How much of a shape is there.
+pub(super) fn alpha(params: &ParamList, textures: &Textures) -> Result<Input<f64>, SceneError> {
+    let Some(param) = params.get("alpha") else {
+        return Ok(Input::Constant(1.0));
+    };
+    match textures.number(param)? {
+        Input::Constant(alpha) if !(0.0..=1.0).contains(&alpha) => Err(param.bad_value("a number from 0 to 1")),
+        alpha => Ok(alpha),
+    }
+}
+
 /// Makes a shape's form from parameters that [`FAMILY`] has checked.
 pub(super) fn geometry(
     name: &str,
@@ -126,11 +138,6 @@ pub(super) fn geometry(
     files: &mut MeshFiles,
     location: &Location,
 ) -> Result<Geometry, SceneError> {
-    let alpha = params.float("alpha")?.unwrap_or(1.0);
-    if let Some(param) = params.get("alpha").filter(|_| alpha != 1.0) {
-        let what = format!("{param} {alpha}");
-        return Err(param.location.unsupported(&what, "an alpha of 1"));
-    }
     match name {
         "bilinearmesh" => Ok(Geometry::Mesh(Arc::new(bilinear::mesh(params, location)?))),
         "cylinder" => cylinder::geometry(params),

@@ -17,7 +17,7 @@ use super::model::{AreaLight, Input, Light, Material, Rgb, Scene, Shape};
 use super::object::Objects;
 use super::params::ParamList;
 use super::shape::MeshFiles;
-use super::texture::Textures;
+use super::texture::{Place, Textures, Values};
 use super::{light, material, shape, transform};
 use options::Options;
 pub(super) use place::ActiveTimes;
@@ -38,6 +38,7 @@ struct GraphicsState {
     shape_defaults: Arc<ParamList>,
     light_defaults: Arc<ParamList>,
     material_defaults: Arc<ParamList>,
+    texture_defaults: Arc<ParamList>,
 }
 
 /// A material, by its place among all or by a name that is looked up at the end:
@@ -94,7 +95,6 @@ pub(super) struct SceneBuilder {
     lights: Vec<Light>,
     files: MeshFiles,
     textures: Textures,
-    unused_texture: Option<(Location, String)>,
     warnings: Vec<String>,
     /// Set where everything that is not supported is to be found.
     unsupported: Option<Vec<SceneError>>,
@@ -118,6 +118,7 @@ impl SceneBuilder {
                 shape_defaults: Arc::default(),
                 light_defaults: Arc::default(),
                 material_defaults: Arc::default(),
+                texture_defaults: Arc::default(),
             },
             saved: Vec::new(),
             coordinate_systems: HashMap::new(),
@@ -129,7 +130,6 @@ impl SceneBuilder {
             lights: Vec::new(),
             files: MeshFiles::new(directory),
             textures: Textures::default(),
-            unused_texture: None,
             warnings: Vec::new(),
             unsupported: None,
         }
@@ -222,8 +222,9 @@ impl SceneBuilder {
             "shape" => &mut self.state.shape_defaults,
             "light" => &mut self.state.light_defaults,
             "material" => &mut self.state.material_defaults,
-            // Neither media nor textures are read, so neither are their defaults.
-            "medium" | "texture" => return Ok(()),
+            "texture" => &mut self.state.texture_defaults,
+            // Media are not read, so neither are their defaults.
+            "medium" => return Ok(()),
             _ => {
                 return Err(location.invalid(format!(
                     "unknown Attribute \"{}\"; expected one of: \"shape\", \"light\", \
@@ -296,9 +297,25 @@ impl SceneBuilder {
         self.state.material = MaterialRef::Named(name.into(), location.clone());
     }
 
-    /// A texture is only remembered: using one is an error for now.
-    pub fn texture(&mut self, name: String, location: &Location) {
-        self.unused_texture.get_or_insert_with(|| (location.clone(), name));
+    /// A texture of a class that is named at `location`.
+    pub fn texture(
+        &mut self,
+        name: &str,
+        values: Values,
+        class: &str,
+        params: ParamList,
+        location: &Location,
+    ) -> Result<(), SceneError> {
+        let place = Place {
+            directory: &self.files.directory,
+            world_from_texture: self.state.world_from_object,
+            defaults: &self.state.texture_defaults,
+            location,
+        };
+        for warning in self.textures.make(name, values, class, params, &place)? {
+            self.warn(location, &warning);
+        }
+        Ok(())
     }
 
     pub fn light(&mut self, name: &str, mut params: ParamList, location: &Location) -> Result<(), SceneError> {
@@ -323,8 +340,9 @@ impl SceneBuilder {
 
     pub fn area_light(&mut self, name: &str, mut params: ParamList, location: &Location) -> Result<(), SceneError> {
         light::AREA_FAMILY.check(name, location, &mut params, &self.state.light_defaults)?;
-        let light = light::area_light(&params)?;
-        self.state.emission = Some(light).filter(|light| light.radiance != Rgb::ZERO);
+        let light = light::area_light(&params, &mut self.textures, &self.files.directory)?;
+        let shines = |light: &AreaLight| light.radiance * light.image.map_or(Rgb::ONE, |image| image.mean) != Rgb::ZERO;
+        self.state.emission = Some(light).filter(shines);
         Ok(())
     }
 
@@ -338,6 +356,7 @@ impl SceneBuilder {
     ) -> Result<(), SceneError> {
         self.warn_of_motion(location);
         shape::FAMILY.check(name, location, &mut params, &self.state.shape_defaults)?;
+        let alpha = shape::alpha(&params, &self.textures)?;
         let mut emission = self.state.emission;
         if emission.is_some() && self.objects.open().is_some() {
             emission = None;
@@ -351,6 +370,7 @@ impl SceneBuilder {
         }
         let shape = Shape {
             geometry,
+            alpha,
             world_from_object: self.state.world_from_object,
             reverse_orientation: self.state.reverse_orientation,
             material: 0,
@@ -358,7 +378,10 @@ impl SceneBuilder {
             object: self.objects.open(),
             location: directive.to_string(),
         };
-        self.shapes.push((shape, self.state.material.clone()));
+        // Nothing meets what is not there; light may still come from it, as in pbrt.
+        if alpha != Input::Constant(0.0) || shape.emission.is_some() {
+            self.shapes.push((shape, self.state.material.clone()));
+        }
         Ok(())
     }
 
@@ -384,16 +407,13 @@ impl SceneBuilder {
                 end.invalid("the scene has no light; expected a LightSource or AreaLightSource that is not black")
             );
         }
-        if let Some((location, name)) = self.unused_texture.take() {
-            let name = shorten(&name);
-            self.warn(&location, &format!("Texture \"{name}\" is ignored: nothing uses it"));
-        }
         if !self.options.has_camera() {
             self.warn(end, "the scene has no Camera; it is seen from the origin along +z");
         }
         let (film, camera, integrator) = std::mem::take(&mut self.options).resolve()?;
         let (lights, warnings) = (std::mem::take(&mut self.lights), std::mem::take(&mut self.warnings));
-        Ok(Scene { camera, integrator, film, materials, shapes, instances, lights, warnings })
+        let textures = std::mem::take(&mut self.textures).made;
+        Ok(Scene { camera, integrator, film, materials, textures, shapes, instances, lights, warnings })
     }
 
     /// Shapes with the indices of their materials, and the materials in use. Shapes of none are

@@ -3,9 +3,12 @@
 #extension GL_GOOGLE_include_directive : require
 #include "invocation.glsl"
 #include "scene.glsl"
+#include "random.glsl"
 #include "sampling.glsl"
 #include "intersect.glsl"
 #include "surface.glsl"
+#include "texture.glsl"
+#include "alpha.glsl"
 
 struct CrossingRay {
     vec3 origin;

@@ -7,6 +7,7 @@
 #include "sampling.glsl"
 #include "intersect.glsl"
 #include "surface.glsl"
+#include "texture.glsl"
 #include "light.glsl"
 
 struct LightPoint {

@@ -10,6 +10,7 @@ mod lights;
 mod specular;
 #[path = "../support/mod.rs"]
 mod support;
+mod textures;
 
 use goblet::film::Image;
 use goblet::scene::Scene;

@@ -1,0 +1,43 @@
+// map_surfaces: a ray meets a primitive; texture coordinates and tangent there.
+#version 460
+#extension GL_GOOGLE_include_directive : require
+#include "invocation.glsl"
+#include "scene.glsl"
+#include "sampling.glsl"
+#include "intersect.glsl"
+#include "surface.glsl"
+
+struct MappedRay {
+    vec3 origin;
+    uint primitive;
+    vec3 direction;
+    float pad0;
+};
+
+struct MappedPoint {
+    vec3 position;
+    uint found;
+    vec3 tangent;
+    float pad0;
+    vec3 normal;
+    float pad1;
+    vec2 uv;
+    vec2 pad2;
+};
+
+layout(std430, set = 1, binding = 0) readonly buffer RayBlock { MappedRay data[]; } rays;
+layout(std430, set = 1, binding = 1) buffer PointBlock { MappedPoint data[]; } points;
+
+void main() {
+    uint i = invocation_index();
+    if (i >= rays.data.length()) {
+        return;
+    }
+    Ray ray = Ray(rays.data[i].origin, rays.data[i].direction);
+    Hit hit = Hit(INFINITY_T, NONE, vec2(0.0), NONE);
+    bool found = intersect_primitive(rays.data[i].primitive, ray, shear_of(ray.direction), hit);
+    hit.primitive = rays.data[i].primitive;
+    Surface surface = surface_at(ray, hit);
+    points.data[i] = MappedPoint(surface.position, found ? 1u : 0u, surface.tangent, 0.0, surface.normal, 0.0,
+                                 surface.uv, vec2(0.0));
+}
