@@ -73,7 +73,9 @@ const LEAST_DEPTH: usize = 32;
 /// The same for what an instance is of, which stands on the stack above the scene's.
 pub const OBJECT_DEPTH: usize = LEAST_DEPTH;
 
-/// More boxes than this in one place make a chain of nodes, one by one.
+/// Boxes in one place make a chain of nodes, one by one. So many boxes of a scene are looked
+/// at, and so many of them may be the same.
+const SAMPLES: usize = 4096;
 const MOST_EQUAL: usize = 32;
 
 /// Builds a hierarchy over the boxes of primitives, of which there is at least one, that is
@@ -87,14 +89,15 @@ pub fn build(boxes: &[Aabb], references: &[u32], most: usize) -> Bvh {
     Bvh { pairs, primitives: order.iter().map(|index| references[*index as usize]).collect(), depth }
 }
 
-/// How many boxes are the same, at most.
+/// How many boxes are the same, at most, of up to [`SAMPLES`].
 fn most_equal(boxes: &[Aabb]) -> usize {
     let hash = |bounds: &Aabb| {
         let mut hasher = DefaultHasher::new();
         bytemuck::bytes_of(&[bounds.min.to_array(), bounds.max.to_array()]).hash(&mut hasher);
         hasher.finish()
     };
-    let mut hashes: Vec<u64> = boxes.iter().map(hash).collect();
+    let step = boxes.len().div_ceil(SAMPLES).max(1);
+    let mut hashes: Vec<u64> = boxes.iter().step_by(step).map(hash).collect();
     hashes.sort_unstable();
     hashes.chunk_by(|a, b| a == b).map(<[u64]>::len).max().unwrap_or(0)
 }

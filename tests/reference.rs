@@ -47,6 +47,11 @@ fn spectra_match_the_reference() {
 }
 
 #[test]
+fn textures_match_the_reference() {
+    assert_matches("textures", 0.00750);
+}
+
+#[test]
 fn shapes_match_the_reference() {
     assert_matches("shapes", 0.01917);
 }

@@ -61,7 +61,7 @@ fn cells(corners: &[DVec3; 4]) -> u32 {
     let [p00, p10, p01, p11] = corners;
     let diagonal = p00.distance(*p11).max(p10.distance(*p01));
     let twist = twist(corners).length() / diagonal;
-    if !(twist > STRAIGHT) {
+    if twist.is_nan() || twist <= STRAIGHT {
         return 1;
     }
     let least = (0.25 * twist / TOLERANCE).sqrt().ceil().min(f64::from(MOST_CELLS));
