@@ -1,5 +1,7 @@
 //! The bounding volume hierarchy over all primitives.
 
+use std::collections::HashMap;
+
 use glam::Vec3A;
 use obvhs::BvhBuildParams;
 use obvhs::aabb::Aabb;
@@ -21,9 +23,20 @@ pub struct Bvh {
     pub order: Vec<u32>,
 }
 
+/// So many boxes that are the same leave a builder that goes by cost without a clue: it makes
+/// a chain of them, by a recursion as deep, or none at all.
+const MAX_ALIKE: usize = 64;
+
 /// Builds a hierarchy over boxes, of which there is at least one. `None` if it is deeper
 /// than a ray can walk.
 pub fn build(boxes: &[Aabb]) -> Option<Bvh> {
+    let padding = Vec3A::splat(PADDING);
+    // Also for the builder, so that no area is 0.
+    let boxes: Vec<Aabb> = boxes.iter().map(|it| Aabb::new(it.min - padding, it.max + padding)).collect();
+    let boxes = &boxes[..];
+    if are_alike(boxes) {
+        return Some(balanced(boxes));
+    }
     let mut params =
         if boxes.len() > 2_000_000 { BvhBuildParams::fast_build() } else { BvhBuildParams::medium_build() };
     params.max_prims_per_leaf = params.max_prims_per_leaf.min(MAX_LEAF_COUNT);
@@ -31,12 +44,53 @@ pub fn build(boxes: &[Aabb]) -> Option<Bvh> {
     if depth(&bvh) > MAX_BVH_DEPTH as usize {
         return None;
     }
-    Some(Bvh { pairs: pairs(&bvh), order: bvh.primitive_indices.clone() })
+    Some(Bvh { pairs: pairs(&bvh.nodes), order: bvh.primitive_indices })
+}
+
+/// Whether too many boxes in a row are the same, or of those too small to differ by much.
+fn are_alike(boxes: &[Aabb]) -> bool {
+    const SMALL: f32 = 8.0 * PADDING;
+    if boxes.windows(MAX_ALIKE).any(|row| row[0] == row[MAX_ALIKE - 1] && row.iter().all(|other| *other == row[0])) {
+        return true;
+    }
+    let mut counts = HashMap::<[[u32; 3]; 2], usize>::new();
+    boxes.iter().filter(|it| it.diagonal().max_element() < SMALL).any(|it| {
+        let bits = [it.min, it.max].map(|corner| corner.to_array().map(f32::to_bits));
+        let count = counts.entry(bits).or_default();
+        *count += 1;
+        *count >= MAX_ALIKE
+    })
+}
+
+/// A hierarchy of the least depth, whatever the boxes are.
+fn balanced(boxes: &[Aabb]) -> Bvh {
+    const LEAF: usize = 4;
+    let mut order: Vec<u32> = (0..boxes.len() as u32).collect();
+    let mut nodes = vec![Bvh2Node::default()];
+    let mut pending = vec![(0, 0..boxes.len())];
+    while let Some((index, range)) = pending.pop() {
+        let members = &mut order[range.clone()];
+        let bounds = members.iter().fold(Aabb::empty(), |bounds, member| bounds.union(&boxes[*member as usize]));
+        nodes[index].aabb = bounds;
+        if members.len() <= LEAF {
+            nodes[index].prim_count = members.len() as u32;
+            nodes[index].first_index = range.start as u32;
+            continue;
+        }
+        let axis = (bounds.max - bounds.min).max_position();
+        let center = |member: &u32| boxes[*member as usize].center()[axis];
+        members.select_nth_unstable_by(range.len() / 2, |a, b| center(a).total_cmp(&center(b)));
+        let middle = range.start + range.len() / 2;
+        let children = nodes.len();
+        nodes[index].first_index = children as u32;
+        nodes.extend([Bvh2Node::default(); 2]);
+        pending.extend([(children, range.start..middle), (children + 1, middle..range.end)]);
+    }
+    Bvh { pairs: pairs(&nodes), order }
 }
 
 /// Children come in pairs behind the root: nodes 2i + 1 and 2i + 2 are pair i.
-fn pairs(bvh: &Bvh2) -> Vec<BvhPair> {
-    let nodes = &bvh.nodes;
+fn pairs(nodes: &[Bvh2Node]) -> Vec<BvhPair> {
     if nodes[0].prim_count > 0 {
         // A lone leaf: its sibling is a box that no ray enters.
         let nothing = Bvh2Node { aabb: Aabb::INVALID, prim_count: 1, ..Bvh2Node::default() };
@@ -53,12 +107,11 @@ fn pairs(bvh: &Bvh2) -> Vec<BvhPair> {
 
 fn pair(left: &Bvh2Node, right: &Bvh2Node, first: u32) -> BvhPair {
     let corner = |corner: Vec3A, bits: u32| [corner.x, corner.y, corner.z, f32::from_bits(bits)];
-    let padding = Vec3A::splat(PADDING);
     BvhPair {
-        left_lower: corner(left.aabb.min - padding, reference(left, first)),
-        left_upper: corner(left.aabb.max + padding, 0),
-        right_lower: corner(right.aabb.min - padding, reference(right, first)),
-        right_upper: corner(right.aabb.max + padding, 0),
+        left_lower: corner(left.aabb.min, reference(left, first)),
+        left_upper: corner(left.aabb.max, 0),
+        right_lower: corner(right.aabb.min, reference(right, first)),
+        right_upper: corner(right.aabb.max, 0),
     }
 }
 
@@ -123,6 +176,21 @@ mod tests {
             }
         }
         visits
+    }
+
+    /// A mesh that is far smaller than the scene is a point in f32.
+    #[test]
+    fn boxes_that_are_all_the_same_make_a_shallow_tree() {
+        let mut boxes = vec![Aabb::new(Vec3A::ZERO, Vec3A::ZERO); 200_000];
+        boxes.push(Aabb::new(Vec3A::ONE, Vec3A::ONE));
+        let bvh = build(&boxes).expect("a shallow tree");
+        assert_eq!(visits(&bvh, &boxes), vec![1; boxes.len()]);
+        // Not the same, but without an area that f32 could hold.
+        for (i, it) in boxes.iter_mut().enumerate() {
+            it.max += Vec3A::new(1e-30, 2e-30, 3e-30) * (i as f32).sin().abs();
+        }
+        let bvh = build(&boxes).expect("a shallow tree");
+        assert_eq!(visits(&bvh, &boxes), vec![1; boxes.len()]);
     }
 
     proptest! {

@@ -149,6 +149,7 @@ fn no_scene_makes_a_panic() {
     let time = Duration::from_secs(variable("GOBLET_MUTATIONS").unwrap_or(3));
     let seed = variable("GOBLET_MUTATIONS_SEED").unwrap_or(1);
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/reference");
+    let last = Path::new(env!("CARGO_TARGET_TMPDIR")).join("mutated.pbrt");
     let (corpus, words) = (corpus(), words());
     let start = Instant::now();
     let (mut cases, mut packed) = (0_u64, 0_u64);
@@ -160,6 +161,8 @@ fn no_scene_makes_a_panic() {
             mutate(&mut scene, &corpus, &words, &mut rng);
         }
         let text = scene.join(" ");
+        // An abort leaves no message.
+        fs::write(&last, &text).unwrap();
         let outcome = std::panic::catch_unwind(|| {
             let scene = Scene::parse(&text, "mutated.pbrt", &folder).ok()?;
             pack(&scene, RevolutionSolver::default()).ok().map(|_| ())
