@@ -73,9 +73,11 @@ const LEAST_DEPTH: usize = 32;
 /// The same for what an instance is of, which stands on the stack above the scene's.
 pub const OBJECT_DEPTH: usize = LEAST_DEPTH;
 
-/// Boxes in one place make a chain of nodes, one by one. So many boxes of a scene are looked
-/// at, and so many of them may be the same.
+/// Boxes in one place make a chain of nodes, one by one, by a recursion as deep. So many boxes
+/// of a scene are looked at, and all that are so small that they may have collapsed; so many of
+/// them may be the same.
 const SAMPLES: usize = 4096;
+const SMALL: f32 = 8.0 * PADDING;
 const MOST_EQUAL: usize = 32;
 
 /// Builds a hierarchy over the boxes of primitives, of which there is at least one, that is
@@ -89,7 +91,7 @@ pub fn build(boxes: &[Aabb], references: &[u32], most: usize) -> Bvh {
     Bvh { pairs, primitives: order.iter().map(|index| references[*index as usize]).collect(), depth }
 }
 
-/// How many boxes are the same, at most, of up to [`SAMPLES`].
+/// How many boxes are the same, at most, of up to [`SAMPLES`] and of the small ones.
 fn most_equal(boxes: &[Aabb]) -> usize {
     let hash = |bounds: &Aabb| {
         let mut hasher = DefaultHasher::new();
@@ -97,13 +99,19 @@ fn most_equal(boxes: &[Aabb]) -> usize {
         hasher.finish()
     };
     let step = boxes.len().div_ceil(SAMPLES).max(1);
-    let mut hashes: Vec<u64> = boxes.iter().step_by(step).map(hash).collect();
+    let is_small = |bounds: &Aabb| bounds.diagonal().max_element() < SMALL;
+    let looked_at = boxes.iter().enumerate().filter(|(i, bounds)| i % step == 0 || is_small(bounds));
+    let mut hashes: Vec<u64> = looked_at.map(|(_, bounds)| hash(bounds)).collect();
     hashes.sort_unstable();
     hashes.chunk_by(|a, b| a == b).map(<[u64]>::len).max().unwrap_or(0)
 }
 
 /// A hierarchy of neighbouring boxes, made better by moving nodes about.
 fn clusters(boxes: &[Aabb]) -> Bvh2 {
+    // Boxes of no area tell the builder nothing.
+    let padding = Vec3A::splat(PADDING);
+    let boxes: Vec<Aabb> = boxes.iter().map(|it| Aabb::new(it.min - padding, it.max + padding)).collect();
+    let boxes = &boxes[..];
     let params = if boxes.len() > 2_000_000 { BvhBuildParams::fast_build() } else { BvhBuildParams::medium_build() };
     let mut bvh = PlocBuilder::with_capacity(boxes.len()).build(
         params.ploc_search_distance,
@@ -273,6 +281,22 @@ mod tests {
             prop_assert_eq!(visits(&bvh, &boxes), vec![1; boxes.len()]);
             prop_assert!(bvh.depth <= 64);
         }
+    }
+
+    /// A mesh that is far smaller than the scene is a point in f32.
+    #[test]
+    fn boxes_that_have_collapsed_make_no_deep_hierarchy() {
+        let mut boxes = vec![Aabb::new(Vec3A::ZERO, Vec3A::ZERO); 200_000];
+        boxes.extend((0..2000).map(|i| Aabb::new(Vec3A::ONE, Vec3A::splat(1.0 + i as f32))));
+        let all: Vec<u32> = (0..boxes.len() as u32).collect();
+        let bvh = build(&boxes, &all, LEAST_DEPTH);
+        assert_eq!(visits(&bvh, &boxes), vec![1; boxes.len()]);
+        // Not the same, but without an area that f32 could hold.
+        for (i, it) in boxes.iter_mut().enumerate() {
+            it.max += Vec3A::new(1e-30, 2e-30, 3e-30) * (i as f32).sin().abs();
+        }
+        let bvh = build(&boxes, &all, LEAST_DEPTH);
+        assert_eq!(visits(&bvh, &boxes), vec![1; boxes.len()]);
     }
 
     #[test]
