@@ -1,3 +1,5 @@
+#ifndef EQUAL_AREA
+#define EQUAL_AREA
 // The sphere on the unit square, by equal areas: Clarberg 2008, in pbrt's orientation. The
 // upper half is the diamond in the middle, the corners are the lower half folded out.
 
@@ -24,3 +26,4 @@ vec2 wrap_equal_area(vec2 place) {
     }
     return place;
 }
+#endif

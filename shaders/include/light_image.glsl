@@ -1,5 +1,6 @@
 // Images of lights: colours by direction, and directions by the power that comes from them.
 // src/octahedral.rs and src/scene/light_image.rs have the conventions.
+#include "equal_area.glsl"
 
 float mean_of_channels(vec3 color) {
     return (color.x + color.y + color.z) / 3.0;
@@ -16,18 +17,6 @@ vec3 from_image(LightImage image, vec3 w) {
 // x with the sign of s, which is positive for 0.
 vec2 with_signs(vec2 x, vec2 s) {
     return vec2(s.x < 0.0 ? -x.x : x.x, s.y < 0.0 ? -x.y : x.y);
-}
-
-// The direction of a place in the unit square: an equal-area map (Clarberg 2008).
-vec3 octahedral_direction(vec2 place) {
-    vec2 offset = 2.0 * place - 1.0;
-    vec2 p = abs(offset);
-    float height = 1.0 - (p.x + p.y);
-    float r = 1.0 - abs(height);
-    float phi = r > 0.0 ? 0.25 * PI * ((p.y - p.x) / r + 1.0) : 0.0;
-    vec2 across = r * sqrt(max(0.0, 2.0 - r * r)) * vec2(cos(phi), sin(phi));
-    float up = 1.0 - r * r;
-    return vec3(with_signs(across, offset), height < 0.0 ? -up : up);
 }
 
 // The place of a unit direction.
@@ -98,7 +87,7 @@ ImageSample sample_octahedral(LightImage image, vec2 u) {
     vec2 middle;
     vec3 color;
     vec2 place = sample_place(image, u, middle, color);
-    return ImageSample(from_image(image, octahedral_direction(place)), color, octahedral_pdf(image, color));
+    return ImageSample(from_image(image, equal_area_direction(place)), color, octahedral_pdf(image, color));
 }
 
 // A point of the window on the plane z = 1.

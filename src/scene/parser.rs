@@ -356,8 +356,8 @@ impl Parser {
                     }
                 };
                 let (class, class_at) = self.stream.string("the texture's class")?;
-                let params = ParamList::read(&mut self.stream)?;
-                return scene.texture(&name, values, &class, params, &class_at);
+                let params = self.params()?;
+                return self.scene.texture(&name, values, &class, params, &class_at);
             }
             _ => {}
         }
