@@ -7,7 +7,7 @@ use glam::{DAffine3, DMat3, DVec2, DVec3};
 
 use crate::bench::{Bench, Rng, double, frame};
 use crate::generated::{
-    AREA, AliasEntry, DISK, DISTANT, EmitPhotons, Emitted, INFINITE, InvertSmoothstep, KIND_SHIFT, Light, POINT,
+    AREA, AliasEntry, DISK, DISTANT, EmitPhotons, Emitted, INFINITE, InvertSmoothstep, KIND_SHIFT, Light, NONE, POINT,
     Quadric, SPHERE, SPOT, SceneInfo, TRIANGLE, Triangle,
 };
 use crate::statistics::{assert_near, assert_quantiles, assert_uniform, cells};
@@ -188,7 +188,7 @@ fn infinite_light_comes_from_all_around() {
 }
 
 fn area_light(kind: u32, area: f64) -> Light {
-    Light { kind: AREA, primitive: kind << KIND_SHIFT, area: area as f32, ..Light::zeroed() }
+    Light { kind: AREA, primitive: kind << KIND_SHIFT, area: area as f32, image: NONE, ..Light::zeroed() }
 }
 
 #[test]

@@ -45,6 +45,7 @@ fn lit(kind: u32, area: f64, world: World) -> World {
         area: area as f32,
         direct_pmf: 1.0,
         emission_pmf: 1.0,
+        image: NONE,
         ..Light::zeroed()
     };
     World { lights: vec![light], ..world }

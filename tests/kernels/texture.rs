@@ -345,9 +345,11 @@ fn spheres_and_disks_have_the_coordinates_of_pbrt() {
 #[test]
 fn bodies_of_revolution_have_theirs_around_the_axis() {
     let text = "Shape \"revolution\" \"integer degree\" 1 \"point2 P\" [1 0 1 2]";
-    let (points, ..) = map(text, |rng, _, render| {
+    let (points, ..) = map(text, |rng, world, render| {
         let (phi, z) = (rng.range(0.0, TAU), rng.range(0.0, 2.0));
-        (REVOLUTION << KIND_SHIFT, render.transform_point3(DVec3::new(phi.cos(), phi.sin(), z)))
+        // A hit names one of the pieces that are on top of each other.
+        let piece = (0.5 * z * world.revolution_pieces.len() as f64) as u32;
+        (REVOLUTION << KIND_SHIFT | piece, render.transform_point3(DVec3::new(phi.cos(), phi.sin(), z)))
     });
     for point in points {
         let p = double(point.position);

@@ -54,7 +54,7 @@ impl Default for World {
             instances: Vec::new(),
             revolution_segments: Vec::new(),
             newton_starts: Vec::new(),
-            materials: Vec::new(),
+            materials: vec![Material { color_texture: NONE, alpha_texture: NONE, ..Material::zeroed() }],
             texture_nodes: Vec::new(),
             texture_texels: Vec::new(),
             triangle_uvs: Vec::new(),
