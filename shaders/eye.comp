@@ -170,8 +170,10 @@ EyePath follow(Ray ray, Random random) {
         Hit hit = intersect(ray);
         if (hit.primitive == NONE) {
             float pdf = path.reached > 0.0 ? max(dot(ray.direction, path.facing), 0.0) / PI : INFINITY_T;
-            if (HAS_ROUGH && rough_pdf > 0.0) {
-                pdf = rough_pdf;
+            if (HAS_ROUGH) {
+                if (rough_pdf > 0.0) {
+                    pdf = rough_pdf;
+                }
             }
             path.radiance += throughput * radiance_from_infinity(ray.direction, pdf);
             if (path.reached == 0.0 && is_in_glass(index)) {
@@ -189,8 +191,10 @@ EyePath follow(Ray ray, Random random) {
             if (path.reached > 0.0) {
                 weight = bsdf_weight(light, path.visible.position, path.facing, surface, ray.direction);
             }
-            if (HAS_ROUGH && rough_pdf > 0.0) {
-                weight = mis_weight(rough_pdf, direct_pdf(light, rough_at, surface, ray.direction));
+            if (HAS_ROUGH) {
+                if (rough_pdf > 0.0) {
+                    weight = mis_weight(rough_pdf, direct_pdf(light, rough_at, surface, ray.direction));
+                }
             }
             path.radiance += throughput * emitted_radiance(light, surface, wo) * weight;
         }
@@ -207,10 +211,12 @@ EyePath follow(Ray ray, Random random) {
         if (is_specular(material)) {
             vec2 u_facet = is_rough(material) ? random_pair(random, pair + 1u) : vec2(0.0);
             scattered = scatter_specular(material, wo, surface.shading_normal, surface.tangent, u_lobe, u_facet, RADIANCE);
-            if (HAS_ROUGH && is_rough(material)) {
-                path.radiance += throughput * radiance_of_light(surface, material, wo, random, pair + 2u);
-                rough_at = surface.position;
-                rough_pdf = respond(material, wo, scattered.wi, surface.shading_normal, surface.tangent, RADIANCE).pdf;
+            if (HAS_ROUGH) {
+                if (is_rough(material)) {
+                    path.radiance += throughput * radiance_of_light(surface, material, wo, random, pair + 2u);
+                    rough_at = surface.position;
+                    rough_pdf = respond(material, wo, scattered.wi, surface.shading_normal, surface.tangent, RADIANCE).pdf;
+                }
             }
         } else {
             if (is_in_glass(index)) {
@@ -234,8 +240,10 @@ EyePath follow(Ray ray, Random random) {
             scattered.weight = material.color * entering(material, dot(scattered.wi, path.facing));
         }
         throughput *= scattered.weight;
-        if (HAS_ROUGH && throughput == vec3(0.0)) {
-            break; // a facet would send it into the surface
+        if (HAS_ROUGH) {
+            if (throughput == vec3(0.0)) {
+                break; // a facet would send it into the surface
+            }
         }
         index *= scattered.eta;
         ray = Ray(offset_origin(surface, scattered.wi), scattered.wi);

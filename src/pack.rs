@@ -346,7 +346,10 @@ impl Packer {
             && self.solver == RevolutionSolver::Certified
             // Without a hierarchy, every primitive is tested.
             && !self.has_invisible;
+        let of_materials = specialize(&self.materials);
+        let has_light_images = !self.light_images.is_empty();
         Specialization {
+            is_rich: of_materials.is_rich || has_light_images || !self.instances.is_empty(),
             has_triangles: has_kind(TRIANGLE),
             has_spheres: has_kind(SPHERE),
             has_disks: has_kind(DISK),
@@ -380,7 +383,7 @@ impl Packer {
             has_texture_trees: self.textures.has_trees(),
             has_alpha: self.materials.iter().any(|material| material.alpha_texture != NONE),
             has_image_emitters: self.lights.iter().any(|light| light.image != NONE),
-            ..specialize(&self.materials)
+            ..of_materials
         }
     }
 }

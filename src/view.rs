@@ -43,10 +43,12 @@ impl View {
 
     /// Adds what the kernels need to know.
     pub fn specialize(&self, others: Specialization) -> Specialization {
+        let is_spherical = matches!(self.projection, Projection::Equirectangular | Projection::EqualArea);
         Specialization {
             has_signed_filter: self.filter_table[2 * EDGES..].iter().any(|weight| *weight < 0.0),
+            is_rich: others.is_rich || self.is_parallel() || is_spherical,
             is_orthographic: self.is_parallel(),
-            is_spherical: matches!(self.projection, Projection::Equirectangular | Projection::EqualArea),
+            is_spherical,
             is_equal_area: self.projection == Projection::EqualArea,
             ..others
         }

@@ -68,8 +68,10 @@ vec2 alpha_of(Material material) {
 
 // The facet that light from wo meets, by its normal on wo's side.
 vec3 facet_of(Material material, vec3 wo, Frame frame, vec2 u) {
-    if (is_rough(material)) {
-        return from_frame(frame, sample_facet(to_frame(frame, wo), alpha_of(material), u));
+    if (HAS_ROUGH) {
+        if (is_rough(material)) {
+            return from_frame(frame, sample_facet(to_frame(frame, wo), alpha_of(material), u));
+        }
     }
     return frame.n;
 }
@@ -77,9 +79,11 @@ vec3 facet_of(Material material, vec3 wo, Frame frame, vec2 u) {
 // What part of light that leaves a facet along wi other facets let pass: nothing where they
 // would send it to the wrong side.
 float unhidden(Material material, vec3 wo, vec3 wi, Frame frame, bool same_side) {
-    if (is_rough(material)) {
-        vec3 local = to_frame(frame, wi);
-        return local.z > 0.0 == same_side ? facets_seen(to_frame(frame, wo), local, alpha_of(material)) : 0.0;
+    if (HAS_ROUGH) {
+        if (is_rough(material)) {
+            vec3 local = to_frame(frame, wi);
+            return local.z > 0.0 == same_side ? facets_seen(to_frame(frame, wo), local, alpha_of(material)) : 0.0;
+        }
     }
     return 1.0;
 }
@@ -162,14 +166,20 @@ Scatter scatter_specular(Material material, vec3 wo, vec3 n, vec3 tangent, float
     if (HAS_CONDUCTORS && material.kind == CONDUCTOR) {
         scattered = scatter_conductor(material, wo, frame, u_facet);
     }
-    if (HAS_THIN && material.kind == THIN_DIELECTRIC) {
-        scattered = scatter_thin(material, wo, frame, u);
+    if (HAS_THIN) {
+        if (material.kind == THIN_DIELECTRIC) {
+            scattered = scatter_thin(material, wo, frame, u);
+        }
     }
-    if (HAS_COATS && material.kind == COAT) {
-        scattered = scatter_coat(material, wo, frame, u_facet);
+    if (HAS_COATS) {
+        if (material.kind == COAT) {
+            scattered = scatter_coat(material, wo, frame, u_facet);
+        }
     }
-    if (HAS_COATS && material.kind == COATED_CONDUCTOR) {
-        scattered = scatter_coated_conductor(material, wo, frame, u_facet);
+    if (HAS_COATS) {
+        if (material.kind == COATED_CONDUCTOR) {
+            scattered = scatter_coated_conductor(material, wo, frame, u_facet);
+        }
     }
     return scattered;
 }

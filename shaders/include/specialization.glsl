@@ -33,6 +33,26 @@ layout(constant_id = 26) const bool HAS_SPHERE_LIGHTS = true;
 layout(constant_id = 27) const bool HAS_DISK_LIGHTS = true;
 layout(constant_id = 28) const bool HAS_REVOLUTION_LIGHTS = true;
 layout(constant_id = 29) const uint FLAT_REVOLUTIONS = 0u;
+// What plain scenes have none of, all at once: see SEPARATE in shaders/build.rs. Tests of these
+// stand alone around what they guard: `HAS_X && ..` would leave the code in.
+#ifdef WITHOUT_IS_RICH
+const bool IS_RICH = false;
+const bool HAS_ROUGH = false;
+const bool HAS_COATS = false;
+const bool HAS_THIN = false;
+const bool HAS_DIFFUSE_TRANSMISSION = false;
+const bool HAS_MIXES = false;
+const bool HAS_LAYERS = false;
+const bool HAS_ANISOTROPIC = false;
+const bool HAS_SKIES = false;
+const bool HAS_GONIOMETRIC_LIGHTS = false;
+const bool HAS_PROJECTION_LIGHTS = false;
+const bool HAS_INSTANCES = false;
+const bool IS_ORTHOGRAPHIC = false;
+const bool IS_SPHERICAL = false;
+const bool IS_EQUAL_AREA = false;
+#else
+layout(constant_id = 70) const bool IS_RICH = true; // any of these:
 layout(constant_id = 30) const bool HAS_ROUGH = false;          // conductors, dielectrics or coats that are
 layout(constant_id = 31) const bool HAS_COATS = false;
 layout(constant_id = 32) const bool HAS_THIN = false;           // panes of glass without thickness
@@ -47,6 +67,7 @@ layout(constant_id = 68) const bool IS_SPHERICAL = false;      // it sees all di
 layout(constant_id = 69) const bool IS_EQUAL_AREA = false;     // .. by equal areas, not by angles
 layout(constant_id = 60) const bool HAS_INSTANCES = true;
 layout(constant_id = 35) const bool HAS_ANISOTROPIC = true;      // roughness that differs by direction
+#endif
 #ifdef WITHOUT_HAS_TEXTURES
 const bool HAS_TEXTURES = false;
 #else

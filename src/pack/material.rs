@@ -219,7 +219,9 @@ pub(super) fn specialize(materials: &[kernels::Material]) -> Specialization {
             || m.alpha_u_texture != m.alpha_v_texture
             || m.coat_u_texture != m.coat_v_texture
     };
+    let is_plain = |m: &kernels::Material| [DIFFUSE, CONDUCTOR, DIELECTRIC].contains(&m.kind) && !is_rough(m);
     Specialization {
+        is_rich: !materials.iter().all(is_plain),
         has_conductors,
         has_dielectrics,
         has_coats,
