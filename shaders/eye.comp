@@ -17,6 +17,7 @@
 #include "glossy.glsl"
 #include "material.glsl"
 #include "light.glsl"
+#include "rough_path.glsl"
 #include "normal.glsl"
 #include "projection.glsl"
 #include "filter.glsl"
@@ -110,21 +111,6 @@ vec3 irradiance_of_light(Surface surface, Material material, vec3 n, Random rand
     return vec3(0.0);
 }
 
-// Radiance towards wo that a rough surface has straight from a light. No photon is recorded
-// there: rays of its bsdf find the rest, and lights that are hit share with this by MIS.
-vec3 radiance_of_light(Surface surface, Material material, vec3 wo, Random random, uint pair) {
-    if (HAS_LOCATABLE_LIGHTS) {
-        LightSample direct = sample_direct(surface.position, random_pair(random, pair).x,
-                                           random_pair(random, pair + 1u));
-        Response response = respond(material, wo, direct.wi, surface.shading_normal, surface.tangent, RADIANCE);
-        float weight = direct.hittable ? mis_weight(direct.pdf, response.pdf) : 1.0;
-        bool blocked = occluded(offset_origin(surface, direct.wi), direct.target);
-        bool lit = direct.pdf > 0.0 && response.pdf > 0.0 && !blocked;
-        return lit ? direct.radiance * response.value * (weight / direct.pdf) : vec3(0.0);
-    }
-    return vec3(0.0);
-}
-
 // What of a light's radiance is found by a direction of the bsdf at a diffuse point: all of
 // it that next-event estimation leaves.
 float bsdf_weight(Light light, vec3 from, vec3 n, Surface surface, vec3 wi) {
@@ -164,17 +150,11 @@ EyePath follow(Ray ray, Random random) {
     vec3 throughput = vec3(1.0);
     float index = 1.0; // of the medium the path is in, over the camera's
     float travelled = 0.0;
-    vec3 rough_at = vec3(0.0); // where the path has met a rough surface, if that was the last one
-    float rough_pdf = 0.0;     // of the direction that it took there
+    Last last = not_rough();
     for (uint depth = 0u; depth < scene.max_depth || path.reached > 0.0; depth++) {
         Hit hit = intersect(ray);
         if (hit.primitive == NONE) {
-            float pdf = path.reached > 0.0 ? max(dot(ray.direction, path.facing), 0.0) / PI : INFINITY_T;
-            if (HAS_ROUGH) {
-                if (rough_pdf > 0.0) {
-                    pdf = rough_pdf;
-                }
-            }
+            float pdf = path.reached > 0.0 ? max(dot(ray.direction, path.facing), 0.0) / PI : pdf_after(last);
             path.radiance += throughput * radiance_from_infinity(ray.direction, pdf);
             if (path.reached == 0.0 && is_in_glass(index)) {
                 atomicAdd(counters.value.eye_lost_in_glass, 1u);
@@ -187,14 +167,9 @@ EyePath follow(Ray ray, Random random) {
         vec3 wo = -ray.direction;
         if (HAS_AREA_LIGHTS && surface.light != NONE) {
             Light light = lights_at(surface.light);
-            float weight = 1.0;
+            float weight = weight_after(last, light, surface, ray.direction);
             if (path.reached > 0.0) {
                 weight = bsdf_weight(light, path.visible.position, path.facing, surface, ray.direction);
-            }
-            if (HAS_ROUGH) {
-                if (rough_pdf > 0.0) {
-                    weight = mis_weight(rough_pdf, direct_pdf(light, rough_at, surface, ray.direction));
-                }
             }
             path.radiance += throughput * emitted_radiance(light, surface, wo) * weight;
         }
@@ -207,17 +182,12 @@ EyePath follow(Ray ray, Random random) {
         if (HAS_LAYERS) {
             material = choose_lobe(material, abs(dot(wo, surface.shading_normal)), u_lobe);
         }
-        rough_pdf = 0.0;
+        last = not_rough();
         if (is_specular(material)) {
             vec2 u_facet = is_rough(material) ? random_pair(random, pair + 1u) : vec2(0.0);
             scattered = scatter_specular(material, wo, surface.shading_normal, surface.tangent, u_lobe, u_facet, RADIANCE);
-            if (HAS_ROUGH) {
-                if (is_rough(material)) {
-                    path.radiance += throughput * radiance_of_light(surface, material, wo, random, pair + 2u);
-                    rough_at = surface.position;
-                    rough_pdf = respond(material, wo, scattered.wi, surface.shading_normal, surface.tangent, RADIANCE).pdf;
-                }
-            }
+            path.radiance += throughput * light_on_rough(surface, material, wo, random, pair + 2u);
+            last = after(surface, material, wo, scattered.wi);
         } else {
             if (is_in_glass(index)) {
                 atomicAdd(counters.value.immersed, 1u);

@@ -287,7 +287,7 @@ mod tests {
     #[test]
     fn boxes_that_have_collapsed_make_no_deep_hierarchy() {
         let mut boxes = vec![Aabb::new(Vec3A::ZERO, Vec3A::ZERO); 200_000];
-        boxes.extend((0..2000).map(|i| Aabb::new(Vec3A::ONE, Vec3A::splat(1.0 + i as f32))));
+        boxes.extend((0..2000).map(|i| Aabb::new(Vec3A::splat(-1.0), Vec3A::splat(i as f32 / 2000.0))));
         let all: Vec<u32> = (0..boxes.len() as u32).collect();
         let bvh = build(&boxes, &all, LEAST_DEPTH);
         assert_eq!(visits(&bvh, &boxes), vec![1; boxes.len()]);

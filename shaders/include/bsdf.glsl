@@ -111,6 +111,7 @@ Scatter scatter_conductor(Material material, vec3 wo, Frame frame, vec2 u_facet)
     return Scatter(wi, reflectance * unhidden(material, wo, wi, frame, true), 1.0);
 }
 
+#ifndef WITHOUT_IS_RICH
 // A pane reflects at both of its sides, and between them again and again.
 Scatter scatter_thin(Material material, vec3 wo, Frame frame, float u) {
     float cos_o = dot(wo, frame.n);
@@ -148,6 +149,7 @@ Scatter scatter_coated_conductor(Material material, vec3 wo, Frame frame, vec2 u
     scattered.wi = normalize((scattered.wi - cos_up * frame.n) * material.coat_eta + cos_out * frame.n);
     return scattered;
 }
+#endif
 
 // A direction from a surface without a diffuse lobe; the other is chosen by u, the facet by
 // u_facet.
@@ -166,6 +168,7 @@ Scatter scatter_specular(Material material, vec3 wo, vec3 n, vec3 tangent, float
     if (HAS_CONDUCTORS && material.kind == CONDUCTOR) {
         scattered = scatter_conductor(material, wo, frame, u_facet);
     }
+#ifndef WITHOUT_IS_RICH
     if (HAS_THIN) {
         if (material.kind == THIN_DIELECTRIC) {
             scattered = scatter_thin(material, wo, frame, u);
@@ -181,6 +184,7 @@ Scatter scatter_specular(Material material, vec3 wo, vec3 n, vec3 tangent, float
             scattered = scatter_coated_conductor(material, wo, frame, u_facet);
         }
     }
+#endif
     return scattered;
 }
 

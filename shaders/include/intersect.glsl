@@ -260,6 +260,7 @@ Hit traverse(Ray ray, float t_max, bool any_hit) {
         } else {
             node = height > 0u ? stack[--height] : NONE;
         }
+#ifndef WITHOUT_IS_RICH
         if (HAS_INSTANCES && (leaves || entered != NONE)) {
             instance = entered;
             local = ray;
@@ -269,6 +270,7 @@ Hit traverse(Ray ray, float t_max, bool any_hit) {
             shear = shear_of(local.direction);
             inverse = inverse_direction(local);
         }
+#endif
     }
     return hit;
 }

@@ -7,6 +7,15 @@
 //   bsdf = e(wo) e(wi) albedo / (pi eta^2 (1 - albedo * sent_back)),
 // exact where the boundary is smooth. A photon that is recorded there has e(wi) already.
 
+#ifdef WITHOUT_IS_RICH
+float entering(Material material, float cos_i) {
+    return 1.0;
+}
+
+Material choose_lobe(Material material, float cos_o, inout float u) {
+    return material;
+}
+#else
 // What light keeps on its way through a coat from a direction; cosines are outside.
 float through_coat(Material material, float cos_o) {
     float cos_t;
@@ -71,3 +80,4 @@ Material choose_lobe(Material material, float cos_o, inout float u) {
     }
     return material;
 }
+#endif

@@ -2,6 +2,34 @@
 // src/octahedral.rs and src/scene/light_image.rs have the conventions.
 #include "equal_area.glsl"
 
+// A place in an image by the power that comes through it.
+struct ImageSample {
+    vec3 direction; // from which a sky shines, to which a point does
+    vec3 color;
+    float pdf;      // solid angle
+};
+
+#ifdef WITHOUT_IS_RICH
+vec3 octahedral_color(LightImage image, vec3 w) {
+    return vec3(0.0);
+}
+
+float octahedral_pdf(LightImage image, vec3 color) {
+    return 0.0;
+}
+
+vec3 projected_color(LightImage image, vec3 w) {
+    return vec3(0.0);
+}
+
+ImageSample sample_octahedral(LightImage image, vec2 u) {
+    return ImageSample(vec3(0.0), vec3(0.0), 1.0);
+}
+
+ImageSample sample_projection(LightImage image, vec2 u) {
+    return ImageSample(vec3(0.0), vec3(0.0), 1.0);
+}
+#else
 float mean_of_channels(vec3 color) {
     return (color.x + color.y + color.z) / 3.0;
 }
@@ -65,13 +93,6 @@ uint choose(uint first, uint count, inout float u) {
     return keep ? entry : choice >> 16u;
 }
 
-// A place in an image by the power that comes through it.
-struct ImageSample {
-    vec3 direction; // from which a sky shines, to which a point does
-    vec3 color;
-    float pdf;      // solid angle
-};
-
 // The place, the middle of its texel, and the color there.
 vec2 sample_place(LightImage image, vec2 u, out vec2 middle, out vec3 color) {
     uint row = choose(image.first, image.height, u.y);
@@ -106,3 +127,4 @@ ImageSample sample_projection(LightImage image, vec2 u) {
     float pdf = mean_of_channels(color) * cubes / (area * image.average);
     return ImageSample(from_image(image, normalize(to)), color, pdf);
 }
+#endif

@@ -77,6 +77,7 @@ float mix_amount(Material material, Surface surface) {
 
 Material material_at(Surface surface) {
     Material material = materials_at(surface.material);
+#ifndef WITHOUT_IS_RICH
     if (HAS_MIXES) {
         uint flags = material.flags & HAS_LAMBERTIAN;
         float u = chance_at(surface.position);
@@ -85,6 +86,7 @@ Material material_at(Surface surface) {
         }
         material.flags |= flags;
     }
+#endif
     if (HAS_TEXTURES) {
         apply_textures(material, surface);
     }
