@@ -33,22 +33,22 @@ fn a_scene_is_described() {
 #[test]
 fn everything_unsupported_is_listed() {
     let bench = Bench::new();
-    let more = "LightSource \"goniometric\" MediumInterface \"fog\" \"\"
+    let more = "Shape \"curve\" MediumInterface \"fog\" \"\"
         Material \"hair\" Shape \"sphere\" Material \"diffuse\"";
     bench.write("scene.pbrt", scene(LIGHT, &format!("{LIGHT}\n{more}")).replace("\"perspective\"", "\"realistic\""));
     let info = info(&bench, 2);
     let unsupported: Vec<&str> =
         info["unsupported"].as_array().unwrap().iter().map(|error| error.as_str().unwrap()).collect();
-    for (line, what) in [(3, "realistic"), (8, "goniometric"), (8, "MediumInterface"), (9, "hair")] {
+    for (line, what) in [(3, "realistic"), (8, "curve"), (8, "MediumInterface"), (9, "hair")] {
         let found = unsupported.iter().any(|it| it.starts_with(&format!("scene.pbrt:{line}:")) && it.contains(what));
         assert!(found, "{what}: {unsupported:#?}");
     }
     assert_eq!(info["scene"]["spheres"], 2);
     // What is simply wrong is so here too, after what was found before it.
-    bench.write("scene.pbrt", scene(LIGHT, "LightSource \"goniometric\" Shape \"cube\""));
+    bench.write("scene.pbrt", scene(LIGHT, "Shape \"curve\" Shape \"cube\""));
     let run = bench.run(&["info", "scene.pbrt"]);
     assert_eq!(run.code, 2);
-    assert!(run.stdout.contains("goniometric") && run.stdout.contains("unknown Shape \"cube\""), "{run:?}");
+    assert!(run.stdout.contains("curve") && run.stdout.contains("unknown Shape \"cube\""), "{run:?}");
     let run = bench.run(&["info", "absent.pbrt"]);
     assert!(run.code == 2 && run.stderr.contains("cannot read absent.pbrt"), "{run:?}");
 }

@@ -8,7 +8,7 @@ use serde_json::Value;
 use super::stats::count;
 use super::{Failure, InfoArgs};
 use crate::buffers::Sizes;
-use crate::kernels::{AREA, DISTANT, INFINITE, POINT, SPOT, Specialization};
+use crate::kernels::{AREA, DISTANT, GONIOMETRIC, INFINITE, POINT, PROJECTION, SKY, SPOT, Specialization};
 use crate::options::{Options, Resolved};
 use crate::pack::{PackedScene, pack};
 use crate::renderer::RenderError;
@@ -163,6 +163,9 @@ fn light_power(packed: &PackedScene) -> BTreeMap<&'static str, f64> {
             DISTANT => "distant",
             INFINITE => "infinite",
             AREA => "area",
+            SKY => "sky",
+            GONIOMETRIC => "goniometric",
+            PROJECTION => "projection",
             _ => "other",
         };
         let power = f64::from(light.emission_pmf) * packed.mean_power * scene_unit * scene_unit;
