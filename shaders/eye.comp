@@ -28,13 +28,15 @@ TEXELS(1, 0, Camera, camera)
 TEXELS(1, 6, float, filter_table)
 STORED_TEXELS(1, 1, VisiblePoint, visible_points)
 STORED_TEXELS(1, 3, vec4, visible_throughputs) // bsdf times throughput; w: length of the path, 0 if there is no point
-STORED_TEXELS(1, 4, vec4, visible_radiances) // W/(m^2 sr)
+UPDATED_TEXELS(1, 4, vec4, visible_radiances) // W/(m^2 sr)
 layout(std430, set = 1, binding = 5) buffer CounterBlock { Counters value; } counters;
 
 layout(push_constant) uniform Push {
     uint turn;           // of the rounds of its half
     uint half_of_rounds; // 0 or 1
     uint paths;          // of a pixel
+    uint first;          // of those of this dispatch
+    uint end;
     uint two; // 2, see interruption.glsl
 };
 
@@ -228,9 +230,10 @@ void main() {
         return;
     }
     uint seed = hash(seed_of_half(scene.seed, half_of_rounds), pixel);
-    vec3 sum = vec3(0.0);
+    // Of the paths so far; their mean once all are done.
+    vec3 sum = first > 0u ? visible_radiances_at(pixel).rgb : vec3(0.0);
     EyePath path;
-    [[dont_unroll]] for (uint i = 0u; i < paths; i++) {
+    [[dont_unroll]] for (uint i = first; i < end; i++) {
         Random random = Random(seed, turn * paths + i);
         CameraSample camera_sample = sample_camera(pixel, random);
         path = follow(camera_sample.ray, random);
@@ -247,7 +250,7 @@ void main() {
         }
         sum += path.radiance;
     }
-    store_visible_radiances(pixel, vec4(sum / float(paths), 0.0));
+    store_visible_radiances(pixel, vec4(end == paths ? sum / float(paths) : sum, 0.0));
     store_visible_throughputs(pixel, path.reached > 0.0 ? vec4(path.bsdf, path.reached) : vec4(0.0));
     if (path.reached > 0.0) {
         store_visible_points(pixel, VisiblePoint(path.visible.position, pack_normal(path.visible.normal)));

@@ -93,9 +93,12 @@ pub fn build(boxes: &[Aabb], references: &[u32], most: usize) -> Bvh {
 
 /// How many boxes are the same, at most, of up to [`SAMPLES`] and of the small ones.
 fn most_equal(boxes: &[Aabb]) -> usize {
+    // As they are padded: what differs by less is in one place, too.
+    let padding = Vec3A::splat(PADDING);
     let hash = |bounds: &Aabb| {
+        let corners = [bounds.min - padding, bounds.max + padding].map(|corner| corner.to_array());
         let mut hasher = DefaultHasher::new();
-        bytemuck::bytes_of(&[bounds.min.to_array(), bounds.max.to_array()]).hash(&mut hasher);
+        bytemuck::bytes_of(&corners).hash(&mut hasher);
         hasher.finish()
     };
     let step = boxes.len().div_ceil(SAMPLES).max(1);

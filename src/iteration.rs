@@ -144,28 +144,43 @@ impl Passes {
     fn look(&self, on: Stage<'_>, place: Place, progress: &mut Progress) -> Result<(), RenderError> {
         let first = Sequence { shard: Shard::WHOLE, ..on.settings.sequence }.place(0);
         if progress.first_radius.is_none() && place.round != first.round {
-            self.trace_eye_paths(on, first)?;
+            self.trace_eye_paths(on, first, &mut progress.schedule)?;
             progress.first_radius = Some(measure_radius(on)?);
         }
-        let counters = self.trace_eye_paths(on, place)?;
+        let seen = self.trace_eye_paths(on, place, &mut progress.schedule)?;
         if progress.first_radius.is_none() {
             progress.first_radius = Some(measure_radius(on)?);
         }
         if place.step == 0 {
             // Else they were counted before a checkpoint.
-            progress.tally.add(&counters);
+            progress.tally.merge(&seen);
         }
         progress.seen = Some(place.round);
         Ok(())
     }
 
-    fn trace_eye_paths(&self, on: Stage<'_>, place: Place) -> Result<Counters, RenderError> {
+    /// Traces all eye paths of a round. Where the driver ends invocations early, each dispatch
+    /// traces fewer from then on.
+    fn trace_eye_paths(&self, on: Stage<'_>, place: Place, schedule: &mut Schedule) -> Result<Tally, RenderError> {
         let paths = on.settings.eye_paths;
-        let push = EyePush { turn: place.turn, half_of_rounds: place.half, paths, two: 2 };
         let invocations = invocations_by_tile(on.buffers.resolution);
-        let counters = on.run_counted(|frame| frame.dispatch(&self.eye, push, invocations))?;
-        finished(&counters, "eye", "a smaller maximum depth")?;
-        Ok(counters)
+        let mut tally = Tally::default();
+        let mut first = 0;
+        while first < paths {
+            let end = paths.min(first.saturating_add(schedule.eye_paths()));
+            let push = EyePush { turn: place.turn, half_of_rounds: place.half, paths, first, end, two: 2 };
+            let counters = on.run_counted(|frame| frame.dispatch(&self.eye, push, invocations))?;
+            if let Err(error) = finished(&counters, "eye", "a smaller maximum depth") {
+                if !schedule.eye_interrupted(end - first) {
+                    return Err(error);
+                }
+                (first, tally) = (0, Tally::default());
+                continue;
+            }
+            tally.add(&counters);
+            first = end;
+        }
+        Ok(tally)
     }
 
     /// Gives visible points their radius for this iteration.

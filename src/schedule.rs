@@ -1,4 +1,4 @@
-//! How many photons a dispatch traces, and an invocation.
+//! How many photons and eye paths a dispatch traces, and an invocation.
 
 use std::time::Duration;
 
@@ -26,6 +26,7 @@ pub struct Schedule {
     fixed: bool,
     target: Duration,
     per_invocation: u64,
+    eye_paths: u32,
 }
 
 impl Schedule {
@@ -35,7 +36,7 @@ impl Schedule {
         let photons = asked.unwrap_or(first).clamp(1, max);
         let per_invocation = if kind == DeviceKind::Cpu { PER_INVOCATION_OF_CPU } else { PER_INVOCATION };
         let target = if kind == DeviceKind::Cpu { TARGET_OF_CPU } else { TARGET };
-        Self { photons, max, fixed: asked.is_some(), target, per_invocation }
+        Self { photons, max, fixed: asked.is_some(), target, per_invocation, eye_paths: u32::MAX }
     }
 
     /// Photons that an invocation traces, one after the other.
@@ -49,6 +50,17 @@ impl Schedule {
         let divisible = self.per_invocation > 1;
         self.per_invocation = (self.per_invocation / 2).max(1);
         divisible
+    }
+
+    /// Eye paths of a pixel that an invocation traces in one dispatch, at most.
+    pub fn eye_paths(&self) -> u32 {
+        self.eye_paths
+    }
+
+    /// Learns that invocations with so many eye paths were cut short. False if that is one.
+    pub fn eye_interrupted(&mut self, paths: u32) -> bool {
+        self.eye_paths = (paths / 2).max(1);
+        paths > 1
     }
 
     /// Learns that a batch left more records than there is room for. False if it cannot be
@@ -97,6 +109,14 @@ mod tests {
             }
             assert_eq!(first, 777);
         }
+    }
+
+    #[test]
+    fn interrupted_eye_paths_are_halved() {
+        let mut schedule = Schedule::new(None, 1, DeviceKind::Cpu);
+        assert!(schedule.eye_interrupted(4) && schedule.eye_paths() == 2);
+        assert!(schedule.eye_interrupted(2) && schedule.eye_paths() == 1);
+        assert!(!schedule.eye_interrupted(1));
     }
 
     #[test]

@@ -59,3 +59,21 @@ fn light_passes_under_a_wall_no_further_than_the_radius() {
     }
     assert!(near > 0.0);
 }
+
+/// Rays among many instances that stand in each other take more rounds of loops than llvmpipe
+/// allows an invocation. Fewer eye paths in one dispatch take fewer.
+#[test]
+fn instances_that_stand_in_each_other_are_seen() {
+    let mut world = String::from(
+        "LightSource \"infinite\" \"rgb L\" [1 1 1]\nMaterial \"dielectric\"\n\
+         ObjectBegin \"bead\" Shape \"sphere\" \"float radius\" .05 ObjectEnd\n",
+    );
+    for i in 0..6000 {
+        let (x, y) = (0.02 * f64::from(i % 80) - 0.8, 0.02 * f64::from(i / 80));
+        world += &format!("AttributeBegin Translate {x} {y} .8 ObjectInstance \"bead\" AttributeEnd\n");
+    }
+    let shot = Shot { pixels: 16, photons: 1, iterations: 1, radius: 0.1, alpha: 1.0, depth: 20 };
+    let image = shot.take(&camera("0 1 3.5  0 1 0  0 1 0", 45.0), &world).image;
+    assert!(image.pixels.iter().all(|pixel| *pixel == [1.0; 3] || pixel.iter().all(|channel| *channel < 1.01)));
+    assert!(mean(&image)[0] > 0.3);
+}
