@@ -169,20 +169,14 @@ Scatter scatter_specular(Material material, vec3 wo, vec3 n, vec3 tangent, float
         scattered = scatter_conductor(material, wo, frame, u_facet);
     }
 #ifndef WITHOUT_IS_RICH
-    if (HAS_THIN) {
-        if (material.kind == THIN_DIELECTRIC) {
-            scattered = scatter_thin(material, wo, frame, u);
-        }
+    if (HAS_THIN && material.kind == THIN_DIELECTRIC) {
+        scattered = scatter_thin(material, wo, frame, u);
     }
-    if (HAS_COATS) {
-        if (material.kind == COAT) {
-            scattered = scatter_coat(material, wo, frame, u_facet);
-        }
+    if (HAS_COATS && material.kind == COAT) {
+        scattered = scatter_coat(material, wo, frame, u_facet);
     }
-    if (HAS_COATS) {
-        if (material.kind == COATED_CONDUCTOR) {
-            scattered = scatter_coated_conductor(material, wo, frame, u_facet);
-        }
+    if (HAS_COATS && material.kind == COATED_CONDUCTOR) {
+        scattered = scatter_coated_conductor(material, wo, frame, u_facet);
     }
 #endif
     return scattered;

@@ -69,23 +69,17 @@ Emission emit_from(Light light, vec2 u_position, vec2 u_direction, float u_side)
     if (HAS_AREA_LIGHTS && light.kind == AREA) {
         return emit_area(light, u_position, u_direction, u_side);
     }
-    if (HAS_SKIES) {
-        if (light.kind == SKY) {
-            ImageSample from = sample_octahedral(light_images_at(light.primitive), u_direction);
-            return emit_parallel(-from.direction, light.emission * from.color / from.pdf, u_position);
-        }
+    if (HAS_SKIES && light.kind == SKY) {
+        ImageSample from = sample_octahedral(light_images_at(light.primitive), u_direction);
+        return emit_parallel(-from.direction, light.emission * from.color / from.pdf, u_position);
     }
-    if (HAS_GONIOMETRIC_LIGHTS) {
-        if (light.kind == GONIOMETRIC) {
-            ImageSample to = sample_octahedral(light_images_at(light.primitive), u_direction);
-            return Emission(Ray(light.position, to.direction), light.emission * to.color / to.pdf);
-        }
+    if (HAS_GONIOMETRIC_LIGHTS && light.kind == GONIOMETRIC) {
+        ImageSample to = sample_octahedral(light_images_at(light.primitive), u_direction);
+        return Emission(Ray(light.position, to.direction), light.emission * to.color / to.pdf);
     }
-    if (HAS_PROJECTION_LIGHTS) {
-        if (light.kind == PROJECTION) {
-            ImageSample to = sample_projection(light_images_at(light.primitive), u_direction);
-            return Emission(Ray(light.position, to.direction), light.emission * to.color / to.pdf);
-        }
+    if (HAS_PROJECTION_LIGHTS && light.kind == PROJECTION) {
+        ImageSample to = sample_projection(light_images_at(light.primitive), u_direction);
+        return Emission(Ray(light.position, to.direction), light.emission * to.color / to.pdf);
     }
     if (HAS_DISTANT_LIGHTS && light.kind == DISTANT) {
         return emit_parallel(light.direction, light.emission, u_position);

@@ -172,15 +172,11 @@ vec3 intensity_towards(Light light, vec3 w) {
     if (HAS_SPOT_LIGHTS && light.kind == SPOT) {
         return vec3(spot_falloff(light, dot(w, light.direction)));
     }
-    if (HAS_GONIOMETRIC_LIGHTS) {
-        if (light.kind == GONIOMETRIC) {
-            return octahedral_color(light_images_at(light.primitive), w);
-        }
+    if (HAS_GONIOMETRIC_LIGHTS && light.kind == GONIOMETRIC) {
+        return octahedral_color(light_images_at(light.primitive), w);
     }
-    if (HAS_PROJECTION_LIGHTS) {
-        if (light.kind == PROJECTION) {
-            return projected_color(light_images_at(light.primitive), w);
-        }
+    if (HAS_PROJECTION_LIGHTS && light.kind == PROJECTION) {
+        return projected_color(light_images_at(light.primitive), w);
     }
     return vec3(1.0);
 }
@@ -195,10 +191,8 @@ LightSample sample_direct(vec3 from, float u_light, vec2 u) {
     if (HAS_AREA_LIGHTS && light.kind == AREA) {
         return sample_area(light, from, u);
     }
-    if (HAS_SKIES) {
-        if (light.kind == SKY) {
-            return sample_sky(light, from, u);
-        }
+    if (HAS_SKIES && light.kind == SKY) {
+        return sample_sky(light, from, u);
     }
     if (HAS_DISTANT_LIGHTS && light.kind == DISTANT) {
         vec3 target = from - 2.0 * scene.radius * light.direction;

@@ -51,12 +51,10 @@ void apply_textures(inout Material material, Surface surface) {
                                     (material.flags & REMAPPED) != 0u, surface);
         material.alpha_u = alpha.x;
         material.alpha_v = alpha.y;
-    }
-    if (HAS_ROUGH) {
         if (HAS_COATS) {
-            vec2 alpha = textured_alpha(material.coat_u_texture, material.coat_v_texture,
-                                        vec2(material.coat_alpha_u, material.coat_alpha_v),
-                                        (material.flags & REMAPPED_COAT) != 0u, surface);
+            alpha = textured_alpha(material.coat_u_texture, material.coat_v_texture,
+                                   vec2(material.coat_alpha_u, material.coat_alpha_v),
+                                   (material.flags & REMAPPED_COAT) != 0u, surface);
             material.coat_alpha_u = alpha.x;
             material.coat_alpha_v = alpha.y;
         }

@@ -33,8 +33,8 @@ layout(constant_id = 26) const bool HAS_SPHERE_LIGHTS = true;
 layout(constant_id = 27) const bool HAS_DISK_LIGHTS = true;
 layout(constant_id = 28) const bool HAS_REVOLUTION_LIGHTS = true;
 layout(constant_id = 29) const uint FLAT_REVOLUTIONS = 0u;
-// What plain scenes have none of, all at once: see SEPARATE in shaders/build.rs. Tests of these
-// stand alone around what they guard: `HAS_X && ..` would leave the code in.
+// What plain scenes have none of, all at once: see SEPARATE in shaders/build.rs. The GLSL compiler
+// keeps branches on constants: code that is long is left out by the macro.
 #ifdef WITHOUT_IS_RICH
 const bool IS_RICH = false;
 const bool HAS_ROUGH = false;
