@@ -36,6 +36,7 @@ impl Identity {
         resolved: &Resolved,
     ) -> Self {
         let Resolved { resolution: [width, height], photons, radius, alpha, max_depth, seed, sequence, .. } = resolved;
+        let radius_in_pixels = resolved.radius_in_pixels;
         let name = |value: Option<clap::builder::PossibleValue>| value.map(|value| value.get_name().to_owned());
         let values = [
             (PARTS[0], shapes(packed)),
@@ -49,7 +50,7 @@ impl Identity {
             ("exposure", scene.film.exposure.to_string()),
             ("photons per iteration", photons.to_string()),
             ("eye paths per iteration", resolved.eye_paths.to_string()),
-            ("radius", radius.map_or_else(|| "automatic".to_owned(), |radius| radius.to_string())),
+            ("radius", radius.map_or_else(|| format!("{radius_in_pixels}px"), |radius| radius.to_string())),
             ("alpha", alpha.to_string()),
             ("maximum depth", max_depth.to_string()),
             ("seed", seed.to_string()),

@@ -43,8 +43,8 @@ pub struct Settings {
     pub alpha: f64,
     /// Who decides how radii shrink.
     pub radius_schedule: RadiusSchedule,
-    /// Width of a pixel at distance 1.
-    pub pixel_width: f64,
+    /// Radius of a visible point at distance 1, where radii follow the footprints of pixels.
+    pub radius_per_length: f64,
     /// The iterations.
     pub sequence: Sequence,
     /// Mean flux of a photon times the number of photons, W.
@@ -103,7 +103,7 @@ impl Stage<'_> {
 /// A radius that follows the footprints of pixels at the visible points on the device.
 fn measure_radius(on: Stage<'_>) -> Result<FirstRadius, RenderError> {
     let lengths = on.device.read_texels(&on.buffers.visible_throughputs)?.into_iter().map(|throughput| throughput[3]);
-    Ok(FirstRadius::from_footprints(on.settings.pixel_width, lengths))
+    Ok(FirstRadius::from_footprints(on.settings.radius_per_length, lengths))
 }
 
 impl Passes {

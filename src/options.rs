@@ -17,6 +17,8 @@ const RADIUS_RANGE: [f64; 2] = [1e-9, 1e4];
 /// Iterations of a round of progressive photon mapping where nobody says how many photons
 /// it has.
 const DEFAULT_ROUND: u32 = 16;
+/// Sharp enough for what pixels show, and as fast as anything narrower: see docs/trade.md.
+const DEFAULT_RADIUS_IN_PIXELS: f64 = 3.0;
 /// Direct light and edges are noisier than what photons bring: see docs/performance.md.
 const DEFAULT_EYE_PATHS: u32 = 4;
 
@@ -82,6 +84,9 @@ pub struct Options {
     pub eye_paths: Option<u32>,
     /// Initial radius in scene units; without any, it follows the footprints of pixels.
     pub radius: Option<f64>,
+    /// Initial radius in widths of a pixel where it is seen, 1/16 to 64, in place of the
+    /// scene's; 3 where there is no radius at all. Not together with `radius`.
+    pub radius_in_pixels: Option<f64>,
     /// Share of an iteration's photons that a pixel keeps, in (0, 1]; 2/3 by default.
     pub alpha: Option<f64>,
     /// The most segments of a path.
@@ -121,6 +126,7 @@ impl Default for Options {
             photons: None,
             eye_paths: None,
             radius: None,
+            radius_in_pixels: None,
             alpha: None,
             max_depth: None,
             seed: None,
@@ -150,6 +156,8 @@ pub(crate) struct Resolved {
     pub eye_paths: u32,
     /// Scene units.
     pub radius: Option<f64>,
+    /// What the radius is where there is none in scene units.
+    pub radius_in_pixels: f64,
     pub alpha: f64,
     pub max_depth: u32,
     pub seed: u32,
@@ -161,6 +169,9 @@ pub(crate) struct Resolved {
 impl Options {
     /// Widths of the hash grid's cells, in diameters of the largest disc.
     pub const CELL_SCALES: [f64; 2] = [0.25, 8.0];
+
+    /// Initial radii in widths of a pixel.
+    pub const RADII_IN_PIXELS: [f64; 2] = [1.0 / 16.0, 64.0];
 
     /// Eye paths of a pixel in an iteration.
     pub const EYE_PATHS: RangeInclusive<u32> = 1..=64;
@@ -178,7 +189,9 @@ impl Options {
         let photons = self.photons.or(scene.integrator.photons_per_iteration).unwrap_or(pixels);
         let eye_paths = self.eye_paths.unwrap_or(DEFAULT_EYE_PATHS);
         let max_depth = self.max_depth.unwrap_or(scene.integrator.max_depth);
-        let radius = self.radius.or(scene.integrator.radius);
+        let of_scene = scene.integrator.radius.filter(|_| self.radius_in_pixels.is_none());
+        let radius = self.radius.or(of_scene);
+        let radius_in_pixels = self.radius_in_pixels.unwrap_or(DEFAULT_RADIUS_IN_PIXELS);
         let alpha = self.alpha.unwrap_or(2.0 / 3.0);
         let cell_scale = self.cell_scale.unwrap_or(1.0);
         check(pixels <= MAX_PIXELS, || format!("an image of {pixels} pixels: expected 1 to {MAX_PIXELS}"))?;
@@ -198,6 +211,13 @@ impl Options {
             let radius = radius.unwrap_or_default();
             format!("a radius of {radius}: expected {least:e} to {most:e} for a scene of this size")
         })?;
+        let [least, most] = Self::RADII_IN_PIXELS;
+        check(radius_in_pixels >= least && radius_in_pixels <= most, || {
+            format!("a radius of {radius_in_pixels} pixels: expected {least} to {most}")
+        })?;
+        check(self.radius.is_none() || self.radius_in_pixels.is_none(), || {
+            "a radius in scene units and one in pixels: expected one of them".into()
+        })?;
         check(alpha > 0.0 && alpha <= 1.0, || format!("an alpha of {alpha}: expected above 0, up to 1"))?;
         let [least, most] = Self::CELL_SCALES;
         check(cell_scale >= least && cell_scale <= most, || {
@@ -214,6 +234,7 @@ impl Options {
             photons,
             eye_paths,
             radius,
+            radius_in_pixels,
             alpha,
             max_depth,
             seed: self.seed.unwrap_or(scene.integrator.seed),

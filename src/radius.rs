@@ -2,9 +2,8 @@
 
 use crate::kernels::RadiusPush;
 
-/// The first radius where nobody gives one: so many pixels, seen at the visible point.
-const PIXELS: f64 = 3.0;
-/// How far from its median over the image it may go, as a factor.
+/// How far a radius that follows the footprints of pixels may go from its median over the
+/// image, as a factor.
 const SPREAD: f64 = 2.0;
 /// The median is rounded to so many steps per octave, so that a device's rounding does not
 /// tell shards apart.
@@ -27,15 +26,10 @@ impl FirstRadius {
         Self { per_length: 0.0, least: radius as f32, most: radius as f32 }
     }
 
-    /// A few pixels wide where pixels are as wide everywhere; render units.
-    pub fn of_pixel(width: f64) -> Self {
-        Self::constant(PIXELS * width)
-    }
-
-    /// A few pixels wide at the visible point, for a camera whose pixels are `pixel` wide at
-    /// distance 1. `lengths` are those of one round of eye paths, 0 where there is no point.
+    /// Of a given width at the visible point, which is that of pixels there times so many. At
+    /// distance 1 the width is `width`. `lengths` are those of one round of eye paths, 0 where there is no point.
     /// Without any, nothing will be gathered, and any radius does.
-    pub fn from_footprints(pixel: f64, lengths: impl Iterator<Item = f32>) -> Self {
+    pub fn from_footprints(width: f64, lengths: impl Iterator<Item = f32>) -> Self {
         let mut lengths: Vec<f32> = lengths.filter(|length| *length > 0.0).collect();
         if lengths.is_empty() {
             return Self::constant(1.0);
@@ -43,8 +37,8 @@ impl FirstRadius {
         let middle = lengths.len() / 2;
         let (_, median, _) = lengths.select_nth_unstable_by(middle, f32::total_cmp);
         let rounded = ((f64::from(*median).log2() * STEPS).round() / STEPS).exp2();
-        let radius = PIXELS * pixel * rounded;
-        Self { per_length: (PIXELS * pixel) as f32, least: (radius / SPREAD) as f32, most: (radius * SPREAD) as f32 }
+        let radius = width * rounded;
+        Self { per_length: width as f32, least: (radius / SPREAD) as f32, most: (radius * SPREAD) as f32 }
     }
 
     /// What the radius pass is told of an iteration.
@@ -115,9 +109,9 @@ mod tests {
     #[test]
     fn footprints_follow_the_path_within_bounds() {
         let lengths = [0.0, 4.0, 1.0, 4.0, 4.0, 1000.0, 0.0];
-        let radius = FirstRadius::from_footprints(0.01, lengths.into_iter());
-        assert_eq!(radius.per_length, (PIXELS * 0.01) as f32);
+        let radius = FirstRadius::from_footprints(0.03, lengths.into_iter());
+        assert_eq!(radius.per_length, 0.03_f64 as f32);
         assert!((radius.most / radius.least - 4.0).abs() < 1e-5 && (radius.least - 0.06).abs() < 1e-6, "{radius:?}");
-        assert_eq!(FirstRadius::from_footprints(0.01, std::iter::repeat_n(0.0, 3)), FirstRadius::constant(1.0));
+        assert_eq!(FirstRadius::from_footprints(0.03, std::iter::repeat_n(0.0, 3)), FirstRadius::constant(1.0));
     }
 }

@@ -98,6 +98,7 @@ impl Renderer {
         // The grid's points look at photons together. Trees ask for no more than any device has.
         let lookup = if device.info().has_shuffle { options.lookup } else { LookupKind::KdTree };
         let passes = Passes::new(&device, &gpu_scene, &buffers, lookup, &specialization, resolved.workgroup_size)?;
+        let footprint = resolved.radius_in_pixels * view.pixel_width;
         Ok(Self {
             resolution: resolved.resolution,
             settings: Settings {
@@ -106,7 +107,7 @@ impl Renderer {
                 eye_paths: resolved.eye_paths,
                 alpha: resolved.alpha,
                 radius_schedule: options.radius_schedule,
-                pixel_width: view.pixel_width,
+                radius_per_length: footprint,
                 sequence: resolved.sequence,
                 mean_power: packed.mean_power,
                 // What all lights would make of the inside of a sphere as large as the scene.
@@ -121,7 +122,7 @@ impl Renderer {
                 first_radius: resolved
                     .radius
                     .map(|radius| FirstRadius::constant(radius / scene_unit))
-                    .or(view.is_parallel().then(|| FirstRadius::of_pixel(view.pixel_width))),
+                    .or(view.is_parallel().then(|| FirstRadius::constant(footprint))),
                 seen: None,
                 shrink: GlobalShrink::new(resolved.alpha),
                 schedule: Schedule::new(options.batch_size, resolved.photons, device.info().kind),

@@ -4,6 +4,7 @@ use std::time::Duration;
 
 use clap::CommandFactory;
 
+use super::values::Radius;
 use super::*;
 use crate::pack::{Envelopes, RevolutionSolver};
 
@@ -58,11 +59,18 @@ fn all_options_of_render_arrive() {
     assert_eq!(args.output, [PathBuf::from("a.exr"), PathBuf::from("b.PNG")]);
     assert_eq!(args.time, Some(Duration::from_millis(1500)));
     assert_eq!(args.photons, Some(5_000_000_000));
-    assert_eq!((args.radius, args.alpha), (Some(0.25), Some(1.0)));
+    assert_eq!((args.radius, args.alpha), (Some(Radius::Length(0.25)), Some(1.0)));
     assert_eq!((args.iterations, args.max_depth), (Some(64), Some(8)));
     assert_eq!((args.seed, args.resolution), (Some(u32::MAX), Some([640, 480])));
     assert_eq!((args.workgroup_size, args.batch_size), (Some(128), Some(1024)));
     assert!(args.validate && args.quiet && args.stats.is_some() && args.device.is_some());
+}
+
+#[test]
+fn a_radius_is_a_length_or_pixels() {
+    for (text, expected) in [("2px", Radius::Pixels(2.0)), ("0.5px", Radius::Pixels(0.5)), ("2", Radius::Length(2.0))] {
+        assert_eq!(render(&["--radius", text]).unwrap().radius, Some(expected));
+    }
 }
 
 #[test]
@@ -72,7 +80,7 @@ fn values_that_cannot_be_rendered_are_usage_errors() {
         ("--iterations", &["0", "-1", "1.5", "4294967296"], "from 1 to 4294967295"),
         ("--time", &["0", "-1", "nan", "inf", "1e30", "1e-30", "x"], "seconds above 0"),
         ("--photons", &["0", "-5", "1.5", "1e30", "nan", "18446744073709551616"], "whole number from 1"),
-        ("--radius", &["0", "-1", "nan", "inf", "1e30", "1e-30", "x"], "length above 0"),
+        ("--radius", &["0", "-1", "nan", "inf", "1e30", "1e-30", "x", "px", "0px", "65px", "nanpx"], "length above 0"),
         ("--alpha", &["0", "-0.5", "1.01", "nan", "inf"], "above 0 and at most 1"),
         ("--max-depth", &["0", "-1"], "whole number from 1"),
         ("--seed", &["-1", "4294967296", "x"], "from 0 to 4294967295"),

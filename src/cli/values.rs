@@ -70,10 +70,23 @@ pub fn number(text: &str, accepted: impl Fn(f64) -> bool, expected: &str) -> Res
     text.parse().ok().filter(|&value| accepted(value)).ok_or_else(|| format!("expected {expected}"))
 }
 
-pub fn radius(text: &str) -> Result<f64, String> {
+/// An initial radius as it is written.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Radius {
+    /// Scene units.
+    Length(f64),
+    /// Widths of a pixel where it is seen.
+    Pixels(f64),
+}
+
+pub fn radius(text: &str) -> Result<Radius, String> {
+    let expected = "a length above 0, from 1e-18 to 1e18, or pixels from 0.0625px to 64px";
+    if let Some(pixels) = text.strip_suffix("px") {
+        let [least, most] = Options::RADII_IN_PIXELS;
+        return number(pixels, |pixels| (least..=most).contains(&pixels), expected).map(Radius::Pixels);
+    }
     // The kernels square it in 32-bit floats.
-    let accepted = |radius| (1e-18..=1e18).contains(&radius);
-    number(text, accepted, "a length above 0, from 1e-18 to 1e18")
+    number(text, |radius| (1e-18..=1e18).contains(&radius), expected).map(Radius::Length)
 }
 
 pub fn alpha(text: &str) -> Result<f64, String> {

@@ -7,8 +7,8 @@ use clap::Args;
 
 use crate::cli::Aov;
 use crate::cli::values::{
-    alpha, cell_scale, eye_paths, output_path, photons, positive_u32, radius, resolution, seconds, seed, target_error,
-    workgroup_sizes,
+    Radius, alpha, cell_scale, eye_paths, output_path, photons, positive_u32, radius, resolution, seconds, seed,
+    target_error, workgroup_sizes,
 };
 use crate::options::{DirectLight, Integrator, LookupKind, Options, Sampler};
 use crate::pack::RevolutionSolver;
@@ -53,10 +53,12 @@ pub struct RenderArgs {
     #[arg(allow_negative_numbers = true)]
     pub eye_paths: Option<u32>,
 
-    /// Initial gather radius in scene units [default: the scene's, else by pixel footprint]
+    /// Initial gather radius in scene units, or in pixels: 2px [default: the scene's, else 3px]
+    ///
+    /// Pixels are as wide as they are where they are seen.
     #[arg(long, value_name = "R", value_parser = radius, help_heading = "Quality")]
     #[arg(allow_negative_numbers = true)]
-    pub radius: Option<f64>,
+    pub radius: Option<Radius>,
 
     /// Share of new photons kept when the radius shrinks, above 0 up to 1
     ///
@@ -191,11 +193,17 @@ pub struct RenderArgs {
 impl RenderArgs {
     /// What it says to the renderer.
     pub(super) fn options(&self) -> Options {
+        let (radius, radius_in_pixels) = match self.radius {
+            Some(Radius::Length(length)) => (Some(length), None),
+            Some(Radius::Pixels(pixels)) => (None, Some(pixels)),
+            None => (None, None),
+        };
         Options {
             resolution: self.resolution,
             photons: self.photons,
             eye_paths: self.eye_paths,
-            radius: self.radius,
+            radius,
+            radius_in_pixels,
             alpha: self.alpha,
             max_depth: self.max_depth,
             seed: self.seed,
