@@ -4,7 +4,8 @@
 # driver is lavapipe, which needs no GPU. What is there already is left alone.
 #
 #   sh install.sh            to build and render
-#   sh install.sh --tests    the Vulkan validation layers too, for the tests
+#   sh install.sh --tests    for the tests too: the Vulkan validation layers, and a browser
+#                            that opens the reports of measurements
 set -eu
 
 say() {
@@ -45,6 +46,8 @@ if [ "$tests" ]; then
     layer=explicit_layer.d/VkLayer_khronos_validation.json
     found "${VK_LAYER_PATH:-/nonexistent}/${layer#*/}" /usr/share/vulkan/$layer \
         /usr/local/share/vulkan/$layer /etc/vulkan/$layer || need vulkan-validationlayers
+    command -v chromium >/dev/null || command -v chromium-browser >/dev/null ||
+        command -v google-chrome >/dev/null || need chromium
 fi
 
 if [ -z "$missing" ]; then exit 0; fi

@@ -7,6 +7,7 @@ pub mod compare;
 pub mod devices;
 mod failure;
 pub mod info;
+pub mod measure;
 pub mod merge;
 pub mod render;
 mod shard;
@@ -16,6 +17,7 @@ pub mod tessellate;
 mod values;
 
 pub use failure::Failure;
+pub use measure::MeasureArgs;
 pub use render::RenderArgs;
 
 use std::path::PathBuf;
@@ -54,6 +56,13 @@ pub enum Command {
     /// Reads EXR, PNG, PFM and HDR. Exit codes: 0 done and every limit kept,
     /// 1 a limit exceeded, 2 wrong usage or an image that cannot be compared.
     Compare(CompareArgs),
+    /// Measure what settings are worth: error against time, on this device
+    ///
+    /// Renders each combination of the values that --vary lists, in turns, and compares
+    /// with a reference on the way. Writes results.json, results.csv and report.html, a page
+    /// with plots that needs nothing else, after every turn. Exit codes: 0 done, 1 the device
+    /// or an output failed, 2 wrong usage, scene or reference.
+    Measure(MeasureArgs),
     /// Write a scene with triangle meshes in place of its bodies of revolution
     ///
     /// Other renderers read the result: included files are put in their place, the

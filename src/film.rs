@@ -55,6 +55,15 @@ impl Image {
     }
 }
 
+/// The image as a screen shows it: 8 bits in the sRGB transfer function, clamped to 0 to 1,
+/// with NaN as black; row-major, red, green, blue.
+#[must_use]
+pub fn picture(image: &Image) -> Vec<u8> {
+    // The cast saturates and takes NaN to 0.
+    let quantise = |linear: f32| (srgb_encode(linear.clamp(0.0, 1.0)) * 255.0).round() as u8;
+    image.pixels.iter().flat_map(|pixel| pixel.map(quantise)).collect()
+}
+
 /// What each channel adds to the relative luminance of linear RGB in the sRGB primaries
 /// (ITU-R BT.709).
 pub const LUMINANCE: [f64; 3] = [0.2126, 0.7152, 0.0722];

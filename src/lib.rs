@@ -25,6 +25,8 @@ mod alias;
 pub mod bezier;
 mod buffers;
 mod bvh;
+#[doc(hidden)]
+pub mod chart;
 pub mod checkpoint;
 pub mod cli;
 pub mod compare;
@@ -36,6 +38,9 @@ mod iteration;
 pub mod kd_tree;
 pub mod kernels;
 mod lookup;
+#[doc(hidden)]
+pub mod machine;
+pub mod measure;
 #[doc(hidden)]
 pub mod octahedral;
 mod options;

@@ -22,7 +22,7 @@ use exr::prelude::{
 };
 use image::{ExtendedColorType, ImageEncoder, codecs::png::PngEncoder};
 
-use crate::film::{Image, srgb_encode};
+use crate::film::{Image, picture};
 pub use read::{Layers, Transfer, read, read_layers};
 
 /// Why an image file could not be read or written; says which file.
@@ -238,13 +238,14 @@ fn sort_exr_attributes(file: &mut [u8]) -> Option<()> {
     Some(())
 }
 
-fn encode_png(image: &Image) -> Result<Vec<u8>, String> {
-    // The cast saturates and takes NaN to 0.
-    let quantise = |linear: f32| (srgb_encode(linear.clamp(0.0, 1.0)) * 255.0).round() as u8;
-    let bytes: Vec<u8> = image.pixels.iter().flat_map(|pixel| pixel.map(quantise)).collect();
+/// The bytes of a PNG file.
+///
+/// # Errors
+/// What the encoder says.
+pub(crate) fn encode_png(image: &Image) -> Result<Vec<u8>, String> {
     let mut file = Vec::new();
     PngEncoder::new(&mut file)
-        .write_image(&bytes, image.width, image.height, ExtendedColorType::Rgb8)
+        .write_image(&picture(image), image.width, image.height, ExtendedColorType::Rgb8)
         .map_err(|error| error.to_string())?;
     Ok(file)
 }
@@ -340,6 +341,7 @@ fn remove_leftovers(directory: &Path, prefix: &str, own: &str) {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::film::srgb_encode;
 
     fn extreme_image() -> Image {
         let pixels = vec![

@@ -3,6 +3,7 @@
 use super::compare::CompareError;
 use super::tessellate::TessellateError;
 use crate::checkpoint::CheckpointError;
+use crate::measure::KnobError;
 use crate::output::ImageError;
 use crate::renderer::RenderError;
 use crate::scene::SceneError;
@@ -28,6 +29,17 @@ pub enum Failure {
     /// Images could not be compared.
     #[error(transparent)]
     Compare(#[from] CompareError),
+    /// Settings that cannot be measured.
+    #[error(transparent)]
+    Knob(#[from] KnobError),
+    /// A report could not be written.
+    #[error("{path}: cannot write the report: {reason}")]
+    Report {
+        /// The file or folder.
+        path: String,
+        /// What is in the way.
+        reason: String,
+    },
     /// Bodies could not be replaced by meshes.
     #[error(transparent)]
     Tessellate(#[from] TessellateError),
@@ -66,6 +78,7 @@ impl Failure {
             Self::Scene(_)
             | Self::Unrenderable(_)
             | Self::Compare(_)
+            | Self::Knob(_)
             | Self::Tessellate(_)
             | Self::Render(RenderError::Scene(_) | RenderError::Option(_))
             | Self::Device(goblet_host::Error::NoSuchDevice { .. }) => 2,
@@ -77,6 +90,7 @@ impl Failure {
             | Self::Signals(_)
             | Self::Stats { .. }
             | Self::Info(_)
+            | Self::Report { .. }
             | Self::Validation(_) => 1,
         }
     }

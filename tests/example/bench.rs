@@ -7,14 +7,10 @@
 mod arguments;
 #[path = "bench/cases.rs"]
 mod cases;
-#[path = "chart.rs"]
-mod chart;
 #[path = "bench/error.rs"]
 mod error;
 #[path = "bench/growth.rs"]
 mod growth;
-#[path = "bench/machine.rs"]
-mod machine;
 #[path = "bench/measure.rs"]
 mod measure;
 #[path = "bench/plot.rs"]
@@ -32,12 +28,12 @@ use std::process::ExitCode;
 use std::rc::Rc;
 use std::time::Instant;
 
+use goblet::machine::Machine;
 use goblet::open_device;
 use serde::Serialize;
 
 use arguments::{Arguments, USAGE};
 use growth::{Growth, SERIES};
-use machine::Machine;
 
 type Result<T> = std::result::Result<T, Box<dyn Error>>;
 

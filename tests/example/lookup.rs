@@ -2,8 +2,6 @@
 //! time to add photons to those in reach. Writes lookup.csv and lookup.svg, and prints the
 //! tables of docs/lookup.md: `cargo run --release --example lookup -- OUT_DIR`
 
-#[path = "chart.rs"]
-mod chart;
 #[path = "lookup/plot.rs"]
 mod plot;
 

@@ -192,7 +192,7 @@ pub struct RenderArgs {
 
 impl RenderArgs {
     /// What it says to the renderer.
-    pub(super) fn options(&self) -> Options {
+    pub fn options(&self) -> Options {
         let (radius, radius_in_pixels) = match self.radius {
             Some(Radius::Length(length)) => (Some(length), None),
             Some(Radius::Pixels(pixels)) => (None, Some(pixels)),

@@ -5,10 +5,10 @@ use std::path::Path;
 use plotters::prelude::*;
 
 use super::Result;
-use super::chart::{self, Area, Axes, Curve};
 use super::error::{self, PBRT};
 use super::growth::Growth;
 use super::measure::{Times, passes};
+use goblet::chart::{self, Area, Axes, Curve};
 
 /// Of passes, the slowest first.
 const COLORS: [RGBColor; 8] = [

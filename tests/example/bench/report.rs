@@ -2,9 +2,9 @@
 
 use super::error::{self, PBRT};
 use super::growth::{Growth, Outcome, Point};
-use super::machine::Machine;
 use super::measure::{Spread, Times, passes};
 use super::scenes;
+use goblet::machine::Machine;
 
 pub fn machine(machine: &Machine) -> String {
     let Machine { goblet, commit, date, device, driver, cpus } = machine;

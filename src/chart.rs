@@ -1,4 +1,4 @@
-//! Charts with two logarithmic axes, for the examples that measure.
+//! Charts with two logarithmic axes, for measurements.
 
 use std::error::Error;
 use std::ops::Range;
@@ -6,13 +6,18 @@ use std::ops::Range;
 use plotters::coord::Shift;
 use plotters::prelude::*;
 
+/// Where charts are drawn.
 pub type Area<'a> = DrawingArea<SVGBackend<'a>, Shift>;
 
 /// What is written at a chart's edges, and the part of the plane that it shows.
 pub struct Axes<'a> {
+    /// Above it.
     pub title: &'a str,
+    /// Below it.
     pub x_label: &'a str,
+    /// From left to right, above 0.
     pub x: Range<f64>,
+    /// From bottom to top, above 0.
     pub y: Range<f64>,
 }
 
@@ -21,15 +26,22 @@ pub struct Axes<'a> {
 pub struct Curve {
     /// In the legend, if there.
     pub label: Option<String>,
+    /// Of the line and its points.
     pub color: RGBColor,
+    /// Pixels.
     pub width: u32,
+    /// Or a whole line.
     pub dashed: bool,
     /// Whether points are circles; else they are corners only.
     pub marked: bool,
+    /// Values, above 0.
     pub points: Vec<(f64, f64)>,
 }
 
 /// Draws curves, the last on top.
+///
+/// # Errors
+/// The backend fails; SVG does not.
 pub fn draw(area: &Area<'_>, axes: Axes<'_>, curves: &[Curve]) -> Result<(), Box<dyn Error>> {
     let mut chart = ChartBuilder::on(area)
         .caption(axes.title, ("sans-serif", 17))
@@ -37,14 +49,12 @@ pub fn draw(area: &Area<'_>, axes: Axes<'_>, curves: &[Curve]) -> Result<(), Box
         .x_label_area_size(40)
         .y_label_area_size(56)
         .build_cartesian_2d(axes.x.log_scale(), axes.y.log_scale())?;
-    // Steps are sums, which f64 would show the rounding of.
-    let number = |value: &f64| (*value as f32).to_string();
     chart
         .configure_mesh()
         .x_desc(axes.x_label)
         .light_line_style(WHITE)
-        .x_label_formatter(&number)
-        .y_label_formatter(&number)
+        .x_label_formatter(&|value| label(*value))
+        .y_label_formatter(&|value| label(*value))
         .draw()?;
     for Curve { label, color, width, dashed, marked, points } in curves {
         let style = color.stroke_width(*width);
@@ -65,4 +75,33 @@ pub fn draw(area: &Area<'_>, axes: Axes<'_>, curves: &[Curve]) -> Result<(), Box
         legend.position(SeriesLabelPosition::UpperLeft).background_style(WHITE).border_style(BLACK).draw()?;
     }
     Ok(())
+}
+
+/// A number at a logarithmic axis: 1, 2 and 5 of each decade; others would overlap.
+fn label(value: f64) -> String {
+    let decade = value.log10().floor() as i32;
+    let digit = value / 10_f64.powi(decade);
+    if [1.0, 2.0, 5.0, 10.0].iter().all(|shown| (digit - shown).abs() > 1e-6) {
+        String::new()
+    } else if (-4..5).contains(&decade) {
+        // Steps are sums, which f64 would show the rounding of.
+        (value as f32).to_string()
+    } else {
+        format!("{:e}", value as f32)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn labels_are_few_and_short() {
+        for (value, expected) in
+            [(0.1 + 0.2, ""), (0.2, "0.2"), (5e4, "50000"), (2e6, "2e6"), (1e-5, "1e-5"), (7.0, "")]
+        {
+            assert_eq!(label(value), expected);
+        }
+        assert_eq!(label(0.1 + 0.1), "0.2");
+    }
 }

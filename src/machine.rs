@@ -1,4 +1,4 @@
-//! What was measured, on what and when.
+//! What was measured, on what and when: every report of a measurement names it.
 
 use std::process::Command;
 use std::time::{SystemTime, UNIX_EPOCH};
@@ -6,19 +6,25 @@ use std::time::{SystemTime, UNIX_EPOCH};
 use goblet_host::DeviceInfo;
 use serde::Serialize;
 
-#[derive(Serialize)]
+/// What was measured, on what and when.
+#[derive(Clone, Debug, Serialize)]
 pub struct Machine {
+    /// Version of goblet.
     pub goblet: &'static str,
-    /// Null where git does not say.
+    /// What the sources are at; null where git does not say.
     pub commit: Option<String>,
+    /// Day and time, UTC.
     pub date: String,
+    /// Name of the device.
     pub device: String,
+    /// Its driver, with version.
     pub driver: String,
     /// Threads that the system says can run at once.
     pub cpus: Option<usize>,
 }
 
 impl Machine {
+    /// This one, with a device of its.
     pub fn new(device: &DeviceInfo) -> Self {
         let now = SystemTime::now().duration_since(UNIX_EPOCH).unwrap_or_default();
         Self {

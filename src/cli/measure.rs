@@ -1,0 +1,229 @@
+//! `goblet measure`: what each setting of a render costs, and what it brings.
+
+use std::ffi::OsStr;
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::rc::Rc;
+use std::time::{Duration, Instant};
+
+use clap::Args;
+use goblet_host::Device;
+
+use super::Failure;
+use super::compare::CompareError;
+use super::values::{positive_u32, seconds};
+use crate::compare::SizeMismatch;
+use crate::film::Image;
+use crate::machine::Machine;
+use crate::measure::{Conditions, KNOBS, Measurement, Reference, Setting, Source, Trajectory, Vary, report, settings};
+use crate::options::Options;
+use crate::output;
+use crate::pack::pack;
+use crate::renderer::{RenderError, Renderer, open_device};
+use crate::scene::Scene;
+
+/// How much longer than a setting goblet's own reference is rendered.
+const REFERENCE_BUDGETS: u32 = 10;
+/// Its seed is so far from those of the settings.
+const REFERENCE_SEED: u32 = 1 << 20;
+
+/// Arguments of `goblet measure`.
+#[derive(Args, Clone, Debug)]
+pub struct MeasureArgs {
+    /// The scene, in pbrt-v4's text format
+    #[arg(value_name = "SCENE")]
+    pub scene: PathBuf,
+
+    /// The image that is taken to be right; `auto` renders one first
+    ///
+    /// `auto` renders ten times the budget with the scene's own settings. What blur it
+    /// shares with what is measured is then not seen as error.
+    #[arg(long, value_name = "FILE|auto")]
+    pub reference: PathBuf,
+
+    /// What is varied.
+    #[arg(long, value_name = "KNOB=V1,V2..", value_parser = vary, help = vary_help())]
+    pub vary: Vec<Vary>,
+
+    /// Render time of each setting in the first turn; later turns render as many iterations
+    #[arg(long, value_name = "SECONDS", value_parser = seconds, default_value = "10")]
+    #[arg(allow_negative_numbers = true)]
+    pub budget: Duration,
+
+    /// Turns, with another seed each: two or more tell noise from bias
+    #[arg(long, value_name = "K", value_parser = positive_u32, default_value = "4")]
+    #[arg(allow_negative_numbers = true)]
+    pub repeat: u32,
+
+    /// Folder to write to; it is made if need be
+    #[arg(short, long, value_name = "DIR")]
+    pub output: PathBuf,
+
+    /// The device, by its index or part of its name in `goblet devices`
+    #[arg(long, value_name = "INDEX|NAME")]
+    pub device: Option<String>,
+
+    /// Print errors only
+    #[arg(short, long)]
+    pub quiet: bool,
+}
+
+fn vary_help() -> String {
+    format!(
+        "Values of an option of `goblet render`, to be measured; repeat it for all combinations. Options: {}",
+        KNOBS.join(", ")
+    )
+}
+
+fn vary(text: &str) -> Result<Vary, String> {
+    text.parse().map_err(|error: crate::measure::KnobError| error.to_string())
+}
+
+/// Measures, and writes the results after every turn.
+///
+/// # Errors
+/// The scene, a setting, the reference, the device or an output is at fault.
+pub fn run(args: &MeasureArgs) -> Result<(), Failure> {
+    let scene = Scene::load(&args.scene)?;
+    for warning in scene.warnings.iter().filter(|_| !args.quiet) {
+        eprintln!("warning: {warning}");
+    }
+    let settings = settings(&args.vary)?;
+    check_options(&scene, &settings)?;
+    fs::create_dir_all(&args.output).map_err(|reason| failed(&args.output, reason))?;
+    let given = given_reference(args)?;
+    let device = Rc::new(open_device(args.device.as_deref(), false)?);
+    let (image, source) = match given {
+        Some(given) => given,
+        None => own_reference(args, &device, &scene)?,
+    };
+    let reference = Reference::new(image, args.vary.iter().any(|vary| vary.knob == "resolution"));
+    check_sizes(&reference, &scene, &settings)?;
+
+    let mut measurement = Measurement::new(&device, &scene, &reference, &settings, args.budget);
+    for turn in 0..args.repeat {
+        measurement.turn(turn, |setting, run| say(args, turn, setting, run))?;
+        let conditions = Conditions {
+            machine: Machine::new(device.info()),
+            command: command_line(),
+            scene: args.scene.display().to_string(),
+            reference: source.clone(),
+            budget: args.budget.as_secs_f64(),
+            repeat: turn + 1,
+        };
+        write(&args.output, &measurement, conditions)?;
+    }
+    if !args.quiet {
+        eprintln!("wrote {}", args.output.join("report.html").display());
+    }
+    Ok(())
+}
+
+fn say(args: &MeasureArgs, turn: u32, setting: &Setting, run: &Trajectory) {
+    if let Some(last) = run.steps.last().filter(|_| !args.quiet) {
+        eprintln!(
+            "turn {} of {}, {}: {} iterations in {:.2} s, relMSE {:.5}",
+            turn + 1,
+            args.repeat,
+            setting.label(),
+            last.iterations,
+            last.seconds,
+            last.error.relmse
+        );
+    }
+}
+
+/// Read before a device is opened; `None` if goblet is to render its own.
+fn given_reference(args: &MeasureArgs) -> Result<Option<(Image, Source)>, Failure> {
+    if args.reference.as_os_str() == OsStr::new("auto") {
+        return Ok(None);
+    }
+    let image = output::read(&args.reference).map_err(CompareError::from)?;
+    let source = Source {
+        path: args.reference.display().to_string(),
+        resolution: [image.width, image.height],
+        own_iterations: None,
+        own_relative_error: None,
+    };
+    Ok(Some((image, source)))
+}
+
+/// Renders a reference with the scene's own settings, and keeps it beside the results.
+fn own_reference(args: &MeasureArgs, device: &Rc<Device>, scene: &Scene) -> Result<(Image, Source), Failure> {
+    let time = args.budget * REFERENCE_BUDGETS;
+    if !args.quiet {
+        eprintln!(
+            "rendering a reference for {:.0} s: what blur it shares with the settings is not seen",
+            time.as_secs_f64()
+        );
+    }
+    let seed = Some(scene.integrator.seed.wrapping_add(REFERENCE_SEED));
+    let mut renderer = Renderer::new(Rc::clone(device), scene, &Options { seed, ..Options::default() })?;
+    let start = Instant::now();
+    while renderer.iterations() == 0 || start.elapsed() < time {
+        renderer.step()?;
+    }
+    let estimate = renderer.estimate()?;
+    let image = estimate.image();
+    let path = args.output.join("reference.exr");
+    output::write(&path, &image, &[])?;
+    let source = Source {
+        path: path.display().to_string(),
+        resolution: [image.width, image.height],
+        own_iterations: Some(renderer.iterations()),
+        own_relative_error: estimate.relative_error(),
+    };
+    Ok((image, source))
+}
+
+/// Says before anything is rendered that a setting does not fit the scene.
+fn check_options(scene: &Scene, settings: &[Setting]) -> Result<(), Failure> {
+    for setting in settings {
+        let options = setting.args.options();
+        let packed = pack(scene, options.revolution_solver).map_err(RenderError::from)?;
+        options.resolve(scene, packed.space.radius / packed.space.scale)?;
+    }
+    Ok(())
+}
+
+/// Says before anything is rendered that the images of a setting cannot be compared.
+fn check_sizes(reference: &Reference, scene: &Scene, settings: &[Setting]) -> Result<(), Failure> {
+    let [first, end] = scene.film.bounds(scene.film.resolution);
+    let image = [end[0] - first[0], end[1] - first[1]];
+    let as_the_scene_says = settings.iter().any(|setting| setting.args.resolution.is_none());
+    if as_the_scene_says && image != reference.resolution() {
+        return Err(CompareError::from(SizeMismatch { image, reference: reference.resolution() }).into());
+    }
+    Ok(())
+}
+
+fn write(folder: &Path, measurement: &Measurement, conditions: Conditions) -> Result<(), Failure> {
+    let results = measurement.results(conditions);
+    let save = |name: &str, text: String| {
+        let path = folder.join(name);
+        fs::write(&path, text).map_err(|reason| failed(&path, reason))
+    };
+    save("results.json", serde_json::to_string_pretty(&results).map_err(|error| failed(folder, error))? + "\n")?;
+    save("results.csv", results.csv())?;
+    let mut differences = Vec::new();
+    for (i, (image, difference)) in measurement.images().enumerate() {
+        if let Some(image) = image {
+            output::write(&folder.join(format!("setting-{}.exr", i + 1)), image, &[])?;
+        }
+        if let Some(difference) = &difference {
+            output::write(&folder.join(format!("setting-{}-difference.png", i + 1)), difference, &[])?;
+        }
+        differences.push(difference);
+    }
+    save("report.html", report::html(&results, &differences).map_err(|error| failed(folder, error))?)
+}
+
+fn failed(path: &Path, reason: impl std::fmt::Display) -> Failure {
+    Failure::Report { path: path.display().to_string(), reason: reason.to_string() }
+}
+
+/// As it was given, but for the path of the program.
+fn command_line() -> String {
+    let rest = std::env::args_os().skip(1).map(|arg| arg.to_string_lossy().into_owned());
+    std::iter::once("goblet".to_owned()).chain(rest).collect::<Vec<_>>().join(" ")
+}

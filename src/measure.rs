@@ -1,0 +1,112 @@
+//! What each setting of a render is worth: its error against time, measured on this device.
+//!
+//! Settings take turns with a seed each, every second turn in the opposite order, so that
+//! what else the machine does favours none. The first turn renders each for the budget, and
+//! the others as many iterations, so that images of the same iteration can be set side by
+//! side: what they differ by is noise, and what their mean is off by is bias.
+
+mod error_of;
+mod knob;
+mod plot;
+pub mod report;
+mod results;
+mod trajectory;
+
+pub use error_of::{ErrorOf, Reference};
+pub use knob::{KNOBS, KnobError, Setting, Vary, settings};
+pub use results::{Bias, Conditions, Measured, Point, Results, Source};
+pub use trajectory::{Budget, Trajectory};
+
+use std::rc::Rc;
+use std::time::Duration;
+
+use goblet_host::Device;
+
+use crate::film::Image;
+use crate::renderer::RenderError;
+use crate::scene::Scene;
+
+/// A measurement in progress: its settings, and what is known of each.
+pub struct Measurement<'a> {
+    device: &'a Rc<Device>,
+    scene: &'a Scene,
+    reference: &'a Reference,
+    settings: &'a [Setting],
+    /// Of the first turn.
+    budget: Duration,
+    known: Vec<Known>,
+}
+
+/// What the turns of a setting left.
+#[derive(Default)]
+struct Known {
+    runs: Vec<Trajectory>,
+    /// For each point, the sum over runs of each pixel's weighted difference.
+    differences: Vec<Vec<[f32; 3]>>,
+    last_image: Option<Image>,
+}
+
+impl<'a> Measurement<'a> {
+    /// Nothing is rendered yet.
+    pub fn new(
+        device: &'a Rc<Device>,
+        scene: &'a Scene,
+        reference: &'a Reference,
+        settings: &'a [Setting],
+        budget: Duration,
+    ) -> Self {
+        let known = settings.iter().map(|_| Known::default()).collect();
+        Self { device, scene, reference, settings, budget, known }
+    }
+
+    /// Renders every setting once more, with the next seed; says of each what came out.
+    ///
+    /// # Errors
+    /// A setting does not fit the scene, or the device fails.
+    pub fn turn(&mut self, turn: u32, mut say: impl FnMut(&Setting, &Trajectory)) -> Result<(), RenderError> {
+        let mut order: Vec<usize> = (0..self.settings.len()).collect();
+        if turn % 2 == 1 {
+            order.reverse();
+        }
+        for index in order {
+            let (setting, known) = (&self.settings[index], &mut self.known[index]);
+            let budget = match known.runs.first() {
+                None => Budget { time: self.budget, iterations: setting.args.iterations },
+                Some(first) => Budget { time: Duration::MAX, iterations: Some(first.iterations()) },
+            };
+            let mut options = setting.args.options();
+            options.seed = Some(options.seed.unwrap_or(self.scene.integrator.seed).wrapping_add(turn));
+            let mut point = 0;
+            let run = Trajectory::render(self.device, self.scene, &options, budget, |image| {
+                let error = self.reference.error_of(image)?;
+                if known.differences.len() == point {
+                    known.differences.push(vec![[0.0; 3]; self.reference.pixels()]);
+                }
+                self.reference.add_differences(image, &mut known.differences[point])?;
+                point += 1;
+                known.last_image = Some(image.clone());
+                Ok(error)
+            })?;
+            say(setting, &run);
+            known.runs.push(run);
+        }
+        Ok(())
+    }
+
+    /// All that is known so far.
+    pub fn results(&self, conditions: Conditions) -> Results {
+        let measured = self.settings.iter().zip(&self.known).map(|(setting, known)| {
+            let biases = known.differences.iter().map(|sums| self.reference.squared_mean(sums, known.runs.len()));
+            Measured::new(setting, &known.runs, &biases.collect::<Vec<_>>())
+        });
+        Results::new(conditions, measured.collect())
+    }
+
+    /// The last image of each setting, and where it is off; `None` before the first turn.
+    pub fn images(&self) -> impl Iterator<Item = (Option<&Image>, Option<Image>)> {
+        self.known.iter().map(|known| {
+            let image = known.last_image.as_ref();
+            (image, image.and_then(|image| self.reference.difference_image(image).ok()))
+        })
+    }
+}

@@ -1,0 +1,206 @@
+//! Settings: `--vary photons=1e5,1e6` and the like, as options of `goblet render`.
+
+use std::collections::BTreeMap;
+
+use clap::Parser;
+
+use crate::cli::RenderArgs;
+
+/// Options of `goblet render` that can be varied, by their names there.
+pub const KNOBS: [&str; 19] = [
+    "photons",
+    "iterations",
+    "eye-paths",
+    "radius",
+    "alpha",
+    "radius-schedule",
+    "integrator",
+    "photons-per-round",
+    "lookup",
+    "cell-scale",
+    "direct",
+    "sampler",
+    "max-depth",
+    "revolution-solver",
+    "newton-segments",
+    "newton-envelopes",
+    "resolution",
+    "workgroup-size",
+    "batch-size",
+];
+
+/// Settings of one measurement, at most.
+const MAX_SETTINGS: usize = 256;
+
+/// A knob and its values, as they are written.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Vary {
+    /// One of [`KNOBS`].
+    pub knob: &'static str,
+    /// At least one.
+    pub values: Vec<String>,
+}
+
+/// Why knobs make no settings.
+#[derive(Debug, thiserror::Error)]
+pub enum KnobError {
+    /// There is no such knob, or it has no values.
+    #[error("{given}: expected KNOB=VALUE,VALUE and so on, the knob one of {}", KNOBS.join(", "))]
+    Form {
+        /// What is there instead.
+        given: String,
+    },
+    /// A value does not fit its knob, or two do not fit each other.
+    #[error("{setting}: {reason}")]
+    Value {
+        /// The values.
+        setting: String,
+        /// What `goblet render` says of them.
+        reason: String,
+    },
+    /// A knob is given twice.
+    #[error("{knob} is varied twice: expected all values in one list")]
+    Twice {
+        /// The knob.
+        knob: &'static str,
+    },
+    /// All combinations are too many.
+    #[error("{0} settings: expected at most {MAX_SETTINGS}")]
+    TooMany(usize),
+}
+
+impl std::str::FromStr for Vary {
+    type Err = KnobError;
+
+    fn from_str(text: &str) -> Result<Self, KnobError> {
+        let form = || KnobError::Form { given: text.to_owned() };
+        let (name, values) = text.split_once('=').ok_or_else(form)?;
+        let knob = KNOBS.into_iter().find(|knob| *knob == name).ok_or_else(form)?;
+        let values: Vec<String> = values.split(',').map(|value| value.trim().to_owned()).collect();
+        if values.iter().any(String::is_empty) {
+            return Err(form());
+        }
+        Ok(Self { knob, values })
+    }
+}
+
+/// One way to render.
+#[derive(Clone, Debug)]
+pub struct Setting {
+    /// The knobs that are varied, as they are written.
+    pub knobs: BTreeMap<&'static str, String>,
+    /// What that means.
+    pub args: RenderArgs,
+}
+
+impl Setting {
+    /// In the order of names: `photons=1e5 radius=2px`; `default` where nothing is varied.
+    pub fn label(&self) -> String {
+        if self.knobs.is_empty() {
+            return "default".to_owned();
+        }
+        self.knobs.iter().map(|(knob, value)| format!("{knob}={value}")).collect::<Vec<_>>().join(" ")
+    }
+
+    /// The options of `goblet render`.
+    pub fn options_text(&self) -> String {
+        self.knobs.iter().map(|(knob, value)| format!(" --{knob} {value}")).collect()
+    }
+
+    fn new(knobs: BTreeMap<&'static str, String>) -> Result<Self, KnobError> {
+        /// What `goblet render` reads.
+        #[derive(Parser)]
+        struct Render {
+            #[command(flatten)]
+            args: RenderArgs,
+        }
+        let options = knobs.iter().map(|(knob, value)| format!("--{knob}={value}"));
+        let parsed = Render::try_parse_from(["goblet".to_owned(), "scene".to_owned()].into_iter().chain(options));
+        match parsed {
+            Ok(Render { args }) => Ok(Self { knobs, args }),
+            Err(error) => {
+                let setting = knobs.iter().map(|(knob, value)| format!("{knob}={value}")).collect::<Vec<_>>().join(" ");
+                let text = error.to_string();
+                let reason = text.lines().next().unwrap_or_default().trim_start_matches("error: ").to_owned();
+                Err(KnobError::Value { setting, reason })
+            }
+        }
+    }
+}
+
+/// All combinations, the last knob changing first.
+///
+/// # Errors
+/// A value that `goblet render` would refuse, a knob that is there twice, or too many.
+pub fn settings(vary: &[Vary]) -> Result<Vec<Setting>, KnobError> {
+    let mut seen = BTreeMap::new();
+    for Vary { knob, .. } in vary {
+        if seen.insert(*knob, ()).is_some() {
+            return Err(KnobError::Twice { knob });
+        }
+    }
+    let count = vary.iter().fold(1_usize, |count, vary| count.saturating_mul(vary.values.len()));
+    if count > MAX_SETTINGS {
+        return Err(KnobError::TooMany(count));
+    }
+    let mut combinations = vec![BTreeMap::new()];
+    for Vary { knob, values } in vary {
+        let with = |before: &BTreeMap<&'static str, String>, value: &String| {
+            before.iter().map(|(k, v)| (*k, v.clone())).chain([(*knob, value.clone())]).collect()
+        };
+        combinations =
+            combinations.iter().flat_map(|before| values.iter().map(move |value| with(before, value))).collect();
+    }
+    combinations.into_iter().map(Setting::new).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn of(vary: &[&str]) -> Result<Vec<String>, KnobError> {
+        let vary = vary.iter().map(|text| text.parse()).collect::<Result<Vec<Vary>, _>>()?;
+        Ok(settings(&vary)?.iter().map(Setting::label).collect())
+    }
+
+    #[test]
+    fn settings_are_all_combinations() {
+        assert_eq!(of(&[]).unwrap(), ["default"]);
+        assert_eq!(
+            of(&["radius=2px,0.1", "photons=1e5,3"]).unwrap(),
+            ["photons=1e5 radius=2px", "photons=3 radius=2px", "photons=1e5 radius=0.1", "photons=3 radius=0.1"]
+        );
+        let options = settings(&["alpha=0.5".parse().unwrap()]).unwrap()[0].args.options();
+        assert_eq!(options.alpha, Some(0.5));
+    }
+
+    #[test]
+    fn what_render_refuses_is_refused() {
+        for (vary, words) in [
+            (vec!["photons"], "KNOB=VALUE"),
+            (vec!["photons="], "KNOB=VALUE"),
+            (vec!["photons=1,,2"], "KNOB=VALUE"),
+            (vec!["output=a.exr"], "one of photons"),
+            (vec!["photons=1", "photons=2"], "twice"),
+            (vec!["alpha=2"], "alpha=2: invalid value '2'"),
+            (vec!["newton-segments=8"], "requires --revolution-solver newton"),
+        ] {
+            let error = of(&vary).unwrap_err().to_string();
+            assert!(error.contains(words), "{vary:?}: {error}");
+        }
+        let many = format!("photons={}", vec!["1"; 257].join(","));
+        assert!(of(&[&many]).unwrap_err().to_string().contains("257 settings"));
+    }
+
+    #[test]
+    fn every_knob_is_an_option_of_render() {
+        for knob in KNOBS {
+            let error = of(&[&format!("{knob}=")]).unwrap_err();
+            assert!(matches!(error, KnobError::Form { .. }));
+            // An unknown option would be said to be unexpected.
+            if let Err(error) = of(&[&format!("{knob}=?")]) {
+                assert!(!error.to_string().contains("unexpected argument"), "{error}");
+            }
+        }
+    }
+}
