@@ -5,8 +5,8 @@ use std::path::Path;
 
 use plotters::prelude::*;
 
-use super::chart::{self, Area, Axes, Curve};
 use super::{Pair, RADII, SIDES, points};
+use goblet::chart::{self, Area, Axes, Curve};
 
 type Result<T> = std::result::Result<T, Box<dyn Error>>;
 
