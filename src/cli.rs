@@ -3,6 +3,7 @@
 //! A value is rejected here if no scene and no device could make sense of it;
 //! clap then prints the reason and exits with code 2.
 
+pub mod advise;
 pub mod compare;
 pub mod devices;
 mod failure;
@@ -16,6 +17,7 @@ mod stats;
 pub mod tessellate;
 mod values;
 
+pub use advise::AdviseArgs;
 pub use failure::Failure;
 pub use measure::MeasureArgs;
 pub use render::RenderArgs;
@@ -63,6 +65,11 @@ pub enum Command {
     /// with plots that needs nothing else, after every turn. Exit codes: 0 done, 1 the device
     /// or an output failed, 2 wrong usage, scene or reference.
     Measure(MeasureArgs),
+    /// Say which settings to use for a time or an error, from a short probe on this device
+    ///
+    /// The error is relative and of noise and blur together. Prints the `goblet render`
+    /// command. Exit codes: 0 done, 1 the device failed, 2 wrong usage or scene.
+    Advise(AdviseArgs),
     /// Write a scene with triangle meshes in place of its bodies of revolution
     ///
     /// Other renderers read the result: included files are put in their place, the

@@ -42,6 +42,18 @@ fn add(sum: &mut Sum, other: Sum) {
     }
 }
 
+/// What is added to squared luminances that errors are divided by: the square of a tenth of the
+/// median of those above 0. `None` where all is black.
+pub fn dark_square(luminances: impl Iterator<Item = f64>) -> Option<f64> {
+    let mut lit: Vec<f64> = luminances.filter(|luminance| *luminance > 0.0).collect();
+    if lit.is_empty() {
+        return None;
+    }
+    let middle = lit.len() / 2;
+    let (_, median, _) = lit.select_nth_unstable_by(middle, f64::total_cmp);
+    Some((DARK * *median).powi(2))
+}
+
 impl Estimate {
     /// The mean of the iterations; black without any.
     pub fn image(&self) -> Image {
@@ -69,20 +81,26 @@ impl Estimate {
         Some(self.errors()?.map(|[_, variance]| (variance.sqrt() * self.unit) as f32).collect())
     }
 
+    /// Luminance of each pixel, in units, by each half alone: two numbers of the same mean, with
+    /// independent noise. `None` before both halves have an iteration.
+    pub fn half_luminances(&self) -> Option<impl Iterator<Item = [f64; 2]>> {
+        let [first, second] = self.halves.map(|iterations| iterations as f64);
+        let halves = move |(mean, sum): ([f64; 3], &Sum)| {
+            let luminance = LUMINANCE[0] * mean[0] + LUMINANCE[1] * mean[1] + LUMINANCE[2] * mean[2];
+            let sum = in_units(*sum);
+            [(luminance * (first + second) - sum) / first, sum / second]
+        };
+        (first > 0.0 && second > 0.0).then(|| self.means().zip(&self.second_half).map(halves))
+    }
+
     /// Luminance of each pixel, in units, and an estimate of the variance of that.
     fn errors(&self) -> Option<impl Iterator<Item = [f64; 2]>> {
         let [first, second] = self.halves.map(|iterations| iterations as f64);
-        let total = first + second;
+        let [part, rest] = [first, second].map(|half| half / (first + second));
         // Of independent means over n and m iterations, (a - b)^2 is s^2 (1 / n + 1 / m) in the
         // mean, and s^2 / (n + m) is asked for.
-        let weight = first * second / (total * total);
-        let error = move |(mean, sum): ([f64; 3], &Sum)| {
-            let luminance = LUMINANCE[0] * mean[0] + LUMINANCE[1] * mean[1] + LUMINANCE[2] * mean[2];
-            let sum = in_units(*sum);
-            let difference = (luminance * total - sum) / first - sum / second;
-            [luminance, difference * difference * weight]
-        };
-        (weight > 0.0).then(|| self.means().zip(&self.second_half).map(error))
+        let error = move |[a, b]: [f64; 2]| [part * a + rest * b, (a - b).powi(2) * part * rest];
+        Some(self.half_luminances()?.map(error))
     }
 
     /// The root mean square over pixels of the standard error over the luminance. Pixels
@@ -90,13 +108,7 @@ impl Estimate {
     /// not decide.
     pub fn relative_error(&self) -> Option<f64> {
         let errors: Vec<[f64; 2]> = self.errors()?.collect();
-        let mut lit: Vec<f64> = errors.iter().map(|[luminance, _]| *luminance).filter(|it| *it > 0.0).collect();
-        if lit.is_empty() {
-            return Some(0.0);
-        }
-        let middle = lit.len() / 2;
-        let (_, median, _) = lit.select_nth_unstable_by(middle, f64::total_cmp);
-        let floor = (DARK * *median).powi(2);
+        let Some(floor) = dark_square(errors.iter().map(|[luminance, _]| *luminance)) else { return Some(0.0) };
         let squares = errors.iter().map(|[luminance, variance]| variance / (luminance * luminance + floor));
         Some((squares.sum::<f64>() / errors.len() as f64).sqrt())
     }

@@ -21,6 +21,7 @@
 //! This crate knows physics and no Vulkan; `goblet-host` knows Vulkan and no physics.
 #![forbid(unsafe_code)]
 
+pub mod advise;
 mod alias;
 pub mod bezier;
 mod buffers;

@@ -17,6 +17,7 @@ fn main() -> ExitCode {
         Command::Merge(args) => cli::merge::run(&args).map(|()| ExitCode::SUCCESS),
         Command::Compare(args) => cli::compare::run(&args).map(code).map_err(cli::Failure::from),
         Command::Measure(args) => cli::measure::run(&args).map(|()| ExitCode::SUCCESS),
+        Command::Advise(args) => cli::advise::run(&args).map(|()| ExitCode::SUCCESS),
         Command::Tessellate(args) => cli::tessellate::run(&args).map(|()| ExitCode::SUCCESS),
         Command::Info(args) => cli::info::run(&args).map(|()| ExitCode::SUCCESS),
         Command::Devices(_) => cli::devices::run().map(|()| ExitCode::SUCCESS),

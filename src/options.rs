@@ -17,10 +17,10 @@ const RADIUS_RANGE: [f64; 2] = [1e-9, 1e4];
 /// Iterations of a round of progressive photon mapping where nobody says how many photons
 /// it has.
 const DEFAULT_ROUND: u32 = 16;
-/// Sharp enough for what pixels show, and as fast as anything narrower: see docs/trade.md.
-const DEFAULT_RADIUS_IN_PIXELS: f64 = 3.0;
+/// Noise and blur fall alike (Knaus and Zwicker 2011, section 4.2).
+pub(crate) const DEFAULT_ALPHA: f64 = 2.0 / 3.0;
 /// Direct light and edges are noisier than what photons bring: see docs/performance.md.
-const DEFAULT_EYE_PATHS: u32 = 4;
+pub(crate) const DEFAULT_EYE_PATHS: u32 = 4;
 
 /// When new eye paths are traced.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, clap::ValueEnum)]
@@ -170,6 +170,9 @@ impl Options {
     /// Widths of the hash grid's cells, in diameters of the largest disc.
     pub const CELL_SCALES: [f64; 2] = [0.25, 8.0];
 
+    /// Where neither caller nor scene says anything: see docs/trade.md.
+    pub const DEFAULT_RADIUS_IN_PIXELS: f64 = 3.0;
+
     /// Initial radii in widths of a pixel.
     pub const RADII_IN_PIXELS: [f64; 2] = [1.0 / 16.0, 64.0];
 
@@ -191,8 +194,8 @@ impl Options {
         let max_depth = self.max_depth.unwrap_or(scene.integrator.max_depth);
         let of_scene = scene.integrator.radius.filter(|_| self.radius_in_pixels.is_none());
         let radius = self.radius.or(of_scene);
-        let radius_in_pixels = self.radius_in_pixels.unwrap_or(DEFAULT_RADIUS_IN_PIXELS);
-        let alpha = self.alpha.unwrap_or(2.0 / 3.0);
+        let radius_in_pixels = self.radius_in_pixels.unwrap_or(Self::DEFAULT_RADIUS_IN_PIXELS);
+        let alpha = self.alpha.unwrap_or(DEFAULT_ALPHA);
         let cell_scale = self.cell_scale.unwrap_or(1.0);
         check(pixels <= MAX_PIXELS, || format!("an image of {pixels} pixels: expected 1 to {MAX_PIXELS}"))?;
         check(photons > 0 && photons <= MAX_PHOTONS, || {

@@ -45,6 +45,10 @@ pub struct MeasureArgs {
     #[arg(long, value_name = "KNOB=V1,V2..", value_parser = vary, help = vary_help())]
     pub vary: Vec<Vary>,
 
+    /// Measure the default and each value by itself, rather than all combinations
+    #[arg(long)]
+    pub each: bool,
+
     /// Render time of each setting in the first turn; later turns render as many iterations
     #[arg(long, value_name = "SECONDS", value_parser = seconds, default_value = "10")]
     #[arg(allow_negative_numbers = true)]
@@ -88,7 +92,7 @@ pub fn run(args: &MeasureArgs) -> Result<(), Failure> {
     for warning in scene.warnings.iter().filter(|_| !args.quiet) {
         eprintln!("warning: {warning}");
     }
-    let settings = settings(&args.vary)?;
+    let settings = settings(&args.vary, args.each)?;
     check_options(&scene, &settings)?;
     fs::create_dir_all(&args.output).map_err(|reason| failed(&args.output, reason))?;
     let given = given_reference(args)?;

@@ -128,20 +128,31 @@ impl Setting {
     }
 }
 
-/// All combinations, the last knob changing first.
+/// All combinations, the last knob changing first; or, with `each`, the default and every value
+/// by itself.
 ///
 /// # Errors
 /// A value that `goblet render` would refuse, a knob that is there twice, or too many.
-pub fn settings(vary: &[Vary]) -> Result<Vec<Setting>, KnobError> {
+pub fn settings(vary: &[Vary], each: bool) -> Result<Vec<Setting>, KnobError> {
     let mut seen = BTreeMap::new();
     for Vary { knob, .. } in vary {
         if seen.insert(*knob, ()).is_some() {
             return Err(KnobError::Twice { knob });
         }
     }
-    let count = vary.iter().fold(1_usize, |count, vary| count.saturating_mul(vary.values.len()));
+    let combine = |count: usize, vary: &Vary| {
+        let values = vary.values.len();
+        if each { count.saturating_add(values) } else { count.saturating_mul(values) }
+    };
+    let count = vary.iter().fold(1, combine);
     if count > MAX_SETTINGS {
         return Err(KnobError::TooMany(count));
+    }
+    if each {
+        let alone =
+            |vary: &Vary| vary.values.iter().map(|value| [(vary.knob, value.clone())].into()).collect::<Vec<_>>();
+        let values = vary.iter().flat_map(alone);
+        return std::iter::once(BTreeMap::new()).chain(values).map(Setting::new).collect();
     }
     let mut combinations = vec![BTreeMap::new()];
     for Vary { knob, values } in vary {
@@ -160,7 +171,7 @@ mod tests {
 
     fn of(vary: &[&str]) -> Result<Vec<String>, KnobError> {
         let vary = vary.iter().map(|text| text.parse()).collect::<Result<Vec<Vary>, _>>()?;
-        Ok(settings(&vary)?.iter().map(Setting::label).collect())
+        Ok(settings(&vary, false)?.iter().map(Setting::label).collect())
     }
 
     #[test]
@@ -170,8 +181,15 @@ mod tests {
             of(&["radius=2px,0.1", "photons=1e5,3"]).unwrap(),
             ["photons=1e5 radius=2px", "photons=3 radius=2px", "photons=1e5 radius=0.1", "photons=3 radius=0.1"]
         );
-        let options = settings(&["alpha=0.5".parse().unwrap()]).unwrap()[0].args.options();
+        let options = settings(&["alpha=0.5".parse().unwrap()], false).unwrap()[0].args.options();
         assert_eq!(options.alpha, Some(0.5));
+    }
+
+    #[test]
+    fn each_value_can_stand_alone() {
+        let vary = ["radius=2px,0.1", "photons=3"].map(|text| text.parse().unwrap());
+        let labels: Vec<String> = settings(&vary, true).unwrap().iter().map(Setting::label).collect();
+        assert_eq!(labels, ["default", "radius=2px", "radius=0.1", "photons=3"]);
     }
 
     #[test]
