@@ -45,7 +45,9 @@ pub struct MeasureArgs {
     #[arg(long, value_name = "KNOB=V1,V2..", value_parser = vary, help = vary_help())]
     pub vary: Vec<Vary>,
 
-    /// Measure the default and each value by itself, rather than all combinations
+    /// Measure each value by itself and none of them, rather than all combinations
+    ///
+    /// An option with a single value is shared by all.
     #[arg(long)]
     pub each: bool,
 

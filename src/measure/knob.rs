@@ -128,8 +128,8 @@ impl Setting {
     }
 }
 
-/// All combinations, the last knob changing first; or, with `each`, the default and every value
-/// by itself.
+/// All combinations, the last knob changing first; or, with `each`, what is shared (the knobs
+/// of one value) and every value by itself.
 ///
 /// # Errors
 /// A value that `goblet render` would refuse, a knob that is there twice, or too many.
@@ -148,11 +148,15 @@ pub fn settings(vary: &[Vary], each: bool) -> Result<Vec<Setting>, KnobError> {
     if count > MAX_SETTINGS {
         return Err(KnobError::TooMany(count));
     }
+    let shared = |vary: &&Vary| vary.values.len() == 1;
+    let base: BTreeMap<_, _> = vary.iter().filter(shared).map(|vary| (vary.knob, vary.values[0].clone())).collect();
     if each {
-        let alone =
-            |vary: &Vary| vary.values.iter().map(|value| [(vary.knob, value.clone())].into()).collect::<Vec<_>>();
-        let values = vary.iter().flat_map(alone);
-        return std::iter::once(BTreeMap::new()).chain(values).map(Setting::new).collect();
+        let alone = |vary: &Vary, value: &String| {
+            base.clone().into_iter().chain([(vary.knob, value.clone())]).collect::<BTreeMap<_, _>>()
+        };
+        let varied = vary.iter().filter(|vary| !shared(vary));
+        let values = varied.flat_map(|vary| vary.values.iter().map(move |value| alone(vary, value)));
+        return std::iter::once(base.clone()).chain(values).map(Setting::new).collect();
     }
     let mut combinations = vec![BTreeMap::new()];
     for Vary { knob, values } in vary {
@@ -187,9 +191,12 @@ mod tests {
 
     #[test]
     fn each_value_can_stand_alone() {
-        let vary = ["radius=2px,0.1", "photons=3"].map(|text| text.parse().unwrap());
+        let vary = ["radius=2px,0.1", "photons=3", "alpha=0.5,1"].map(|text| text.parse().unwrap());
         let labels: Vec<String> = settings(&vary, true).unwrap().iter().map(Setting::label).collect();
-        assert_eq!(labels, ["default", "radius=2px", "radius=0.1", "photons=3"]);
+        assert_eq!(
+            labels,
+            ["photons=3", "photons=3 radius=2px", "photons=3 radius=0.1", "alpha=0.5 photons=3", "alpha=1 photons=3"]
+        );
     }
 
     #[test]
