@@ -104,12 +104,16 @@ impl Reference {
         if !self.resample || (image.width, image.height) == (width, height) {
             return image.clone();
         }
-        let values = image.pixels.iter().flatten().copied().collect();
+        // `resize` keeps values within 0 to 1.
+        let values = || image.pixels.iter().flatten().copied().filter(|value| value.is_finite());
+        let (least, most) = (values().fold(0.0, f32::min), values().fold(f32::MIN_POSITIVE, f32::max));
+        let values = image.pixels.iter().flatten().map(|value| (value - least) / (most - least)).collect();
         let Some(pixels) = ImageBuffer::<Rgb<f32>, Vec<f32>>::from_raw(image.width, image.height, values) else {
             return image.clone();
         };
         let pixels = resize(&pixels, width, height, FilterType::Triangle);
-        Image { width, height, pixels: pixels.pixels().map(|pixel| pixel.0).collect() }
+        let pixels = pixels.pixels().map(|pixel| pixel.0.map(|value| value * (most - least) + least)).collect();
+        Image { width, height, pixels }
     }
 }
 
@@ -145,7 +149,7 @@ mod tests {
 
     #[test]
     fn a_smaller_image_is_shown_as_large_where_that_is_asked_for() {
-        let grey = |size: u32| Image::from_pixels(size, size, vec![[0.4; 3]; (size * size) as usize]).unwrap();
+        let grey = |size: u32| Image::from_pixels(size, size, vec![[40.0, -0.5, 0.1]; (size * size) as usize]).unwrap();
         assert!(Reference::new(grey(8), false).error_of(&grey(4)).is_err());
         let error = Reference::new(grey(8), true).error_of(&grey(4)).unwrap();
         assert!(error.relmse < 1e-10 && error.flip < 1e-6, "{error:?}");
