@@ -329,8 +329,8 @@ struct Counters {
     uint lost_in_glass; // ended: found no way out of a dielectric
     uint eye_lost_in_glass;
     uint immersed;      // photon and eye paths that met something opaque in a dielectric
-    uint non_finite;    // paths dropped for a value that is not finite
-    uint saturated;     // deposits that would not fit the fixed-point sum
+    uint non_finite;    // paths and pixels dropped for a value that is not finite
+    uint saturated;     // sums and terms of sums that would not fit
     uint interrupted;   // invocations that the driver ended before they were done
     uint unfinished;    // invocations that wait for another dispatch
 };
@@ -343,8 +343,10 @@ struct VisiblePoint {
 
 // What a pixel remembers between iterations, besides the image.
 struct PixelState {
-    float photons; // kept so far: N of Hachisuka and Jensen 2009
-    float shrink;  // of the squared radius so far
+    uint found_low;  // photons found so far, 64 bits
+    uint found_high;
+    float shrink;    // of the squared radius so far ..
+    float rest;      // .. less what its rounding has left out
 };
 
 // A photon where it met a diffuse surface.
