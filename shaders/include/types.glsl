@@ -249,8 +249,8 @@ struct Light {
     uint primitive;     // area: a primitive reference; of an image: index into light_images
     vec3 direction;     // spot: axis; distant: the way the light travels
     float emission_pmf; // chance that a photon starts here
-    float cos_start;    // spot: full intensity inside, smooth falloff outside
-    float cos_end;      // spot: dark outside
+    float falloff_start; // spot: 1 - cos of the angle of full intensity; smooth falloff outside
+    float falloff_end;  // spot: 1 - cos of the angle outside which it is dark
     float area;         // triangle and disk: area
     uint two_sided;     // area: emits on both sides
     float reach2;       // area: squared distance from there, within which it is large
