@@ -47,3 +47,23 @@ fn what_no_number_can_hold_is_refused() {
         refuse(super::command::SCENE.to_owned(), &arguments, &[words]);
     }
 }
+
+/// A lamp far smaller and brighter than the sums have room for: the image is cut, and the
+/// command says so.
+#[test]
+fn what_does_not_fit_is_counted_by_pass_and_said() {
+    let bench = Bench::new();
+    bench.write(
+        "scene.pbrt",
+        "LookAt 0 0 -1e-5  0 0 0  0 1 0\nCamera \"perspective\" \"float fov\" .1\nWorldBegin\n\
+         AttributeBegin AreaLightSource \"diffuse\" \"rgb L\" [1 1 1]\nMaterial \"diffuse\"\n\
+         Shape \"sphere\" \"float radius\" 1e-7 AttributeEnd\nTranslate 0 0 1 Shape \"disk\"",
+    );
+    let options = ["--resolution", "1x1", "--photons", "1000", "--iterations", "3", "--stats", "x.json", "-o", "x.exr"];
+    let run = bench.rendered(&options);
+    assert!(run.stderr.contains("warning: update: 3 sums saturated: the image is too dark there"), "{}", run.stderr);
+    let stats = bench.json("x.json");
+    assert_eq!(stats["saturated"], serde_json::json!({ "eye": 0, "photon": 0, "gathering": 0, "update": 3 }));
+    let pixel = bench.image("x.exr").pixels[0][0];
+    assert!(pixel > 0.05 && pixel < 1.0, "{pixel}");
+}
