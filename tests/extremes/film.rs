@@ -70,7 +70,7 @@ fn one_photon_an_iteration_is_enough() {
     }
 }
 
-/// Takes a minute and a half in a release build: see docs/numerics.md.
+/// Takes a minute and a half: `cargo test --test extremes -- --ignored hundred`.
 #[test]
 #[ignore = "long"]
 fn a_hundred_million_photons_an_iteration_are_all_counted() {
