@@ -127,9 +127,8 @@ uint advance(inout Path path) {
 }
 
 bool is_finite(Path path) {
-    float size = max(abs(path.ray.direction.x) + abs(path.ray.direction.y) + abs(path.ray.direction.z),
-                     max(path.weight.x, max(path.weight.y, path.weight.z)));
-    return size < INFINITY_T && max(path.weight.x, max(path.weight.y, path.weight.z)) > 0.0;
+    vec3 size = abs(path.ray.origin) + abs(path.ray.direction) + abs(path.weight);
+    return all(lessThan(size, vec3(INFINITY_T))) && max(path.weight.x, max(path.weight.y, path.weight.z)) > 0.0;
 }
 
 void main() {

@@ -11,7 +11,7 @@
 
 STORED_TEXELS(1, 0, float, visible_radii2) // squared radius, 0 if there is no point
 TEXELS(1, 1, vec4, visible_throughputs) // w: length of the path
-layout(std430, set = 1, binding = 2) buffer PixelStateBlock { PixelState data[]; } pixel_states;
+UPDATED_TEXELS(1, 2, PixelState, pixel_states)
 layout(std430, set = 1, binding = 3) buffer MaxRadiusBlock { uint value; } max_radius2; // bits of a float
 
 layout(push_constant) uniform Push {
@@ -28,12 +28,14 @@ void main() {
     if (pixel >= pixel_count) {
         return;
     }
+    PixelState state = pixel_states_at(pixel);
     if (first != 0u) {
-        pixel_states.data[pixel] = PixelState(0.0, 1.0);
+        state = PixelState(0u, 0u, 1.0, 0.0);
+        store_pixel_states(pixel, state);
     }
     float path_length = visible_throughputs_at(pixel).w;
     float radius = clamp(per_length * path_length, least, most);
-    float radius2 = path_length > 0.0 ? radius * radius * shrink * pixel_states.data[pixel].shrink : 0.0;
+    float radius2 = path_length > 0.0 ? radius * radius * shrink * state.shrink : 0.0;
     store_visible_radii2(pixel, radius2);
     if (floatBitsToUint(radius2) > max_radius2.value) {
         atomicMax(max_radius2.value, floatBitsToUint(radius2));

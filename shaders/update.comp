@@ -14,11 +14,12 @@
 #include "filter.glsl"
 #include "flux_sums.glsl"
 #include "sum.glsl"
+#include "shrink.glsl"
 
 TEXELS(1, 0, float, visible_radii2)
 TEXELS(1, 1, vec4, visible_throughputs)
 TEXELS(1, 2, vec4, visible_radiances)
-layout(std430, set = 1, binding = 5) buffer PixelStateBlock { PixelState data[]; } pixel_states;
+UPDATED_TEXELS(1, 5, PixelState, pixel_states)
 UPDATED_TEXELS(1, 6, uvec4, sum_red)
 UPDATED_TEXELS(1, 7, uvec4, sum_green)
 UPDATED_TEXELS(1, 8, uvec4, sum_blue)
@@ -49,14 +50,6 @@ vec3 take_flux(uint pixel, out uint count) {
     return flux;
 }
 
-// The shrinking of a squared radius, and the photons kept: eq. 6 and 7.
-void shrink_radius(inout PixelState state, uint count) {
-    float photons = float(count);
-    float kept = state.photons + alpha * photons;
-    state.shrink *= kept / (state.photons + photons);
-    state.photons = kept;
-}
-
 uvec4 term_of(float radiance) {
     if (HAS_SIGNED_FILTER) {
         return to_signed_term(radiance);
@@ -76,6 +69,10 @@ void main() {
         float radius2 = visible_radii2_at(pixel);
         radiance += visible_throughputs_at(pixel).rgb * flux * (flux_scale / radius2);
     }
+    if (any(isnan(radiance))) {
+        atomicAdd(counters.value.non_finite, 1u);
+        radiance = vec3(0.0);
+    }
     if (!all(lessThan(abs(radiance), vec3(MAX_TERM)))) {
         atomicAdd(counters.value.saturated, 1u);
         vec3 largest = mix(vec3(LARGEST_TERM), vec3(-LARGEST_TERM), lessThan(radiance, vec3(0.0)));
@@ -90,8 +87,8 @@ void main() {
     }
 
     if (count > 0u) {
-        PixelState state = pixel_states.data[pixel];
-        shrink_radius(state, count);
-        pixel_states.data[pixel] = state;
+        PixelState state = pixel_states_at(pixel);
+        shrink_radius(state, count, alpha);
+        store_pixel_states(pixel, state);
     }
 }

@@ -75,7 +75,7 @@ pub struct Buffers {
     pub flux_counts: Buffer<u32>,
 
     // What is kept between iterations, by pixel.
-    pub pixel_states: Buffer<PixelState>,
+    pub pixel_states: Texels<PixelState>,
     pub sum_red: Texels<Sum>,
     pub sum_green: Texels<Sum>,
     pub sum_blue: Texels<Sum>,
@@ -105,7 +105,7 @@ impl Buffers {
             flux_green: device.buffer("flux_green", 2 * pixels)?,
             flux_blue: device.buffer("flux_blue", 2 * pixels)?,
             flux_counts: device.buffer("flux_counts", pixels)?,
-            pixel_states: device.buffer("pixel_states", pixels)?,
+            pixel_states: device.texels("pixel_states", pixels)?,
             sum_red: device.texels("sum_red", pixels)?,
             sum_green: device.texels("sum_green", pixels)?,
             sum_blue: device.texels("sum_blue", pixels)?,
@@ -114,7 +114,7 @@ impl Buffers {
         let mut frame = device.frame()?;
         let Self { flux_red, flux_green, flux_blue, flux_counts, .. } = &buffers;
         [flux_red, flux_green, flux_blue, flux_counts].into_iter().for_each(|flux| frame.clear(flux));
-        frame.clear(&buffers.pixel_states);
+        frame.clear_texels(&buffers.pixel_states);
         buffers.sums().into_iter().for_each(|sums| frame.clear_texels(sums));
         frame.run()?;
         Ok(buffers)

@@ -26,7 +26,7 @@ use crate::sequence::Shard;
 use crate::tally::Tally;
 
 /// The version of the format.
-const FORMAT: u32 = 1;
+const FORMAT: u32 = 2;
 /// The longest first line: enough for the counts of as many shards as there can be.
 const MAX_HEADER: u64 = 1 << 22;
 /// The largest image; its sums take 20 GiB.

@@ -18,7 +18,7 @@ use crate::radius::{FirstRadius, GlobalShrink, RadiusSchedule};
 use crate::renderer::RenderError;
 use crate::schedule::Schedule;
 use crate::sequence::{Place, Sequence, Shard};
-use crate::tally::Tally;
+use crate::tally::{Counted, Tally};
 use crate::upload::GpuScene;
 
 /// The passes, compiled for a scene and bound to its buffers.
@@ -177,7 +177,7 @@ impl Passes {
                 (first, tally) = (0, Tally::default());
                 continue;
             }
-            tally.add(&counters);
+            tally.add(Counted::Eye, &counters);
             first = end;
         }
         Ok(tally)
@@ -241,7 +241,7 @@ impl Passes {
                 return Ok(None);
             }
             if all.is_ok() || !progress.schedule.interrupted() {
-                progress.tally.add(&counters);
+                progress.tally.add(Counted::Photon, &counters);
                 return all.map(|()| Some(counters.recorded));
             }
         }
@@ -264,7 +264,7 @@ impl Passes {
             half_of_rounds: place.half,
         };
         let counters = on.run_counted(|frame| frame.dispatch(&self.update, push, settings.pixels))?;
-        progress.tally.add(&counters);
+        progress.tally.add(Counted::Update, &counters);
         Ok(())
     }
 

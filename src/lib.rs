@@ -63,4 +63,4 @@ pub use pack::{Envelopes, PackError, RevolutionSolver};
 pub use radius::RadiusSchedule;
 pub use renderer::{RenderError, Renderer, open_device};
 pub use sequence::Shard;
-pub use tally::Tally;
+pub use tally::{ByPass, Tally};

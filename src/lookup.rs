@@ -16,7 +16,7 @@ use crate::iteration::{Stage, finished};
 use crate::kernels::Specialization;
 use crate::options::LookupKind;
 use crate::renderer::RenderError;
-use crate::tally::Tally;
+use crate::tally::{Counted, Tally};
 
 /// One way or the other; both give the same sums.
 pub enum Lookup {
@@ -98,7 +98,7 @@ fn deposit<Push: Pod>(
     loop {
         let counters = on.run_counted(|frame| frame.dispatch(pass, push(resumed), invocations))?;
         finished(&counters, name, "a smaller radius")?;
-        total.add(&counters);
+        total.add(Counted::Gathering, &counters);
         if counters.unfinished == 0 {
             return Ok(total);
         }

@@ -12,8 +12,8 @@ use crate::sequence::{Sequence, Shard};
 const MAX_PHOTONS: u64 = 1 << 31;
 /// Pixels of an image, at most.
 const MAX_PIXELS: u64 = 1 << 28;
-/// Initial radii, in radii of the scene's bounding sphere.
-const RADIUS_RANGE: [f64; 2] = [1e-9, 1e4];
+/// Initial radii, in radii of the scene's bounding sphere. Positions are rounded to 6e-8 of that.
+const RADIUS_RANGE: [f64; 2] = [1e-7, 1e4];
 /// Iterations of a round of progressive photon mapping where nobody says how many photons
 /// it has.
 const DEFAULT_ROUND: u32 = 16;

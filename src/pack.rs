@@ -17,6 +17,8 @@ mod revolution;
 mod space;
 mod texture;
 
+use std::ops::RangeInclusive;
+
 use glam::{DAffine3, DVec3, Vec3A};
 use obvhs::aabb::Aabb;
 
@@ -52,6 +54,16 @@ pub enum PackError {
     /// Nothing emits.
     #[error("the scene has no light: expected a LightSource or AreaLightSource that is not black")]
     NoLight,
+    /// Light that fp32 cannot tell from none, or from what is infinitely bright.
+    #[error(
+        "the power of all lights over the square of the scene's size is {0:e} W/m^2; expected {least:e} to {most:e}",
+        least = POWERS.start(),
+        most = POWERS.end()
+    )]
+    Power(f64),
+    /// One light is too bright for fp32.
+    #[error("a light has a radiance, irradiance or intensity of {0:e}; expected at most {max:e}", max = f32::MAX)]
+    TooBright(f64),
     /// More primitives than a reference can name.
     #[error("the scene has {0} primitives; at most {max} fit", max = kernels::FIRST_MASK)]
     TooManyPrimitives(usize),
@@ -118,6 +130,10 @@ pub struct PackedScene {
     pub specialization: Specialization,
 }
 
+/// Mean of channels of the power of all lights, W at render scale: products of radiance,
+/// distance and radius stay well inside of fp32.
+const POWERS: RangeInclusive<f64> = 1e-30..=1e30;
+
 /// Scenes of so few primitives have no use for a hierarchy: see docs/performance.md.
 const MAX_FLAT: usize = 24;
 /// The same for bodies of revolution, at most as many as a mask has bits.
@@ -139,6 +155,7 @@ pub fn pack(scene: &Scene, solver: RevolutionSolver) -> Result<PackedScene, Pack
     if mean_power <= 0.0 {
         return Err(PackError::NoLight);
     }
+    packer.check_brightness(mean_power)?;
     let (emission_table, direct_table) = packer.choose_lights();
     let specialization = packer.specialization(scene, &direct_table);
     Ok(PackedScene {
@@ -236,16 +253,15 @@ impl Packer {
         let mirrored = shape.world_from_object.matrix3.determinant() < 0.0;
         for corners in &mesh.triangles {
             let vertices = corners.map(|corner| corner as usize);
-            let [a, mut b, mut c] = vertices;
+            let [a, b, c] = vertices;
             let normal = (points[b] - points[a]).cross(points[c] - points[a]);
             // As pbrt: shading normals decide which side is out, where there are any.
             let flip = match &normals {
                 Some(normals) => normal.dot(normals[a] + normals[b] + normals[c]) < 0.0,
                 None => shape.reverse_orientation ^ mirrored,
             };
-            if flip {
-                std::mem::swap(&mut b, &mut c);
-            }
+            let order = corner_order(vertices.map(|vertex| points[vertex]), flip);
+            let [a, b, c] = order.map(|corner| vertices[corner]);
             let corners = [a, b, c].map(|corner| points[corner].as_vec3());
             let reference = TRIANGLE << KIND_SHIFT | self.triangles.len() as u32;
             let mut bounds = Aabb::empty();
@@ -264,7 +280,7 @@ impl Packer {
                 }
                 None => NONE,
             };
-            self.add_uvs(&mesh.uvs, vertices, if flip { [0, 2, 1] } else { [0, 1, 2] });
+            self.add_uvs(&mesh.uvs, vertices, order);
             let [p0, p1, p2] = corners.map(|corner| corner.to_array());
             let material = shape.material as u32;
             self.triangles.push(Triangle { p0, material, p1, light, p2, normals: attributes });
@@ -333,6 +349,16 @@ impl Packer {
         }
     }
 
+    fn check_brightness(&self, mean_power: f64) -> Result<(), PackError> {
+        if !POWERS.contains(&mean_power) {
+            return Err(PackError::Power(mean_power));
+        }
+        match self.lights.iter().flat_map(|light| light.emission).find(|emission| !emission.is_finite()) {
+            Some(emission) => Err(PackError::TooBright(emission.into())),
+            None => Ok(()),
+        }
+    }
+
     fn specialization(&self, scene: &Scene, direct_table: &[AliasEntry]) -> Specialization {
         let has_light = |kind| self.lights.iter().any(|light| light.kind == kind);
         let shines = |kind| self.lights.iter().any(|light| light.kind == AREA && light.primitive >> KIND_SHIFT == kind);
@@ -386,6 +412,16 @@ impl Packer {
             ..of_materials
         }
     }
+}
+
+/// The order of a triangle's corners, turned over or not: first the one that is opposite to the
+/// longest edge, from which rays are intersected most accurately (intersect_triangle).
+fn corner_order(corners: [DVec3; 3], flip: bool) -> [usize; 3] {
+    let mut order = if flip { [0, 2, 1] } else { [0, 1, 2] };
+    let opposite = |i: usize| corners[order[(i + 1) % 3]].distance_squared(corners[order[(i + 2) % 3]]);
+    let first = (1..3).fold(0, |first, i| if opposite(i) > opposite(first) { i } else { first });
+    order.rotate_left(first);
+    order
 }
 
 /// A mesh's normals in world space, or `None` if it has none.

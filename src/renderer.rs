@@ -189,7 +189,7 @@ impl Renderer {
             first_radius: self.progress.first_radius,
             tally: self.progress.tally,
             estimate: self.estimate()?,
-            states: self.device.read(&self.buffers.pixel_states)?,
+            states: self.device.read_texels(&self.buffers.pixel_states)?,
         })
     }
 
@@ -204,7 +204,7 @@ impl Renderer {
         for (texels, sums) in self.buffers.sums().into_iter().zip(checkpoint.estimate.sums()) {
             self.device.write_texels(texels, sums)?;
         }
-        self.device.write(&self.buffers.pixel_states, &checkpoint.states)?;
+        self.device.write_texels(&self.buffers.pixel_states, &checkpoint.states)?;
         self.progress.done = done;
         self.progress.first_radius = checkpoint.first_radius;
         self.progress.seen = None;

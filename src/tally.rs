@@ -27,15 +27,65 @@ pub struct Tally {
     /// Photon and eye paths that met an opaque surface while in a dielectric: 0 unless
     /// something stands in glass or water. In a closed room, this is where lost ones end.
     pub immersed: u64,
-    /// Paths dropped because a value was not finite.
-    pub non_finite: u64,
-    /// Deposits that did not fit the fixed-point sum.
-    pub saturated: u64,
+    /// Paths dropped because a value was not finite, and pixels that lost an iteration so.
+    pub non_finite: ByPass,
+    /// Sums of photons, and pixels' terms of an iteration, that did not fit.
+    pub saturated: ByPass,
+}
+
+/// Counts by the pass of an iteration that found them.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub struct ByPass {
+    /// Eye paths.
+    pub eye: u64,
+    /// Photon paths.
+    pub photon: u64,
+    /// Photons that are added to visible points.
+    pub gathering: u64,
+    /// Pixels, as an iteration is added to the image.
+    pub update: u64,
+}
+
+/// A pass that counts.
+#[derive(Clone, Copy, Debug)]
+pub enum Counted {
+    Eye,
+    Photon,
+    Gathering,
+    Update,
+}
+
+impl ByPass {
+    fn of(pass: Counted, count: u32) -> Self {
+        let mut counts = Self::default();
+        let place = match pass {
+            Counted::Eye => &mut counts.eye,
+            Counted::Photon => &mut counts.photon,
+            Counted::Gathering => &mut counts.gathering,
+            Counted::Update => &mut counts.update,
+        };
+        *place = count.into();
+        counts
+    }
+
+    fn merge(&mut self, other: &Self) {
+        self.eye = self.eye.saturating_add(other.eye);
+        self.photon = self.photon.saturating_add(other.photon);
+        self.gathering = self.gathering.saturating_add(other.gathering);
+        self.update = self.update.saturating_add(other.update);
+    }
+
+    /// The counts that are not 0, with the names of their passes.
+    pub fn found(&self) -> impl Iterator<Item = (&'static str, u64)> {
+        let Self { eye, photon, gathering, update } = *self;
+        let counts = [("eye", eye), ("photon", photon), ("gathering", gathering), ("update", update)];
+        counts.into_iter().filter(|(_, count)| *count > 0)
+    }
 }
 
 impl Tally {
-    /// Adds what the device counted.
-    pub fn add(&mut self, counters: &Counters) {
+    /// Adds what the device counted in a pass.
+    pub(crate) fn add(&mut self, pass: Counted, counters: &Counters) {
         self.merge(&Self {
             emitted: counters.emitted.into(),
             recorded: counters.recorded.into(),
@@ -46,8 +96,8 @@ impl Tally {
             lost_in_glass: u64::from(counters.lost_in_glass) + u64::from(counters.eye_lost_in_glass),
             eye_lost_in_glass: counters.eye_lost_in_glass.into(),
             immersed: counters.immersed.into(),
-            non_finite: counters.non_finite.into(),
-            saturated: counters.saturated.into(),
+            non_finite: ByPass::of(pass, counters.non_finite),
+            saturated: ByPass::of(pass, counters.saturated),
         });
     }
 
@@ -63,7 +113,7 @@ impl Tally {
         add(&mut self.lost_in_glass, other.lost_in_glass);
         add(&mut self.eye_lost_in_glass, other.eye_lost_in_glass);
         add(&mut self.immersed, other.immersed);
-        add(&mut self.non_finite, other.non_finite);
-        add(&mut self.saturated, other.saturated);
+        self.non_finite.merge(&other.non_finite);
+        self.saturated.merge(&other.saturated);
     }
 }

@@ -56,13 +56,16 @@ impl View {
 }
 
 /// Packs a camera that sees `resolution` pixels, of which the film takes a part. Camera
-/// space keeps scene units.
+/// space is in units of about a render unit, so that directions in it have squares in fp32
+/// whatever the scene's size; its scale is a power of two, which rounds nothing.
 pub fn pack_camera(camera: &Camera, film: &Film, resolution: [u32; 2], render_from_world: &DAffine3) -> View {
-    let render_from_camera = *render_from_world * camera.world_from_camera;
+    let mut render_from_camera = *render_from_world * camera.world_from_camera;
+    let scale = render_from_camera.matrix3.x_axis.length().log2().round().exp2();
+    render_from_camera.matrix3 *= 1.0 / scale;
     let window = fit_window(camera.screen_window, film.resolution, resolution);
     let [left, right, bottom, top] = match camera.projection {
         Projection::Perspective { tan_half_fov } => window.map(|edge| edge * tan_half_fov),
-        Projection::Orthographic => window,
+        Projection::Orthographic => window.map(|edge| edge * scale),
         Projection::Equirectangular | Projection::EqualArea => [0.0, 1.0, 1.0, 0.0],
     };
     let [width, height] = resolution.map(f64::from);
@@ -82,8 +85,8 @@ pub fn pack_camera(camera: &Camera, film: &Film, resolution: [u32; 2], render_fr
         render_from_camera: rows(&render_from_camera),
         image_lower: lower.map(|edge| edge as f32),
         image_extent: [(upper[0] - lower[0]) as f32, (upper[1] - lower[1]) as f32],
-        lens_radius: camera.lens_radius as f32,
-        focal_distance: camera.focal_distance as f32,
+        lens_radius: (camera.lens_radius * scale) as f32,
+        focal_distance: (camera.focal_distance * scale) as f32,
         width: size[0],
         height: size[1],
     };

@@ -53,6 +53,8 @@ mod trace;
 mod tree;
 #[path = "kernels/triangle.rs"]
 mod triangle;
+#[path = "kernels/update.rs"]
+mod update;
 #[path = "kernels/world.rs"]
 mod world;
 

@@ -18,13 +18,13 @@ float sample_smoothstep(float u) {
 // A direction in a spot's cone with pdf proportional to its falloff; weight becomes the
 // integral of the falloff over solid angle.
 vec3 sample_spot(Light light, vec2 u, out float solid_angle) {
-    float core = 1.0 - light.cos_start;
-    float rim = 0.5 * (light.cos_start - light.cos_end);
+    float core = light.falloff_start;
+    float rim = 0.5 * (light.falloff_end - light.falloff_start);
     solid_angle = 2.0 * PI * (core + rim);
     float pick = u.x * (core + rim);
     float one_minus_cos = pick < core
         ? pick
-        : 1.0 - mix(light.cos_end, light.cos_start, sample_smoothstep(min((pick - core) / rim, 1.0)));
+        : mix(light.falloff_end, light.falloff_start, sample_smoothstep(min((pick - core) / rim, 1.0)));
     return to_world(sample_cap(vec2(1.0, u.y), one_minus_cos), light.direction);
 }
 

@@ -60,16 +60,22 @@ bool intersect_triangle(Triangle triangle, vec3 origin, Shear shear, inout Hit h
     precise float v = a.x * b.y - a.y * b.x;
     precise float w = b.x * c.y - b.y * c.x;
     bool inside = !(min(min(u, v), w) < 0.0 && max(max(u, v), w) > 0.0);
-    // u belongs to the edge p2 p0, opposite to p1; v to p0 p1, opposite to p2. The distance
-    // is a mean of the corners' distances, so that slivers give no nonsense; the sum is 0,
-    // and t no number, where the ray is in the plane.
-    float sum = u + v + w;
-    float t = (w * v0.z + u * v1.z + v * v2.z) * shear.inverse / sum;
-    if (!(inside && t > 0.0 && t < hit.t)) {
+    // Where that is, the two shorter edges say, between which p0 is (src/pack.rs): in needles,
+    // edge functions are differences of products so large that the point would be anywhere
+    // along the needle, and a ray would meet the needle that it leaves. Kept in the triangle,
+    // slivers give no nonsense; those seen from the edge have no area and are not met.
+    vec2 ab = b - a;
+    vec2 ac = c - a;
+    float area = ab.x * ac.y - ab.y * ac.x;
+    float per_area = 1.0 / area;
+    float to_p1 = clamp((a.y * ac.x - a.x * ac.y) * per_area, 0.0, 1.0);
+    float to_p2 = clamp((a.x * ab.y - a.y * ab.x) * per_area, 0.0, 1.0 - to_p1);
+    float t = (v0.z + to_p1 * (v1.z - v0.z) + to_p2 * (v2.z - v0.z)) * shear.inverse;
+    if (!(inside && area != 0.0 && t > 0.0 && t < hit.t)) {
         return false;
     }
     hit.t = t;
-    hit.barycentric = vec2(u, v) / sum;
+    hit.barycentric = vec2(to_p1, to_p2);
     return true;
 }
 

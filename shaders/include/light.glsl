@@ -23,9 +23,13 @@ bool is_near_lights(vec3 from) {
     return dot(d, d) < scene.lights_reach2;
 }
 
-// Smooth falloff of a spot light at a cosine.
-float spot_falloff(Light light, float cos_theta) {
-    return smoothstep(light.cos_end, light.cos_start, cos_theta);
+// Smooth falloff of a spot light in direction w.
+float spot_falloff(Light light, vec3 w) {
+    // 1 - cos, without the cancellation that would be all there is of a narrow cone.
+    vec3 d = w - light.direction;
+    float width = max(light.falloff_end - light.falloff_start, 1.0e-30);
+    float x = clamp((light.falloff_end - 0.5 * dot(d, d)) / width, 0.0, 1.0);
+    return x * x * (3.0 - 2.0 * x);
 }
 
 // Radiance of a point of an area light.
@@ -170,7 +174,7 @@ LightSample sample_sky(Light sky, vec3 from, vec2 u) {
 // Factor of a point light's intensity in direction w.
 vec3 intensity_towards(Light light, vec3 w) {
     if (HAS_SPOT_LIGHTS && light.kind == SPOT) {
-        return vec3(spot_falloff(light, dot(w, light.direction)));
+        return vec3(spot_falloff(light, w));
     }
     if (HAS_GONIOMETRIC_LIGHTS && light.kind == GONIOMETRIC) {
         return octahedral_color(light_images_at(light.primitive), w);

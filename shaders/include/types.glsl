@@ -249,8 +249,8 @@ struct Light {
     uint primitive;     // area: a primitive reference; of an image: index into light_images
     vec3 direction;     // spot: axis; distant: the way the light travels
     float emission_pmf; // chance that a photon starts here
-    float cos_start;    // spot: full intensity inside, smooth falloff outside
-    float cos_end;      // spot: dark outside
+    float falloff_start; // spot: 1 - cos of the angle of full intensity; smooth falloff outside
+    float falloff_end;  // spot: 1 - cos of the angle outside which it is dark
     float area;         // triangle and disk: area
     uint two_sided;     // area: emits on both sides
     float reach2;       // area: squared distance from there, within which it is large
@@ -329,8 +329,8 @@ struct Counters {
     uint lost_in_glass; // ended: found no way out of a dielectric
     uint eye_lost_in_glass;
     uint immersed;      // photon and eye paths that met something opaque in a dielectric
-    uint non_finite;    // paths dropped for a value that is not finite
-    uint saturated;     // deposits that would not fit the fixed-point sum
+    uint non_finite;    // paths and pixels dropped for a value that is not finite
+    uint saturated;     // sums and terms of sums that would not fit
     uint interrupted;   // invocations that the driver ended before they were done
     uint unfinished;    // invocations that wait for another dispatch
 };
@@ -343,8 +343,10 @@ struct VisiblePoint {
 
 // What a pixel remembers between iterations, besides the image.
 struct PixelState {
-    float photons; // kept so far: N of Hachisuka and Jensen 2009
-    float shrink;  // of the squared radius so far
+    uint found_low;  // photons found so far, 64 bits
+    uint found_high;
+    float shrink;    // of the squared radius so far ..
+    float rest;      // .. less what its rounding has left out
 };
 
 // A photon where it met a diffuse surface.

@@ -7,18 +7,19 @@ use proptest::prelude::*;
 use serde_json::{Value, json};
 
 use super::*;
+use crate::tally::ByPass;
 
 /// A checkpoint of a small image.
 fn small() -> impl Strategy<Value = Checkpoint> {
     let pixels = (1..6_u32, 1..4_u32).prop_flat_map(|(width, height)| {
         let length = (width * height) as usize;
         let sums = vec(any::<[u32; 4]>(), length);
-        let states = vec(any::<[u32; 2]>(), if width == 5 { 0 } else { length });
+        let states = vec(any::<[u32; 4]>(), if width == 5 { 0 } else { length });
         (Just([width, height]), [sums.clone(), sums.clone(), sums.clone()], sums, states)
     });
     let done = proptest::collection::btree_map(0..7_u32, any::<u32>(), 0..5);
     let radius = proptest::option::of([0.0..1e9_f32, 1e-30..1e9_f32, 1e-30..1e9_f32]);
-    let counts = vec(any::<u64>(), 11);
+    let counts = vec(any::<u64>(), 17);
     (pixels, done, radius, counts, -900..900_i32, "\\PC{0,20}").prop_map(
         |((resolution, radiance, second_half, states), done, radius, counts, exponent, scene)| {
             let iterations: u64 = done.values().map(|done| u64::from(*done)).sum();
@@ -46,7 +47,13 @@ fn small() -> impl Strategy<Value = Checkpoint> {
 }
 
 fn tally(counts: &[u64]) -> Tally {
-    let [a, b, c, d, e, f, g, h, i, j, k] = *counts else { panic!("{counts:?}") };
+    let [a, b, c, d, e, f, g, h, i, ..] = *counts else { panic!("{counts:?}") };
+    let by_pass = |first: usize| ByPass {
+        eye: counts[first],
+        photon: counts[first + 1],
+        gathering: counts[first + 2],
+        update: counts[first + 3],
+    };
     Tally {
         emitted: a,
         recorded: b,
@@ -57,15 +64,15 @@ fn tally(counts: &[u64]) -> Tally {
         lost_in_glass: g,
         eye_lost_in_glass: h,
         immersed: i,
-        non_finite: j,
-        saturated: k,
+        non_finite: by_pass(9),
+        saturated: by_pass(13),
     }
 }
 
 /// Finite numbers, which are equal to themselves.
-fn state(bits: [u32; 2]) -> PixelState {
-    let [photons, shrink] = bits.map(|bits| f32::from_bits(bits & 0xbfff_ffff));
-    PixelState { photons, shrink }
+fn state([found_low, found_high, shrink, rest]: [u32; 4]) -> PixelState {
+    let [shrink, rest] = [shrink, rest].map(|bits| f32::from_bits(bits & 0xbfff_ffff));
+    PixelState { found_low, found_high, shrink, rest }
 }
 
 fn encoded(checkpoint: &Checkpoint) -> Vec<u8> {
@@ -83,7 +90,7 @@ fn gzip(header: &[u8], data: &[u8]) -> Vec<u8> {
 /// A whole header, of which a test changes a part.
 fn header() -> Value {
     json!({
-        "goblet_checkpoint": 1, "identity": { "seed": "0" }, "scene": "x.pbrt",
+        "goblet_checkpoint": FORMAT, "identity": { "seed": "0" }, "scene": "x.pbrt",
         "made_by": { "version": "0", "device": "a", "driver": "b" },
         "shards": 2, "done": { "0": 3, "1": 2 }, "first_radius": [0.0, 0.1, 0.1],
         "tally": serde_json::to_value(Tally::default()).unwrap(),

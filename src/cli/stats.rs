@@ -94,11 +94,11 @@ impl Stats {
     /// What a user should know even without asking for statistics.
     pub fn warnings(&self) -> Vec<String> {
         let mut warnings = Vec::new();
-        if self.tally.non_finite > 0 {
-            warnings.push(format!("{} paths were dropped for values that are not finite", self.tally.non_finite));
+        for (pass, count) in self.tally.non_finite.found() {
+            warnings.push(format!("{pass}: {count} paths or pixels were dropped for values that are not finite"));
         }
-        if self.tally.saturated > 0 {
-            warnings.push(format!("{} deposits saturated: the image is too dark there", self.tally.saturated));
+        for (pass, count) in self.tally.saturated.found() {
+            warnings.push(format!("{pass}: {count} sums saturated: the image is too dark there"));
         }
         warnings
     }

@@ -32,17 +32,16 @@ impl Packer {
                 let light = kernels::Light { position: place(*position), ..light_of(POINT, intensity) };
                 (light, mean(intensity) * sphere)
             }
-            Light::Spot { position, direction, intensity, cos_falloff_start, cos_falloff_end } => {
+            Light::Spot { position, direction, intensity, falloff_start, falloff_end } => {
                 let intensity = *intensity * area_scale;
                 let light = kernels::Light {
                     position: place(*position),
                     direction: direction.as_vec3().to_array(),
-                    cos_start: *cos_falloff_start as f32,
-                    cos_end: *cos_falloff_end as f32,
+                    falloff_start: *falloff_start as f32,
+                    falloff_end: *falloff_end as f32,
                     ..light_of(SPOT, intensity)
                 };
-                let cone = 1.0 - 0.5 * (cos_falloff_start + cos_falloff_end);
-                (light, mean(intensity) * 2.0 * PI * cone)
+                (light, mean(intensity) * PI * (falloff_start + falloff_end))
             }
             Light::Distant { direction, irradiance } => {
                 let light =

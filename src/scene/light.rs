@@ -155,17 +155,17 @@ fn spot(params: &ParamList, world_from_light: DAffine3, location: &Location) -> 
         |v| (0.0..=end).contains(&v),
         "an angle from 0 to coneangle",
     )?;
-    let cos_falloff_start = (end - delta).to_radians().cos();
-    let cos_falloff_end = end.to_radians().cos();
+    let one_minus_cos = |angle: f64| 2.0 * (0.5 * angle.to_radians()).sin().powi(2);
+    let [falloff_start, falloff_end] = [end - delta, end].map(one_minus_cos);
     // The integral over directions of the cone with its smooth edge.
-    let cone = 2.0 * PI * ((1.0 - cos_falloff_start) + (cos_falloff_start - cos_falloff_end) / 2.0);
+    let cone = PI * (falloff_start + falloff_end);
     let (from, to) = (from(params)?, to(params)?);
     Ok(Light::Spot {
         position: world_from_light.transform_point3(from),
         direction: direction(to - from, world_from_light, location)?,
         intensity: emitted(params, "I")? * power(params, cone)?,
-        cos_falloff_start,
-        cos_falloff_end,
+        falloff_start,
+        falloff_end,
     })
 }
 

@@ -407,10 +407,10 @@ pub enum Light {
         direction: DVec3,
         /// Radiant intensity on the axis, W/sr; scale and power included.
         intensity: Rgb,
-        /// Cosine of the angle where the smooth falloff starts.
-        cos_falloff_start: f64,
-        /// Cosine of the angle beyond which nothing is emitted.
-        cos_falloff_end: f64,
+        /// One less the cosine of the angle where the smooth falloff starts.
+        falloff_start: f64,
+        /// One less the cosine of the angle beyond which nothing is emitted.
+        falloff_end: f64,
     },
     /// Parallel light from infinitely far away.
     Distant {

@@ -103,13 +103,13 @@ fn lights_have_the_units_of_pbrt() {
     let position = DVec3::Y;
     let expected = Light::Point { position, intensity };
     assert_eq!(point, expected);
-    let Light::Spot { direction, cos_falloff_start, cos_falloff_end, intensity, .. } = light(
+    let Light::Spot { direction, falloff_start, falloff_end, intensity, .. } = light(
         "Rotate 90 0 1 0 LightSource \"spot\" \"float coneangle\" 60 \"float conedeltaangle\" 60 \"float power\" 1",
     ) else {
         panic!("not a spot light");
     };
     assert!(direction.distance(DVec3::X) < 1e-12);
-    assert!((cos_falloff_start - 1.0).abs() < 1e-12 && (cos_falloff_end - 0.5).abs() < 1e-12);
+    assert!(falloff_start.abs() < 1e-12 && (falloff_end - 0.5).abs() < 1e-12);
     assert!((intensity.x - 1.0 / (2.0 * PI * 0.25)).abs() < 1e-12);
     let distant =
         light("LightSource \"distant\" \"point3 from\" [0 9 0] \"point3 to\" [0 0 0] \"float illuminance\" 5");

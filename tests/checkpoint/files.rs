@@ -27,10 +27,10 @@ fn what_is_no_checkpoint_is_refused() {
     let not_whole = "not a whole checkpoint of goblet";
     let cases: &[(&str, &[u8], &str)] = &[
         ("empty", b"", not_whole),
-        ("text", b"{\"goblet_checkpoint\":1}", not_whole),
+        ("text", b"{\"goblet_checkpoint\":2}", not_whole),
         ("half", &whole[..whole.len() / 2], not_whole),
         ("other gzip", &gzip(b"nothing\n"), not_whole),
-        ("other format", &gzip(b"{\"goblet_checkpoint\":2}\n"), "a checkpoint of format 2: expected format 1"),
+        ("other format", &gzip(b"{\"goblet_checkpoint\":1}\n"), "a checkpoint of format 1: expected format 2"),
         ("image", &bench.bytes("x.exr"), not_whole),
     ];
     for (case, contents, words) in cases {

@@ -45,6 +45,10 @@ impl Bench {
         self.device.read(buffer).expect("a download")
     }
 
+    pub fn read_texels<T: Pod>(&self, texels: &Texels<T>) -> Vec<T> {
+        self.device.read_texels(texels).expect("a download")
+    }
+
     /// Runs a test kernel that has no push constants.
     pub fn run<K>(&self, kernel: &K, invocations: usize)
     where

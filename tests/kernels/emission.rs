@@ -96,7 +96,7 @@ fn spot_share(cos: f64, cos_start: f64, cos_end: f64) -> f64 {
 
 #[test]
 fn spot_lights_shine_with_their_falloff() {
-    let degrees = |angle: f64| angle.to_radians().cos();
+    let one_minus_cos = |angle: f64| (2.0 * (0.5 * angle.to_radians()).sin().powi(2)) as f32;
     // Wide, narrow, nearly without a rim, and all rim.
     for (start, end) in [(25.0, 40.0), (1.0, 2.0), (29.9, 30.0), (0.0, 80.0), (60.0, 60.0)] {
         let direction = DVec3::new(0.48, -0.6, 0.64);
@@ -104,11 +104,11 @@ fn spot_lights_shine_with_their_falloff() {
             kind: SPOT,
             position: [0.3, 0.2, 0.1],
             direction: direction.as_vec3().to_array(),
-            cos_start: degrees(start) as f32,
-            cos_end: degrees(end) as f32,
+            falloff_start: one_minus_cos(start),
+            falloff_end: one_minus_cos(end),
             ..Light::zeroed()
         };
-        let (cos_start, cos_end) = (f64::from(light.cos_start), f64::from(light.cos_end));
+        let (cos_start, cos_end) = (1.0 - f64::from(light.falloff_start), 1.0 - f64::from(light.falloff_end));
         let whole = spot_share(cos_end, cos_start, cos_end);
         let emitted = emit(&lone(light, World::default()));
         let what = format!("spot light of {start} to {end} degrees");

@@ -361,9 +361,9 @@ fn assert_delta_light(world: &World, light: &Light, from: DVec3, seen: &Seen) {
         assert_eq!(seen.target, light.position);
         let mut radiance = double(light.emission) / to.length_squared();
         if light.kind == crate::generated::SPOT {
-            let cos = -to.normalize().dot(double(light.direction));
-            let edges = f64::from(light.cos_start) - f64::from(light.cos_end);
-            let x = ((cos - f64::from(light.cos_end)) / edges).clamp(0.0, 1.0);
+            let one_minus_cos = 1.0 + to.normalize().dot(double(light.direction));
+            let [start, end] = [light.falloff_start, light.falloff_end].map(f64::from);
+            let x = ((end - one_minus_cos) / (end - start)).clamp(0.0, 1.0);
             radiance *= x * x * (3.0 - 2.0 * x);
         }
         (to.normalize(), radiance)

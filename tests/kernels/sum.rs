@@ -3,21 +3,21 @@
 use crate::bench::{Bench, Rng};
 use crate::generated::{AddSums, AddTerms};
 
-type Sum = [u32; 4];
+pub type Sum = [u32; 4];
 
 /// The largest fp32 below 2^39.
 const LARGEST: f32 = 549_755_781_120.0;
 
-fn words(bits: u128) -> Sum {
+pub fn words(bits: u128) -> Sum {
     [0, 32, 64, 96].map(|shift| (bits >> shift) as u32)
 }
 
-fn number(sum: Sum) -> u128 {
+pub fn number(sum: Sum) -> u128 {
     sum.iter().rev().fold(0, |bits, word| bits << 32 | u128::from(*word))
 }
 
 /// Nearest integer; exact, since a value has 24 bits and f64 holds 53.
-fn to_term(value: f32) -> u128 {
+pub fn to_term(value: f32) -> u128 {
     ((f64::from(value) * 56_f64.exp2()).round_ties_even() as i128).cast_unsigned()
 }
 

@@ -45,12 +45,17 @@ fn place(rng: &mut Rng, size: f64) -> DVec3 {
 fn random_triangle(rng: &mut Rng) -> Triangle {
     let size = rng.log_range(1e-4, 1.0);
     let center = place(rng, size);
-    // Sharp, but no needles: the shortest height is a tenth of the longest side.
     loop {
-        let [a, b, c] = [0; 3].map(|_| size * rng.cube(1.0));
-        let height = (b - a).cross(c - a).length() / a.distance(b).max(b.distance(c)).max(c.distance(a));
-        if height > 0.1 * size {
-            return triangle([a, b, c].map(|corner| single(center + corner)));
+        let [a, b] = [0; 2].map(|_| size * rng.cube(1.0));
+        let c = a + a.distance(b) * rng.log_range(1e-3, 1.0) * rng.direction();
+        let corners = [a, b, c].map(|corner| single(center + corner));
+        let edge = |i: usize| double(corners[(i + 1) % 3]).distance(double(corners[(i + 2) % 3]));
+        // As the scene is packed: the two shorter edges meet in p0. Needles, but nothing flat.
+        let first = (0..3).max_by(|i, j| edge(*i).total_cmp(&edge(*j))).expect("an edge");
+        let [p0, p1, p2] = [0, 1, 2].map(|i| corners[(first + i) % 3]);
+        let [ab, ac] = [p1, p2].map(|corner| double(corner) - double(p0));
+        if ab.cross(ac).length() > 0.1 * ab.length() * ac.length() {
+            return triangle([p0, p1, p2]);
         }
     }
 }
@@ -81,7 +86,7 @@ fn rays_that_leave_a_triangle_do_not_meet_it_again() {
         let (position, error) = (double(departure.position), f64::from(departure.error));
         let height = (position - p0).dot(normal).abs();
         assert!(height <= normal.abs().element_sum() * error, "{arrival:?}: {departure:?} is {height:e} off");
-        // Sides have rounding errors of EPS of their lengths; the height is a tenth of them.
+        // Sides have rounding errors of EPS of their lengths; they are far from parallel.
         assert!(double(departure.normal).distance(normal) <= 100.0 * EPS, "{departure:?} has no normal {normal}");
         assert!(departure.t_again < 0.0, "{arrival:?} meets {triangle:?} again: {departure:?}");
         assert_offset(arrival, &departure);
