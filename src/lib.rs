@@ -52,7 +52,7 @@ pub mod tessellate;
 mod upload;
 mod view;
 
-pub use options::{DirectLight, Integrator, LookupKind, Options, Sampler};
+pub use options::{Contribution, DirectLight, Integrator, LookupKind, Options, Sampler};
 pub use pack::{Envelopes, PackError, RevolutionSolver};
 pub use radius::RadiusSchedule;
 pub use renderer::{RenderError, Renderer, open_device};

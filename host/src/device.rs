@@ -132,7 +132,16 @@ impl Device {
     /// # Errors
     /// The transfer fails.
     pub fn read<T: Pod>(&self, buffer: &Buffer<T>) -> Result<Vec<T>> {
-        let mut data = vec![T::zeroed(); buffer.len() as usize];
+        self.read_first(buffer, buffer.len())
+    }
+
+    /// The first elements of a buffer. Panics if it has not so many.
+    ///
+    /// # Errors
+    /// The transfer fails.
+    pub fn read_first<T: Pod>(&self, buffer: &Buffer<T>, count: u64) -> Result<Vec<T>> {
+        assert!(count <= buffer.len(), "buffer {} is too short", buffer.name());
+        let mut data = vec![T::zeroed(); count as usize];
         let bytes: &mut [u8] = bytemuck::cast_slice_mut(&mut data);
         for (index, chunk) in bytes.chunks_mut(STAGING_BYTES as usize).enumerate() {
             let offset = index as u64 * STAGING_BYTES;
@@ -188,7 +197,16 @@ impl Device {
     /// # Errors
     /// The transfer fails.
     pub fn read_texels<T: Pod>(&self, texels: &Texels<T>) -> Result<Vec<T>> {
-        let mut data = vec![T::zeroed(); texels.len() as usize];
+        self.read_first_texels(texels, texels.len())
+    }
+
+    /// The first elements of texels. Panics if there are not so many.
+    ///
+    /// # Errors
+    /// The transfer fails.
+    pub fn read_first_texels<T: Pod>(&self, texels: &Texels<T>, count: u64) -> Result<Vec<T>> {
+        assert!(count <= texels.len(), "texels {} are too short", texels.name());
+        let mut data = vec![T::zeroed(); count as usize];
         let rows = staged_rows(texels.raw());
         let bytes: &mut [u8] = bytemuck::cast_slice_mut(&mut data);
         for (index, chunk) in bytes.chunks_mut((rows * texels.raw().row_bytes()) as usize).enumerate() {

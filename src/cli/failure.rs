@@ -71,7 +71,7 @@ impl Failure {
             | Self::Device(goblet_host::Error::NoSuchDevice { .. }) => 2,
             Self::Checkpoint { reason: CheckpointError::Write(_) | CheckpointError::Device(_), .. } => 1,
             Self::Checkpoint { .. } => 2,
-            Self::Render(RenderError::Device(_) | RenderError::Interrupted { .. })
+            Self::Render(RenderError::Device(_) | RenderError::Interrupted { .. } | RenderError::GivenUp)
             | Self::Device(_)
             | Self::Output(_)
             | Self::Signals(_)
