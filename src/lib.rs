@@ -51,6 +51,8 @@ mod tally;
 pub mod tessellate;
 mod upload;
 mod view;
+#[cfg(feature = "view")]
+mod window;
 
 pub use options::{Contribution, DirectLight, Integrator, LookupKind, Options, Sampler};
 pub use pack::{Envelopes, PackError, RevolutionSolver};

@@ -1,5 +1,7 @@
 //! Iterations over a scene on a device.
 
+mod inspect;
+
 use std::rc::Rc;
 use std::time::{Duration, Instant};
 

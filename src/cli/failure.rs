@@ -53,6 +53,9 @@ pub enum Failure {
     /// What is known of a scene could not be put into words.
     #[error("cannot describe the scene: {0}")]
     Info(String),
+    /// There is no window to show anything in.
+    #[error("cannot open a window: {0}; goblet render needs none")]
+    Window(String),
     /// The validation layer had something to say.
     #[error("{} validation message(s), the first: {}", .0.len(), .0[0])]
     Validation(Vec<String>),
@@ -75,6 +78,7 @@ impl Failure {
             | Self::Device(_)
             | Self::Output(_)
             | Self::Signals(_)
+            | Self::Window(_)
             | Self::Stats { .. }
             | Self::Info(_)
             | Self::Validation(_) => 1,

@@ -190,7 +190,7 @@ pub struct RenderArgs {
 
 impl RenderArgs {
     /// What it says to the renderer.
-    pub(super) fn options(&self) -> Options {
+    pub(crate) fn options(&self) -> Options {
         Options {
             resolution: self.resolution,
             photons: self.photons,
