@@ -4,7 +4,7 @@
 # driver is lavapipe, which needs no GPU. What is there already is left alone.
 #
 #   sh install.sh            to build and render
-#   sh install.sh --tests    the Vulkan validation layers too, for the tests
+#   sh install.sh --tests    the Vulkan validation layers and Xvfb too, for the tests
 set -eu
 
 say() {
@@ -45,6 +45,12 @@ if [ "$tests" ]; then
     layer=explicit_layer.d/VkLayer_khronos_validation.json
     found "${VK_LAYER_PATH:-/nonexistent}/${layer#*/}" /usr/share/vulkan/$layer \
         /usr/local/share/vulkan/$layer /etc/vulkan/$layer || need vulkan-validationlayers
+    # A display for the window's test, and what windows load when they open.
+    command -v Xvfb >/dev/null || need xvfb
+    for library in libX11.so.6:libx11-6 libX11-xcb.so.1:libx11-xcb1 libXcursor.so.1:libxcursor1 \
+        libXi.so.6:libxi6 libxkbcommon-x11.so.0:libxkbcommon-x11-0; do
+        found /usr/lib/*/"${library%:*}" /usr/lib/"${library%:*}" /usr/lib64/"${library%:*}" || need "${library#*:}"
+    done
 fi
 
 if [ -z "$missing" ]; then exit 0; fi

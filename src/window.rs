@@ -12,6 +12,8 @@ mod quantity;
 mod render_thread;
 mod session;
 mod shared;
+#[cfg(test)]
+mod tests;
 mod watch;
 
 use std::path::Path;

@@ -117,3 +117,29 @@ fn without_a_display_there_is_a_clear_message() {
     assert_eq!(output.status.code(), Some(1), "{said}");
     assert!(said.starts_with("goblet: cannot open a window") && said.contains("goblet render"), "{said}");
 }
+
+/// The README's numbers and pictures: `goblet view` with its panel after a while, and how long
+/// events wait while the camera moves for ten seconds.
+#[test]
+#[ignore = "takes minutes, and its times are those of a release build on a quiet machine"]
+fn a_long_drag() {
+    let folder = Path::new(env!("CARGO_TARGET_TMPDIR"));
+    for (name, resolution, patience) in [("cornell-caustic", "720x720", 25), ("wine-cup", "1280x720", 90)] {
+        let scene = support::root().join(format!("scenes/{name}.pbrt"));
+        let stats = folder.join(format!("{name}.json"));
+        let mut desktop = Desktop::new();
+        let [scene, stats_text] = [&scene, &stats].map(|path| path.to_str().expect("a path"));
+        let child = view(&desktop, &[scene, "--resolution", resolution, "--quiet", "--stats", stats_text]);
+        desktop.find_window();
+        std::thread::sleep(Duration::from_secs(5));
+        let swing = |i: i16| [500 + ((f32::from(i) * 0.03).sin() * 120.0) as i16, 400 + i % 40];
+        desktop.drag((0..1000).map(swing), Duration::from_millis(10));
+        desktop.shot().save(&folder.join(format!("{name}-moving.png")));
+        desktop.press(&[R]);
+        std::thread::sleep(Duration::from_secs(patience));
+        desktop.shot().save(&folder.join(format!("{name}.png")));
+        desktop.close();
+        finish(child);
+        eprintln!("{name}: {}", fs::read_to_string(&stats).expect("a file"));
+    }
+}

@@ -26,6 +26,7 @@ const IDLE: Duration = Duration::from_millis(500);
 /// The error is estimated, and costs time, so often.
 const BETWEEN_ERRORS: Duration = Duration::from_secs(1);
 /// How far the window's thread comes before this one.
+#[cfg(unix)]
 const NICENESS: i32 = 10;
 
 /// The thread's state.
@@ -37,6 +38,8 @@ struct RenderThread<'a> {
     scene: Scene,
     /// .. and the one that it has in the file.
     home: Camera,
+    /// Its file.
+    path: PathBuf,
     loads: u64,
     /// None before the first one, and where scene or options do not let themselves be rendered.
     render: Option<Render>,
@@ -70,7 +73,8 @@ struct Render {
 
 /// Renders until the window closes.
 pub fn run(shared: &Shared, args: &RenderArgs, scene: Scene) {
-    // The device's own threads inherit it.
+    // The threads of a device that is software inherit it. If it cannot be had, that is no error.
+    #[cfg(unix)]
     let _ = rustix::process::nice(NICENESS);
     let device = match open_device(args.device.as_deref(), args.validate) {
         Ok(device) => Rc::new(device),
@@ -83,6 +87,7 @@ pub fn run(shared: &Shared, args: &RenderArgs, scene: Scene) {
         device: Rc::clone(&device),
         home: scene.camera,
         scene,
+        path: args.scene.clone(),
         loads: 0,
         render: None,
         failed: None,
@@ -125,7 +130,7 @@ impl RenderThread<'_> {
         render.moves = wish.moves;
         let is_done = wish.paused || self.args.iterations.is_some_and(|most| render.renderer.iterations() >= most);
         if !wish.saves.is_empty() && !is_coarse && (is_done || render.renderer.iterations() > 0) {
-            wish.saves.iter().for_each(|path| save(self.shared, self.args, wish, &render.renderer, path));
+            wish.saves.iter().for_each(|path| save(self.shared, self.args, &self.path, &render.renderer, path));
         } else if !wish.saves.is_empty() {
             self.shared.wish(false, |now| now.saves.extend(wish.saves.iter().cloned()));
         }
@@ -164,6 +169,7 @@ impl RenderThread<'_> {
                     news.files = Some(files(&wish.scene, &scene));
                 });
                 (self.home, self.scene) = (scene.camera, scene);
+                self.path.clone_from(&wish.scene);
                 self.render = None;
             }
             Err(error) => {
@@ -182,7 +188,7 @@ impl RenderThread<'_> {
             return Ok(());
         }
         self.scene.camera = target.camera;
-        let options = if is_coarse { coarse(&target.options) } else { target.options.clone() };
+        let options = if is_coarse { coarse(&target.options, &self.scene) } else { target.options.clone() };
         let restarted = match &mut self.render {
             Some(render) => render.renderer.restart(&self.scene, &options)?,
             None => false,
@@ -204,12 +210,12 @@ impl RenderThread<'_> {
 }
 
 /// The same in a hurry.
-fn coarse(options: &Options) -> Options {
+fn coarse(options: &Options, scene: &Scene) -> Options {
     let fewer = u64::from(COARSE * COARSE);
     Options {
-        resolution: options.resolution.map(|sides| sides.map(|side| side.div_ceil(COARSE))),
-        photons: options.photons.map(|photons| photons.div_ceil(fewer)),
-        radius: options.radius.map(|radius| radius * f64::from(COARSE)),
+        resolution: Some(options.resolution.unwrap_or(scene.film.resolution).map(|side| side.div_ceil(COARSE))),
+        photons: options.photons.or(scene.integrator.photons_per_iteration).map(|photons| photons.div_ceil(fewer)),
+        radius: options.radius.or(scene.integrator.radius).map(|radius| radius * f64::from(COARSE)),
         eye_paths: Some(1),
         ..options.clone()
     }
@@ -275,8 +281,8 @@ impl Render {
 }
 
 /// Writes what `goblet render` would: an image or a checkpoint, by the file's name.
-fn save(shared: &Shared, args: &RenderArgs, wish: &Wish, renderer: &Renderer, path: &Path) {
-    let scene = scene_name(&wish.scene);
+fn save(shared: &Shared, args: &RenderArgs, scene: &Path, renderer: &Renderer, path: &Path) {
+    let scene = scene_name(scene);
     let written = if path.extension().is_some_and(|extension| extension == "checkpoint") {
         save_checkpoint(&scene, path, renderer)
     } else {

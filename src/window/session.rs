@@ -47,7 +47,6 @@ pub struct Session {
     pub image: [u32; 2],
     /// How deep the point is that is being moved sideways.
     pub grabbed: Option<f64>,
-    scene: PathBuf,
     /// Whether this scene's camera was moved.
     has_moved: bool,
     /// Whether the size of the image is the window's.
@@ -86,7 +85,6 @@ impl Session {
             placement: Placement { origin: [0.0; 2], per_pixel: 1.0 },
             image: [1, 1],
             grabbed: None,
-            scene: path.to_owned(),
             has_moved: false,
             follows_window: follows_window(&scene.film),
             lengths: (Vec::new(), [0, 0]),
@@ -126,8 +124,10 @@ impl Session {
         } else {
             self.control = control;
             self.has_moved = false;
+            self.moves += 1;
         }
         self.follows_window = follows_window(&loaded.film);
+        self.look_again(false);
     }
 
     /// The camera was moved, or changed otherwise.
@@ -177,13 +177,11 @@ impl Session {
 
     /// Opens another scene.
     pub fn open(&mut self, path: &Path) {
-        self.scene = path.to_owned();
         self.scene_text = path.display().to_string();
         self.opening = Some(Opening::Another);
         self.shared.wish(true, |wish| {
             wish.scene = path.to_owned();
             wish.loads += 1;
-            wish.camera = None;
         });
     }
 

@@ -166,14 +166,15 @@ impl Swapchain {
         }
     }
 
-    /// Shows an image that was drawn; false if the window has changed.
+    /// Shows an image that was drawn; false if the window has changed too much for that.
     pub fn present(&self, index: u32) -> Result<bool> {
         let (handles, indices, drawn) = ([self.handle], [index], [self.drawn(index)]);
         let present =
             vk::PresentInfoKHR::default().wait_semaphores(&drawn).swapchains(&handles).image_indices(&indices);
         // SAFETY: the image was acquired, and a submission signals the semaphore.
         match unsafe { self.loader.queue_present(self.device.queue, &present) } {
-            Ok(suboptimal) => Ok(!suboptimal),
+            // Where it does not fit quite, the window will say that it was resized.
+            Ok(_) => Ok(true),
             Err(vk::Result::ERROR_OUT_OF_DATE_KHR) => Ok(false),
             Err(result) => Err(Error::Vulkan { call: "vkQueuePresentKHR", result }),
         }
