@@ -132,7 +132,8 @@ fn a_long_drag() {
         let child = view(&desktop, &[scene, "--resolution", resolution, "--quiet", "--stats", stats_text]);
         desktop.find_window();
         std::thread::sleep(Duration::from_secs(5));
-        let swing = |i: i16| [500 + ((f32::from(i) * 0.03).sin() * 120.0) as i16, 400 + i % 40];
+        // To and fro, so that the camera stays in the room.
+        let swing = |i: i16| [600 + ((f32::from(i) * 0.03).sin() * 25.0) as i16, 400 + (i % 20 - 10).abs()];
         desktop.drag((0..1000).map(swing), Duration::from_millis(10));
         desktop.shot().save(&folder.join(format!("{name}-moving.png")));
         desktop.press(&[R]);

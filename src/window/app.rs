@@ -1,7 +1,7 @@
 //! The window: events in, frames out.
 
 use std::sync::Arc;
-use std::time::Instant;
+use std::time::{Duration, Instant};
 
 use egui::{Context, ViewportCommand, ViewportId};
 use goblet_host::Interface;
@@ -31,8 +31,17 @@ pub struct App {
     device: Option<String>,
     validate: bool,
     context: Context,
+    /// When the window is to be drawn next, if it is.
+    draw_at: Option<Instant>,
+    /// But not before: drawing must leave time to render.
+    draw_after: Instant,
     opened: Option<Opened>,
 }
+
+/// The window pauses so many times as long as it draws ..
+const PAUSE: u32 = 2;
+/// .. but no longer than this.
+const MOST_PAUSE: Duration = Duration::from_millis(25);
 
 /// What there is once the window is open. The display goes before the window.
 struct Opened {
@@ -55,6 +64,8 @@ impl App {
             device,
             validate,
             context: Context::default(),
+            draw_at: None,
+            draw_after: Instant::now(),
             opened: None,
         }
     }
@@ -71,14 +82,16 @@ impl App {
         let input =
             egui_winit::State::new(self.context.clone(), ViewportId::ROOT, &*window, Some(scale), window.theme(), None);
         self.session.resized(window.inner_size().into());
-        window.request_redraw();
         self.opened = Some(Opened { display, input, window, is_stale: false });
+        self.redraw();
         Ok(())
     }
 
     /// Shows what there is.
     fn draw(&mut self, events: &ActiveEventLoop) -> Result<(), Failure> {
         let Some(Opened { display, input, window, is_stale }) = &mut self.opened else { return Ok(()) };
+        let start = Instant::now();
+        self.draw_at = None;
         let size: [u32; 2] = window.inner_size().into();
         if size.contains(&0) {
             return Ok(()); // there is nothing to be seen
@@ -107,17 +120,15 @@ impl App {
             self.latency.shown(self.session.seen);
         } else {
             *is_stale = true;
-            window.request_redraw();
+            self.draw_at = Some(start);
         }
+        self.draw_after = Instant::now() + MOST_PAUSE.min(PAUSE * start.elapsed());
         if let Some(viewport) = output.viewport_output.get(&ViewportId::ROOT) {
             if viewport.commands.contains(&ViewportCommand::Close) {
                 events.exit();
             }
-            match Instant::now().checked_add(viewport.repaint_delay) {
-                Some(_) if viewport.repaint_delay.is_zero() => window.request_redraw(),
-                Some(then) => events.set_control_flow(ControlFlow::WaitUntil(then)),
-                None => events.set_control_flow(ControlFlow::Wait),
-            }
+            let then = Instant::now().checked_add(viewport.repaint_delay);
+            self.draw_at = self.draw_at.into_iter().chain(then).min();
         }
         Ok(())
     }
@@ -129,10 +140,8 @@ impl App {
         }
     }
 
-    fn redraw(&self) {
-        if let Some(opened) = &self.opened {
-            opened.window.request_redraw();
-        }
+    fn redraw(&mut self) {
+        self.draw_at = Some(Instant::now());
     }
 }
 
@@ -153,11 +162,8 @@ impl ApplicationHandler<Wake> for App {
         }
     }
 
-    fn new_events(&mut self, _: &ActiveEventLoop, cause: StartCause) {
+    fn new_events(&mut self, _: &ActiveEventLoop, _: StartCause) {
         self.latency.looks();
-        if matches!(cause, StartCause::ResumeTimeReached { .. }) {
-            self.redraw();
-        }
     }
 
     fn user_event(&mut self, _: &ActiveEventLoop, wake: Wake) {
@@ -189,7 +195,13 @@ impl ApplicationHandler<Wake> for App {
         }
     }
 
-    fn about_to_wait(&mut self, _: &ActiveEventLoop) {
+    fn about_to_wait(&mut self, events: &ActiveEventLoop) {
+        let draw_at = self.draw_at.map(|when| when.max(self.draw_after));
+        match (draw_at, &self.opened) {
+            (Some(when), Some(opened)) if when <= Instant::now() => opened.window.request_redraw(),
+            (Some(when), _) => events.set_control_flow(ControlFlow::WaitUntil(when)),
+            (None, _) => events.set_control_flow(ControlFlow::Wait),
+        }
         self.latency.rests();
     }
 

@@ -17,8 +17,11 @@ use crate::scene::{Camera, Scene};
 
 /// After the camera has come to rest, coarse images are enough for so long.
 const REST: Duration = Duration::from_millis(150);
-/// Coarse images have a pixel for so many along each axis.
-const COARSE: u32 = 4;
+/// The first image of something has a pixel for so many along each axis, at least and at most:
+/// as many as it takes to be made in no time. Then half as many, and so on to one.
+const COARSE: [u32; 2] = [2, 8];
+/// No time, as a hand feels it.
+const AT_ONCE: Duration = Duration::from_millis(120);
 /// Pictures of quick iterations need not come more often.
 const LEAST_BETWEEN_VIEWS: Duration = Duration::from_millis(30);
 /// With nothing to do, it looks up so often.
@@ -45,6 +48,8 @@ struct RenderThread<'a> {
     render: Option<Render>,
     /// What has failed, and is not tried again.
     failed: Option<Target>,
+    /// Pixels along each axis that are one in a first image.
+    coarsest: u32,
 }
 
 /// What a render is of.
@@ -59,7 +64,8 @@ struct Target {
 struct Render {
     renderer: Renderer,
     target: Target,
-    is_coarse: bool,
+    /// Pixels along each axis that are one.
+    coarseness: u32,
     /// Moves of the camera that it has seen.
     moves: u64,
     /// That iterations took.
@@ -91,6 +97,7 @@ pub fn run(shared: &Shared, args: &RenderArgs, scene: Scene) {
         loads: 0,
         render: None,
         failed: None,
+        coarsest: COARSE[1],
     };
     loop {
         let wish = shared.take_wish();
@@ -124,8 +131,10 @@ impl RenderThread<'_> {
             self.shared.wait(IDLE);
             return Ok(());
         }
-        let is_coarse = wish.moved.is_some_and(|moved| moved.elapsed() < REST);
-        self.aim(target, is_coarse)?;
+        let is_moving = wish.moved.is_some_and(|moved| moved.elapsed() < REST);
+        let coarseness = self.coarseness(&target, is_moving);
+        let is_coarse = coarseness > 1;
+        self.aim(target, coarseness)?;
         let Some(render) = &mut self.render else { return Ok(()) };
         render.moves = wish.moves;
         let is_done = wish.paused || self.args.iterations.is_some_and(|most| render.renderer.iterations() >= most);
@@ -141,12 +150,16 @@ impl RenderThread<'_> {
         }
         let before = self.device.pass_times();
         let start = Instant::now();
-        // Coarse images are quick, and of use to a hand that moves on.
-        let gives_up = || !is_coarse && self.shared.in_hurry();
+        // First images are quick, and of use to a hand that moves on.
+        let is_first = coarseness == self.coarsest;
+        let gives_up = || !is_first && self.shared.in_hurry();
         if render.renderer.step_unless(&gives_up)? {
             render.time += start.elapsed();
             render.passes = since(&before, self.device.pass_times());
             render.tell(self.shared, wish.quantity, if is_coarse { "looking" } else { "rendering" })?;
+            if is_first {
+                self.observe(start.elapsed());
+            }
         }
         Ok(())
     }
@@ -182,13 +195,34 @@ impl RenderThread<'_> {
         }
     }
 
+    /// How many pixels along each axis are to be one: what is new is seen coarsely first.
+    fn coarseness(&self, target: &Target, is_moving: bool) -> u32 {
+        match &self.render {
+            Some(render) if render.target == *target => match render.renderer.iterations() {
+                0 => render.coarseness,
+                _ if is_moving => render.coarseness,
+                _ => (render.coarseness / 2).max(1),
+            },
+            _ => self.coarsest,
+        }
+    }
+
+    /// Learns how long a first image took.
+    fn observe(&mut self, took: Duration) {
+        // Four times the pixels take about four times as long.
+        let other = if took > AT_ONCE { 2 * self.coarsest } else { self.coarsest / 2 };
+        if took > AT_ONCE || 5 * took < AT_ONCE {
+            self.coarsest = other.clamp(COARSE[0], COARSE[1]);
+        }
+    }
+
     /// Begins to render something else, if it is something else.
-    fn aim(&mut self, target: Target, is_coarse: bool) -> Result<(), Failure> {
-        if self.render.as_ref().is_some_and(|render| render.target == target && render.is_coarse == is_coarse) {
+    fn aim(&mut self, target: Target, coarseness: u32) -> Result<(), Failure> {
+        if self.render.as_ref().is_some_and(|render| render.target == target && render.coarseness == coarseness) {
             return Ok(());
         }
         self.scene.camera = target.camera;
-        let options = if is_coarse { coarse(&target.options, &self.scene) } else { target.options.clone() };
+        let options = coarse(&target.options, &self.scene, coarseness);
         let restarted = match &mut self.render {
             Some(render) => render.renderer.restart(&self.scene, &options)?,
             None => false,
@@ -202,20 +236,23 @@ impl RenderThread<'_> {
             self.render = Some(Render::new(renderer, target.clone()));
         }
         if let Some(render) = &mut self.render {
-            (render.target, render.is_coarse) = (target, is_coarse);
+            (render.target, render.coarseness) = (target, coarseness);
             (render.time, render.error, render.told) = (Duration::ZERO, None, None);
         }
         Ok(())
     }
 }
 
-/// The same in a hurry.
-fn coarse(options: &Options, scene: &Scene) -> Options {
-    let fewer = u64::from(COARSE * COARSE);
+/// The same, with so many pixels along each axis made one, and in a hurry if they are.
+fn coarse(options: &Options, scene: &Scene, coarseness: u32) -> Options {
+    if coarseness == 1 {
+        return options.clone();
+    }
+    let fewer = u64::from(coarseness * coarseness);
     Options {
-        resolution: Some(options.resolution.unwrap_or(scene.film.resolution).map(|side| side.div_ceil(COARSE))),
+        resolution: Some(options.resolution.unwrap_or(scene.film.resolution).map(|side| side.div_ceil(coarseness))),
         photons: options.photons.or(scene.integrator.photons_per_iteration).map(|photons| photons.div_ceil(fewer)),
-        radius: options.radius.or(scene.integrator.radius).map(|radius| radius * f64::from(COARSE)),
+        radius: options.radius.or(scene.integrator.radius).map(|radius| radius * f64::from(coarseness)),
         eye_paths: Some(1),
         ..options.clone()
     }
@@ -232,7 +269,7 @@ impl Render {
         Self {
             renderer,
             target,
-            is_coarse: false,
+            coarseness: 1,
             moves: 0,
             time: Duration::ZERO,
             passes: Vec::new(),
@@ -252,7 +289,7 @@ impl Render {
         }
         let estimate = self.renderer.estimate()?;
         let has_lengths = self.told.is_some();
-        if !self.is_coarse && (self.error.is_none() || self.estimated.elapsed() > BETWEEN_ERRORS) {
+        if self.coarseness == 1 && (self.error.is_none() || self.estimated.elapsed() > BETWEEN_ERRORS) {
             self.error = estimate.relative_error();
             self.estimated = Instant::now();
         }

@@ -122,7 +122,7 @@ fn a_moving_camera_sees_coarse_pictures_and_then_fine_ones() {
             (wish.camera, wish.moves, wish.moved) = (Some(moved), moves, Some(Instant::now()));
         });
         let seen = rendering.wait("a move", |news| news.view.take_if(|view| view.moves == moves));
-        assert_eq!(seen.picture.size, [6, 4]);
+        assert!(seen.picture.size[0] < 24, "{:?}", seen.picture.size);
         moved.world_from_camera.translation.x += 0.1;
     }
     let fine = rendering.wait("a fine picture", |news| news.view.take_if(|view| view.picture.size == [24, 16]));
