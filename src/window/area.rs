@@ -5,6 +5,7 @@ use std::path::PathBuf;
 use egui::{CentralPanel, Context, Frame, Key, PointerButton, Response, Sense};
 use glam::DVec3;
 
+use super::quantity::Quantity;
 use super::session::Session;
 
 /// Radians of a drag across a point.
@@ -17,6 +18,9 @@ const NOTCH_POINTS: f64 = 50.0;
 const SPEED: f64 = 0.7;
 /// A lens where there was none, in distances to the focus.
 const FIRST_LENS: f64 = 0.005;
+
+/// Keys of what can be shown, in the order of the list.
+const DIGITS: [Key; 8] = [Key::Num1, Key::Num2, Key::Num3, Key::Num4, Key::Num5, Key::Num6, Key::Num7, Key::Num8];
 
 /// Lets the user move the camera.
 pub fn show(context: &Context, session: &mut Session) {
@@ -114,6 +118,12 @@ fn keys(context: &Context, session: &mut Session) {
             session.save(&path);
         }
         return;
+    }
+    for (key, quantity) in DIGITS.into_iter().zip(Quantity::ALL) {
+        if pressed(key) && quantity != session.quantity {
+            session.quantity = quantity;
+            session.changed_view();
+        }
     }
     if pressed(Key::R) {
         session.reset();

@@ -26,7 +26,7 @@ pub fn show(context: &Context, session: &mut Session) {
         ui.collapsing("Keys", |ui| {
             ui.label(
                 "drag: orbit; right button or shift: pan\nwheel: nearer; with ctrl: aperture\nclick: focus, and orbit \
-                 about it\nW A S D E Q: fly; shift: faster\nR: reset; C: copy the camera\nspace: pause; H: panel; Esc: \
+                 about it\nW A S D E Q: fly; shift: faster\nR: reset; C: copy the camera\n1 to 8: what to show\nspace: pause; H: panel; Esc: \
                  quit",
             );
         });

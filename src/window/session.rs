@@ -216,9 +216,8 @@ impl Session {
     /// Length of an eye path, scene units.
     fn length_at(&self, at: DVec2) -> Option<f64> {
         let (lengths, [width, height]) = &self.lengths;
-        let place = |fraction: f64, side: u32| {
-            (fraction >= 0.0 && fraction < 1.0).then(|| (fraction * f64::from(side)) as usize)
-        };
+        let place =
+            |fraction: f64, side: u32| (0.0..1.0).contains(&fraction).then(|| (fraction * f64::from(side)) as usize);
         let (x, y) = (place(at.x, *width)?, place(at.y, *height)?);
         lengths.get(y * *width as usize + x).copied().filter(|length| *length > 0.0).map(f64::from)
     }
