@@ -4,8 +4,8 @@
 # driver is lavapipe, which needs no GPU. What is there already is left alone.
 #
 #   sh install.sh            to build and render
-#   sh install.sh --tests    for the tests too: the Vulkan validation layers, and a browser
-#                            that opens the reports of measurements
+#   sh install.sh --tests    for the tests too: the Vulkan validation layers, Xvfb, and a
+#                            browser that opens the reports of measurements
 set -eu
 
 say() {
@@ -48,6 +48,12 @@ if [ "$tests" ]; then
         /usr/local/share/vulkan/$layer /etc/vulkan/$layer || need vulkan-validationlayers
     command -v chromium >/dev/null || command -v chromium-browser >/dev/null ||
         command -v google-chrome >/dev/null || need chromium
+    # A display for the window's test, and what windows load when they open.
+    command -v Xvfb >/dev/null || need xvfb
+    for library in libX11.so.6:libx11-6 libX11-xcb.so.1:libx11-xcb1 libXcursor.so.1:libxcursor1 \
+        libXi.so.6:libxi6 libxkbcommon-x11.so.0:libxkbcommon-x11-0; do
+        found /usr/lib/*/"${library%:*}" /usr/lib/"${library%:*}" /usr/lib64/"${library%:*}" || need "${library#*:}"
+    done
 fi
 
 if [ -z "$missing" ]; then exit 0; fi

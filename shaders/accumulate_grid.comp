@@ -31,6 +31,7 @@ layout(push_constant) uniform Push {
     uint height;
     uint cell_mask;
     uint resumed; // 1 to go on from `places`
+    uint offset;  // of this dispatch's invocations
     uint two;     // 2, see interruption.glsl
 };
 
@@ -110,7 +111,7 @@ void gather_from(PhotonRecord photon, bool wanted, Point points[POINTS], inout G
 
 void main() {
     uint lane = gl_SubgroupInvocationID & 31u;
-    uint invocation = numbered_by_subgroup();
+    uint invocation = offset + numbered_by_subgroup();
     float inverse_size = 1.0 / cell_size(max_radius2.value);
     GridPlace place = GridPlace(0u, 0u, 0u, 0u);
     if (resumed != 0u) {

@@ -25,6 +25,7 @@ layout(push_constant) uniform Push {
     uint stride;
     uint node_count;
     uint resumed; // 1 to go on from `places`
+    uint offset;  // of this dispatch's invocations
     uint two;     // 2, see interruption.glsl
 };
 
@@ -48,7 +49,7 @@ Photon load_photon(uint index) {
 }
 
 void main() {
-    uint invocation = invocation_index();
+    uint invocation = offset + invocation_index();
     if (invocation >= min(stride, recorded) || node_count == 0u) {
         return; // its photons are another invocation's
     }

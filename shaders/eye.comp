@@ -37,7 +37,8 @@ layout(push_constant) uniform Push {
     uint paths;          // of a pixel
     uint first;          // of those of this dispatch
     uint end;
-    uint two; // 2, see interruption.glsl
+    uint offset; // of this dispatch's invocations
+    uint two;    // 2, see interruption.glsl
 };
 
 // Pairs of random numbers of an eye path. Scattering takes one per bounce from PAIR_LOBE; where
@@ -225,7 +226,7 @@ EyePath follow(Ray ray, Random random) {
 
 void main() {
     scene = scene_info_at(0u);
-    uint pixel = pixel_of(invocation_index(), camera_at(0u).width, camera_at(0u).height);
+    uint pixel = pixel_of(offset + invocation_index(), camera_at(0u).width, camera_at(0u).height);
     if (pixel == NONE) {
         return;
     }

@@ -31,6 +31,7 @@ layout(push_constant) uniform Push {
     uint end;
     uint stride;
     uint capacity;    // of photons
+    uint offset;      // of this dispatch's invocations
     uint two;         // 2, see interruption.glsl
 };
 
@@ -133,7 +134,7 @@ bool is_finite(Path path) {
 
 void main() {
     scene = scene_info_at(0u);
-    uint invocation = invocation_index();
+    uint invocation = offset + invocation_index();
     if (invocation >= stride) {
         return; // its photons are another invocation's
     }

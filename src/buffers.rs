@@ -1,6 +1,6 @@
 //! Every buffer of the algorithm, with its one size formula.
 
-use goblet_host::{Buffer, Device, Texels};
+use goblet_host::{Buffer, Device, Frame, Texels};
 
 use crate::estimate::Sum;
 use crate::kernels::{Camera, Cell, Counters, GridPlace, PhotonRecord, PixelState, VisiblePoint};
@@ -52,7 +52,8 @@ pub fn invocations_by_tile(resolution: [u32; 2]) -> u64 {
 /// Device memory of a render; `shaders/` documents the contents. Arrays are split by field: a
 /// device may bind no more than 128 MiB of a buffer and 1 GiB of texels at once.
 pub struct Buffers {
-    pub resolution: [u32; 2],
+    /// Invocations that take pixels by tile, at most.
+    pub most_by_tile: u64,
     pub camera: Texels<Camera>,
     pub filter_table: Texels<f32>,
     pub counters: Buffer<Counters>,
@@ -91,7 +92,7 @@ impl Buffers {
         let Sizes { resolution, recorded } = sizes;
         let pixels = resolution.map(u64::from).iter().product();
         let buffers = Self {
-            resolution,
+            most_by_tile: invocations_by_tile(resolution),
             camera: device.upload_texels("camera", &[view.camera])?,
             filter_table: device.upload_texels("filter_table", &view.filter_table)?,
             counters: device.buffer("counters", 1)?,
@@ -111,13 +112,32 @@ impl Buffers {
             sum_blue: device.texels("sum_blue", pixels)?,
             sum_second: device.texels("sum_second", pixels)?,
         };
-        let mut frame = device.frame()?;
-        let Self { flux_red, flux_green, flux_blue, flux_counts, .. } = &buffers;
-        [flux_red, flux_green, flux_blue, flux_counts].into_iter().for_each(|flux| frame.clear(flux));
-        frame.clear_texels(&buffers.pixel_states);
-        buffers.sums().into_iter().for_each(|sums| frame.clear_texels(sums));
-        frame.run()?;
+        buffers.clear(device)?;
         Ok(buffers)
+    }
+
+    /// Whether an image of this size fits.
+    pub fn fit(&self, resolution: [u32; 2]) -> bool {
+        let pixels: u64 = resolution.map(u64::from).iter().product();
+        pixels <= self.flux_counts.len() && invocations_by_tile(resolution) <= self.most_by_tile
+    }
+
+    /// Forgets all iterations.
+    ///
+    /// # Errors
+    /// The device fails.
+    pub fn clear(&self, device: &Device) -> goblet_host::Result<()> {
+        let mut frame = device.frame()?;
+        self.clear_flux(&mut frame);
+        frame.clear_texels(&self.pixel_states);
+        self.sums().into_iter().for_each(|sums| frame.clear_texels(sums));
+        frame.run()
+    }
+
+    /// Forgets the photons of an unfinished iteration.
+    pub fn clear_flux(&self, frame: &mut Frame<'_>) {
+        let Self { flux_red, flux_green, flux_blue, flux_counts, .. } = self;
+        [flux_red, flux_green, flux_blue, flux_counts].into_iter().for_each(|flux| frame.clear(flux));
     }
 
     /// The sums of red, green, blue, and of the second half's luminance.

@@ -16,6 +16,8 @@ mod solver;
 mod stats;
 pub mod tessellate;
 mod values;
+#[cfg(feature = "view")]
+pub mod view;
 
 pub use advise::AdviseArgs;
 pub use failure::Failure;
@@ -47,6 +49,14 @@ pub enum Command {
     /// codes: 0 done, 1 the render, the device or an output failed, 2 wrong usage, scene
     /// or checkpoint, 130 stopped by a signal before it was done.
     Render(Box<RenderArgs>),
+    /// Show a pbrt-v4 scene in a window, and move the camera in it
+    ///
+    /// Takes the options of `goblet render`, but for those of long renders. Without
+    /// --iterations, it goes on until the window is closed; --output is the file that the panel
+    /// saves to, and --stats has how long events waited for a frame. Exit codes: 0 closed, 1 no
+    /// display, or the device failed, 2 wrong usage or scene.
+    #[cfg(feature = "view")]
+    View(Box<RenderArgs>),
     /// Add the checkpoints of shards, and write their image
     ///
     /// The order of the files does not matter, and the image is the same, bit for bit, as

@@ -9,7 +9,7 @@ use serde::{Deserialize, Serialize};
 use sha2::{Digest, Sha256};
 
 use crate::checkpoint::CheckpointError;
-use crate::options::{Options, Resolved};
+use crate::options::{Contribution, Options, Resolved};
 use crate::pack::PackedScene;
 use crate::scene::Scene;
 use crate::view::View;
@@ -26,6 +26,9 @@ const DIGEST: &str = "sha256:";
 /// for their sake: they are looked at first.
 const PARTS: [&str; 4] = ["the shapes", "the materials", "the lights", "the camera"];
 
+/// What is said of images that have not all light.
+const CONTRIBUTION: &str = "light";
+
 impl Identity {
     /// Of a render with these options.
     pub(crate) fn new(
@@ -35,16 +38,26 @@ impl Identity {
         options: &Options,
         resolved: &Resolved,
     ) -> Self {
-        let Resolved { resolution: [width, height], photons, radius, alpha, max_depth, seed, sequence, .. } = resolved;
-        let radius_in_pixels = resolved.radius_in_pixels;
-        let name = |value: Option<clap::builder::PossibleValue>| value.map(|value| value.get_name().to_owned());
-        let values = [
+        let parts = [
             (PARTS[0], shapes(packed)),
             (
                 PARTS[1],
                 digest(&[bytes(&packed.materials), bytes(&packed.texture_nodes), bytes(&packed.texture_texels)]),
             ),
             (PARTS[2], lights(packed)),
+        ];
+        let mut identity = Self(parts.into_iter().map(|(name, value)| (name.to_owned(), value)).collect());
+        identity.set_view(scene, view, options, resolved);
+        identity
+    }
+
+    /// Makes it that of a render of the same shapes, materials and lights, seen and rendered
+    /// otherwise.
+    pub(crate) fn set_view(&mut self, scene: &Scene, view: &View, options: &Options, resolved: &Resolved) {
+        let Resolved { resolution: [width, height], photons, radius, alpha, max_depth, seed, sequence, .. } = resolved;
+        let radius_in_pixels = resolved.radius_in_pixels;
+        let name = |value: Option<clap::builder::PossibleValue>| value.map(|value| value.get_name().to_owned());
+        let values = [
             (PARTS[3], digest(&[bytes(&[view.camera]), bytes(&view.filter_table), view.projection_name()])),
             ("resolution", format!("{width}x{height}")),
             ("exposure", scene.film.exposure.to_string()),
@@ -61,7 +74,11 @@ impl Identity {
             ("sampler", name(options.sampler.to_possible_value()).unwrap_or_default()),
             ("revolution solver", options.revolution_solver.to_string()),
         ];
-        Self(values.into_iter().map(|(name, value)| (name.to_owned(), value)).collect())
+        self.0.extend(values.into_iter().map(|(name, value)| (name.to_owned(), value)));
+        self.0.remove(CONTRIBUTION);
+        if options.contribution != Contribution::All {
+            self.0.extend(name(options.contribution.to_possible_value()).map(|value| (CONTRIBUTION.to_owned(), value)));
+        }
     }
 
     /// Whether a checkpoint with the identity `other` is of this render.

@@ -4,7 +4,7 @@
 use std::ops::Range;
 use std::time::{Duration, Instant};
 
-use bytemuck::Zeroable;
+use bytemuck::{Pod, Zeroable};
 use goblet_host::{Device, Frame, Pass};
 
 use crate::buffers::{Buffers, invocations_by_tile};
@@ -13,10 +13,10 @@ use crate::kernels::{
     Counters, Eye, EyePush, Photon, PhotonPush, Radius, RadiusPush, Specialization, Update, UpdatePush,
 };
 use crate::lookup::Lookup;
-use crate::options::LookupKind;
+use crate::options::{Contribution, LookupKind};
 use crate::radius::{FirstRadius, GlobalShrink, RadiusSchedule};
 use crate::renderer::RenderError;
-use crate::schedule::Schedule;
+use crate::schedule::{Pace, Schedule};
 use crate::sequence::{Place, Sequence, Shard};
 use crate::tally::{Counted, Tally};
 use crate::upload::GpuScene;
@@ -33,8 +33,8 @@ pub struct Passes {
 /// What an iteration needs to know.
 #[derive(Clone, Copy, Debug)]
 pub struct Settings {
-    /// Pixels of the image.
-    pub pixels: u64,
+    /// Width and height of the image.
+    pub resolution: [u32; 2],
     /// Photons to emit.
     pub photons: u64,
     /// Eye paths of a pixel.
@@ -51,6 +51,15 @@ pub struct Settings {
     pub mean_power: f64,
     /// Unit of the sums, W/(m² sr).
     pub unit: f64,
+    /// Which light the image has.
+    pub contribution: Contribution,
+}
+
+impl Settings {
+    /// Pixels of the image.
+    pub fn pixels(&self) -> u64 {
+        self.resolution.map(u64::from).iter().product()
+    }
 }
 
 /// Where an iteration runs.
@@ -62,6 +71,8 @@ pub struct Stage<'a> {
     pub buffers: &'a Buffers,
     /// The render.
     pub settings: &'a Settings,
+    /// Asked between dispatches: whether the iteration is not wanted any more.
+    pub gives_up: &'a dyn Fn() -> bool,
 }
 
 /// How far a render is.
@@ -87,6 +98,40 @@ pub fn finished(counters: &Counters, pass: &'static str, remedy: &'static str) -
 }
 
 impl Stage<'_> {
+    /// Whether the caller still wants the iteration.
+    ///
+    /// # Errors
+    /// It does not.
+    pub fn may_go_on(&self) -> Result<(), RenderError> {
+        if (self.gives_up)() { Err(RenderError::GivenUp) } else { Ok(()) }
+    }
+
+    /// Runs a pass, in as many dispatches as its pace asks for; what was counted meanwhile.
+    /// `push` is told the first invocation of each.
+    fn run_paced<Push: Pod>(
+        &self,
+        pass: &Pass<Push>,
+        invocations: u64,
+        pace: &mut Pace,
+        push: impl Fn(u32) -> Push,
+    ) -> Result<Counters, RenderError> {
+        let mut first = 0;
+        while first < invocations {
+            self.may_go_on()?;
+            let count = pace.next(invocations - first);
+            let start = Instant::now();
+            let mut frame = self.device.frame()?;
+            if first == 0 {
+                frame.clear(&self.buffers.counters);
+            }
+            frame.dispatch(pass, push(first as u32), count);
+            frame.run()?;
+            pace.observe(count, start.elapsed());
+            first += count;
+        }
+        Ok(self.device.read(&self.buffers.counters)?[0])
+    }
+
     /// Runs what `record` records; what was counted meanwhile.
     ///
     /// # Errors
@@ -102,7 +147,8 @@ impl Stage<'_> {
 
 /// A radius that follows the footprints of pixels at the visible points on the device.
 fn measure_radius(on: Stage<'_>) -> Result<FirstRadius, RenderError> {
-    let lengths = on.device.read_texels(&on.buffers.visible_throughputs)?.into_iter().map(|throughput| throughput[3]);
+    let throughputs = on.device.read_first_texels(&on.buffers.visible_throughputs, on.settings.pixels())?;
+    let lengths = throughputs.into_iter().map(|throughput| throughput[3]);
     Ok(FirstRadius::from_footprints(on.settings.radius_per_length, lengths))
 }
 
@@ -121,7 +167,7 @@ impl Passes {
         self.shrink(on, place, progress)?;
         self.lookup.build(on, new_points)?;
 
-        let mut first = 0;
+        let mut first = if settings.contribution == Contribution::Direct { settings.photons } else { 0 };
         while first < settings.photons {
             let end = progress.schedule.end(first, settings.photons);
             let start = Instant::now();
@@ -129,8 +175,7 @@ impl Passes {
                 continue; // with a smaller batch
             };
             progress.schedule.observe(end - first, start.elapsed());
-            let per_invocation = progress.schedule.per_invocation();
-            let deposited = self.lookup.accumulate(on, recorded, per_invocation)?;
+            let deposited = self.lookup.accumulate(on, recorded, &mut progress.schedule)?;
             progress.tally.merge(&deposited);
             first = end;
         }
@@ -163,13 +208,16 @@ impl Passes {
     /// traces fewer from then on.
     fn trace_eye_paths(&self, on: Stage<'_>, place: Place, schedule: &mut Schedule) -> Result<Tally, RenderError> {
         let paths = on.settings.eye_paths;
-        let invocations = invocations_by_tile(on.buffers.resolution);
+        let invocations = invocations_by_tile(on.settings.resolution);
         let mut tally = Tally::default();
         let mut first = 0;
         while first < paths {
             let end = paths.min(first.saturating_add(schedule.eye_paths()));
-            let push = EyePush { turn: place.turn, half_of_rounds: place.half, paths, first, end, two: 2 };
-            let counters = on.run_counted(|frame| frame.dispatch(&self.eye, push, invocations))?;
+            let push = |offset| {
+                let Place { turn, half: half_of_rounds, .. } = place;
+                EyePush { turn, half_of_rounds, paths, first, end, offset, two: 2 }
+            };
+            let counters = on.run_paced(&self.eye, invocations, &mut schedule.paces.eye, push)?;
             if let Err(error) = finished(&counters, "eye", "a smaller maximum depth") {
                 if !schedule.eye_interrupted(end - first) {
                     return Err(error);
@@ -185,7 +233,7 @@ impl Passes {
 
     /// Gives visible points their radius for this iteration.
     fn shrink(&self, on: Stage<'_>, place: Place, progress: &mut Progress) -> Result<(), RenderError> {
-        let Stage { device, buffers, settings } = on;
+        let Stage { device, buffers, settings, .. } = on;
         // `look` has found one.
         let first_radius = progress.first_radius.unwrap_or_else(|| FirstRadius::constant(1.0));
         let rounds_are_long = settings.sequence.round_length > 1;
@@ -196,10 +244,10 @@ impl Passes {
         };
         // Statistics are of one round's visible points, or of all rounds alike.
         let begins = progress.done == 0 || (rounds_are_long && place.step == 0);
-        let push = first_radius.push(settings.pixels as u32, shrink, begins);
+        let push = first_radius.push(settings.pixels() as u32, shrink, begins);
         let mut frame = device.frame()?;
         frame.clear(&buffers.max_radius2);
-        frame.dispatch(&self.radius, push, settings.pixels);
+        frame.dispatch(&self.radius, push, settings.pixels());
         frame.run()?;
         Ok(())
     }
@@ -224,7 +272,7 @@ impl Passes {
         let before = on.settings.photons.wrapping_mul(iterations_before);
         loop {
             let stride = (batch.end - batch.start).div_ceil(progress.schedule.per_invocation());
-            let push = PhotonPush {
+            let push = |offset| PhotonPush {
                 before_low: before as u32,
                 before_high: (before >> 32) as u32,
                 half_of_rounds: place.half,
@@ -233,9 +281,10 @@ impl Passes {
                 end: batch.end as u32,
                 stride: stride as u32,
                 capacity: on.buffers.photons.len() as u32,
+                offset,
                 two: 2,
             };
-            let counters = on.run_counted(|frame| frame.dispatch(&self.photon, push, stride))?;
+            let counters = on.run_paced(&self.photon, stride, &mut progress.schedule.paces.photon, push)?;
             let all = finished(&counters, "photon", "a smaller maximum depth");
             if u64::from(counters.recorded) > on.buffers.photons.len() && progress.schedule.overflowed() {
                 return Ok(None);
@@ -257,13 +306,18 @@ impl Passes {
         let flux_scale = settings.mean_power / (settings.photons as f64 * std::f64::consts::PI * settings.unit);
         let push = UpdatePush {
             luminance: LUMINANCE.map(|weight| weight as f32),
-            pixel_count: settings.pixels as u32,
+            pixel_count: settings.pixels() as u32,
             alpha: alpha as f32,
             per_unit: (1.0 / settings.unit) as f32,
             flux_scale: flux_scale as f32,
             half_of_rounds: place.half,
         };
-        let counters = on.run_counted(|frame| frame.dispatch(&self.update, push, settings.pixels))?;
+        let counters = on.run_counted(|frame| {
+            if settings.contribution == Contribution::Photons {
+                frame.clear_texels(&on.buffers.visible_radiances);
+            }
+            frame.dispatch(&self.update, push, settings.pixels());
+        })?;
         progress.tally.add(Counted::Update, &counters);
         Ok(())
     }

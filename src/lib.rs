@@ -57,8 +57,10 @@ mod tally;
 pub mod tessellate;
 mod upload;
 mod view;
+#[cfg(feature = "view")]
+mod window;
 
-pub use options::{DirectLight, Integrator, LookupKind, Options, Sampler};
+pub use options::{Contribution, DirectLight, Integrator, LookupKind, Options, Sampler};
 pub use pack::{Envelopes, PackError, RevolutionSolver};
 pub use radius::RadiusSchedule;
 pub use renderer::{RenderError, Renderer, open_device};

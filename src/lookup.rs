@@ -4,7 +4,7 @@
 mod grid;
 mod tree;
 
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 use bytemuck::Pod;
 use goblet_host::{Device, Frame, Pass};
@@ -16,6 +16,7 @@ use crate::iteration::{Stage, finished};
 use crate::kernels::Specialization;
 use crate::options::LookupKind;
 use crate::renderer::RenderError;
+use crate::schedule::{Pace, Schedule};
 use crate::tally::{Counted, Tally};
 
 /// One way or the other; both give the same sums.
@@ -69,10 +70,10 @@ impl Lookup {
     ///
     /// # Errors
     /// The device fails, or the driver ends the pass early.
-    pub fn accumulate(&self, on: Stage<'_>, recorded: u32, per_invocation: u64) -> Result<Tally, RenderError> {
+    pub fn accumulate(&self, on: Stage<'_>, recorded: u32, schedule: &mut Schedule) -> Result<Tally, RenderError> {
         match self {
-            Self::Grid(grid) => grid.accumulate(on, recorded),
-            Self::Tree(tree) => tree.accumulate(on, recorded, per_invocation),
+            Self::Grid(grid) => grid.accumulate(on, recorded, &mut schedule.paces.gather),
+            Self::Tree(tree) => tree.accumulate(on, recorded, schedule),
         }
     }
 
@@ -85,23 +86,29 @@ impl Lookup {
     }
 }
 
-/// Dispatches the pass that adds photons until no invocation is unfinished. `push` is told
-/// whether to go on from where the dispatch before has stopped.
+/// Dispatches the pass that adds photons until no invocation is unfinished. `push` is told the
+/// first of them, and whether to go on from where the dispatch before has stopped.
 fn deposit<Push: Pod>(
     on: Stage<'_>,
     (name, pass): (&'static str, &Pass<Push>),
     invocations: u64,
-    push: impl Fn(u32) -> Push,
+    pace: &mut Pace,
+    push: impl Fn(u32, u32) -> Push,
 ) -> Result<Tally, RenderError> {
     let mut total = Tally::default();
-    let mut resumed = 0;
-    loop {
-        let counters = on.run_counted(|frame| frame.dispatch(pass, push(resumed), invocations))?;
+    let (mut first, mut resumed) = (0, 0);
+    while first < invocations {
+        on.may_go_on()?;
+        let count = pace.next(invocations - first);
+        let start = Instant::now();
+        let counters = on.run_counted(|frame| frame.dispatch(pass, push(first as u32, resumed), count))?;
         finished(&counters, name, "a smaller radius")?;
         total.add(Counted::Gathering, &counters);
+        resumed = u32::from(counters.unfinished > 0);
         if counters.unfinished == 0 {
-            return Ok(total);
+            pace.observe(count, start.elapsed());
+            first += count;
         }
-        resumed = 1;
     }
+    Ok(total)
 }

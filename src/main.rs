@@ -14,6 +14,8 @@ fn main() -> ExitCode {
             End::Done => ExitCode::SUCCESS,
             End::Stopped => ExitCode::from(STOPPED),
         }),
+        #[cfg(feature = "view")]
+        Command::View(args) => cli::view::run(&args).map(|()| ExitCode::SUCCESS),
         Command::Merge(args) => cli::merge::run(&args).map(|()| ExitCode::SUCCESS),
         Command::Compare(args) => cli::compare::run(&args).map(code).map_err(cli::Failure::from),
         Command::Measure(args) => cli::measure::run(&args).map(|()| ExitCode::SUCCESS),

@@ -42,6 +42,18 @@ pub enum DirectLight {
     Photons,
 }
 
+/// Which light the image has. Anything but all of it is for those who want to look.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, clap::ValueEnum)]
+pub enum Contribution {
+    /// All
+    #[default]
+    All,
+    /// What eye paths bring: light sources that are seen, and light straight from them
+    Direct,
+    /// What photons bring
+    Photons,
+}
+
 /// Where random numbers come from.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, clap::ValueEnum)]
 pub enum Sampler {
@@ -73,7 +85,7 @@ pub enum LookupKind {
 }
 
 /// What the caller may ask for; `None` takes the scene's own value.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct Options {
     /// Width and height in pixels, before the film's crop window.
     pub resolution: Option<[u32; 2]>,
@@ -102,6 +114,8 @@ pub struct Options {
     pub radius_schedule: RadiusSchedule,
     /// Who brings direct light.
     pub direct: DirectLight,
+    /// Which light the image has.
+    pub contribution: Contribution,
     /// Where random numbers come from.
     pub sampler: Sampler,
     /// Which part of the iterations to render.
@@ -115,6 +129,9 @@ pub struct Options {
     pub workgroup_size: Option<u32>,
     /// Photons per batch. Does not change the image.
     pub batch_size: Option<u64>,
+    /// Keep dispatches short, so that [`crate::Renderer::step_unless`] can soon give up. Does not
+    /// change the image.
+    pub responsive: bool,
     /// How rays meet bodies of revolution.
     pub revolution_solver: RevolutionSolver,
 }
@@ -134,12 +151,14 @@ impl Default for Options {
             photons_per_round: None,
             radius_schedule: RadiusSchedule::default(),
             direct: DirectLight::default(),
+            contribution: Contribution::default(),
             sampler: Sampler::default(),
             shard: Shard::WHOLE,
             lookup: LookupKind::default(),
             cell_scale: None,
             workgroup_size: None,
             batch_size: None,
+            responsive: false,
             revolution_solver: RevolutionSolver::default(),
         }
     }
@@ -151,7 +170,6 @@ pub(crate) struct Resolved {
     pub resolution: [u32; 2],
     /// Before it was cropped.
     pub full_resolution: [u32; 2],
-    pub pixels: u64,
     pub photons: u64,
     pub eye_paths: u32,
     /// Scene units.
@@ -188,7 +206,7 @@ impl Options {
         check(full_resolution.iter().all(|side| *side > 0), || "an image without pixels: expected 1 or more".into())?;
         let [first, end] = scene.film.bounds(full_resolution);
         let resolution = [end[0] - first[0], end[1] - first[1]];
-        let pixels = u64::from(resolution[0]) * u64::from(resolution[1]);
+        let pixels: u64 = resolution.map(u64::from).iter().product();
         let photons = self.photons.or(scene.integrator.photons_per_iteration).unwrap_or(pixels);
         let eye_paths = self.eye_paths.unwrap_or(DEFAULT_EYE_PATHS);
         let max_depth = self.max_depth.unwrap_or(scene.integrator.max_depth);
@@ -233,7 +251,6 @@ impl Options {
         Ok(Resolved {
             resolution,
             full_resolution,
-            pixels,
             photons,
             eye_paths,
             radius,

@@ -1,5 +1,7 @@
 //! Iterations over a scene on a device.
 
+mod inspect;
+
 use std::rc::Rc;
 use std::time::{Duration, Instant};
 
@@ -12,15 +14,15 @@ use crate::film::Image;
 use crate::identity::Identity;
 use crate::iteration::{Passes, Progress, Settings, Stage};
 use crate::kernels::{REQUIREMENTS, Specialization};
-use crate::options::{DirectLight, LookupKind, Options};
-use crate::pack::{PackError, pack};
+use crate::options::{DirectLight, LookupKind, Options, Resolved};
+use crate::pack::{PackError, RenderSpace, RevolutionSolver, pack};
 use crate::radius::{FirstRadius, GlobalShrink};
 use crate::scene::Scene;
 use crate::schedule::Schedule;
 use crate::sequence::Sequence;
 use crate::tally::Tally;
 use crate::upload::GpuScene;
-use crate::view::pack_camera;
+use crate::view::{View, pack_camera};
 
 /// Why a renderer cannot be made or cannot go on.
 #[derive(Debug, thiserror::Error)]
@@ -39,6 +41,9 @@ pub enum RenderError {
         /// What would help.
         remedy: &'static str,
     },
+    /// The caller of [`Renderer::step_unless`] did not want the iteration any more.
+    #[error("the iteration was given up")]
+    GivenUp,
     /// The device failed or is not enough.
     #[error(transparent)]
     Device(#[from] goblet_host::Error),
@@ -56,7 +61,10 @@ pub fn open_device(selector: Option<&str>, validation: bool) -> goblet_host::Res
 /// A render in progress.
 pub struct Renderer {
     device: Rc<Device>,
-    resolution: [u32; 2],
+    /// What `restart` keeps of a scene.
+    base: Base,
+    /// What the kernels are compiled for.
+    compiled: Compiled,
     settings: Settings,
     exposure: f64,
     identity: Identity,
@@ -65,8 +73,80 @@ pub struct Renderer {
     progress: Progress,
     build_time: Duration,
     compile_time: Duration,
-    /// Scene units per render unit.
-    scene_unit: f64,
+}
+
+/// What does not depend on the camera or on options.
+#[derive(Clone, Copy)]
+struct Base {
+    space: RenderSpace,
+    mean_power: f64,
+    specialization: Specialization,
+}
+
+/// What only a new renderer can have otherwise.
+#[derive(Clone, Copy, PartialEq)]
+struct Compiled {
+    specialization: Specialization,
+    lookup: LookupKind,
+    workgroup_size: u32,
+    solver: RevolutionSolver,
+    max_depth: u32,
+    seed: u32,
+}
+
+impl Base {
+    fn resolve(&self, scene: &Scene, options: &Options) -> Result<(Resolved, View), RenderError> {
+        let resolved = options.resolve(scene, self.space.radius / self.space.scale)?;
+        let view = pack_camera(&scene.camera, &scene.film, resolved.full_resolution, &self.space.from_world());
+        Ok((resolved, view))
+    }
+
+    fn compiled(&self, device: &Device, options: &Options, resolved: &Resolved, view: &View) -> Compiled {
+        Compiled {
+            specialization: Specialization {
+                direct_nee: options.direct == DirectLight::Nee,
+                low_discrepancy_pairs: options.sampler.low_discrepancy_pairs(),
+                cell_scale: resolved.cell_scale as f32,
+                ..view.specialize(self.specialization)
+            },
+            // The grid's points look at photons together. Trees ask for no more than any device has.
+            lookup: if device.info().has_shuffle { options.lookup } else { LookupKind::KdTree },
+            workgroup_size: resolved.workgroup_size,
+            solver: options.revolution_solver,
+            max_depth: resolved.max_depth,
+            seed: resolved.seed,
+        }
+    }
+
+    fn settings(&self, options: &Options, resolved: &Resolved, view: &View) -> Settings {
+        Settings {
+            resolution: resolved.resolution,
+            photons: resolved.photons,
+            eye_paths: resolved.eye_paths,
+            alpha: resolved.alpha,
+            radius_schedule: options.radius_schedule,
+            radius_per_length: resolved.radius_in_pixels * view.pixel_width,
+            sequence: resolved.sequence,
+            mean_power: self.mean_power,
+            // What all lights would make of the inside of a sphere as large as the scene.
+            unit: self.mean_power.log2().ceil().exp2(),
+            contribution: options.contribution,
+        }
+    }
+
+    fn progress(&self, device: &Device, options: &Options, resolved: &Resolved, view: &View) -> Progress {
+        Progress {
+            done: 0,
+            first_radius: resolved
+                .radius
+                .map(|radius| FirstRadius::constant(radius * self.space.scale))
+                .or(view.is_parallel().then(|| FirstRadius::constant(resolved.radius_in_pixels * view.pixel_width))),
+            seen: None,
+            shrink: GlobalShrink::new(resolved.alpha),
+            schedule: Schedule::new(options.batch_size, resolved.photons, device.info().kind, options.responsive),
+            tally: Tally::default(),
+        }
+    }
 }
 
 impl Renderer {
@@ -78,61 +158,58 @@ impl Renderer {
     pub fn new(device: Rc<Device>, scene: &Scene, options: &Options) -> Result<Self, RenderError> {
         let start = Instant::now();
         let packed = pack(scene, options.revolution_solver)?;
-        let scene_unit = 1.0 / packed.space.scale;
-        let resolved = options.resolve(scene, packed.space.radius * scene_unit)?;
-
+        let base = Base { space: packed.space, mean_power: packed.mean_power, specialization: packed.specialization };
+        let (resolved, view) = base.resolve(scene, options)?;
         let sizes = Sizes::new(resolved.resolution, resolved.photons, resolved.max_depth);
-        let view = pack_camera(&scene.camera, &scene.film, resolved.full_resolution, &packed.space.from_world());
         let identity = Identity::new(scene, &packed, &view, options, &resolved);
         let gpu_scene = GpuScene::new(&device, &packed, resolved.max_depth, resolved.seed)?;
         let buffers = Buffers::new(&device, sizes, &view)?;
         let build_time = start.elapsed();
 
         let start = Instant::now();
-        let specialization = Specialization {
-            direct_nee: options.direct == DirectLight::Nee,
-            low_discrepancy_pairs: options.sampler.low_discrepancy_pairs(),
-            cell_scale: resolved.cell_scale as f32,
-            ..view.specialize(packed.specialization)
-        };
-        // The grid's points look at photons together. Trees ask for no more than any device has.
-        let lookup = if device.info().has_shuffle { options.lookup } else { LookupKind::KdTree };
-        let passes = Passes::new(&device, &gpu_scene, &buffers, lookup, &specialization, resolved.workgroup_size)?;
-        let footprint = resolved.radius_in_pixels * view.pixel_width;
+        let compiled = base.compiled(&device, options, &resolved, &view);
+        let Compiled { specialization, lookup, workgroup_size, .. } = &compiled;
+        let passes = Passes::new(&device, &gpu_scene, &buffers, *lookup, specialization, *workgroup_size)?;
         Ok(Self {
-            resolution: resolved.resolution,
-            settings: Settings {
-                pixels: resolved.pixels,
-                photons: resolved.photons,
-                eye_paths: resolved.eye_paths,
-                alpha: resolved.alpha,
-                radius_schedule: options.radius_schedule,
-                radius_per_length: footprint,
-                sequence: resolved.sequence,
-                mean_power: packed.mean_power,
-                // What all lights would make of the inside of a sphere as large as the scene.
-                unit: packed.mean_power.log2().ceil().exp2(),
-            },
+            settings: base.settings(options, &resolved, &view),
+            progress: base.progress(&device, options, &resolved, &view),
             exposure: scene.film.exposure,
+            base,
+            compiled,
             identity,
             buffers,
             passes,
-            progress: Progress {
-                done: 0,
-                first_radius: resolved
-                    .radius
-                    .map(|radius| FirstRadius::constant(radius / scene_unit))
-                    .or(view.is_parallel().then(|| FirstRadius::constant(footprint))),
-                seen: None,
-                shrink: GlobalShrink::new(resolved.alpha),
-                schedule: Schedule::new(options.batch_size, resolved.photons, device.info().kind),
-                tally: Tally::default(),
-            },
             build_time,
             compile_time: start.elapsed(),
-            scene_unit,
             device,
         })
+    }
+
+    /// Begins again with another camera, film or options, and without building or compiling
+    /// anything; the image is that of a new renderer. All else of the scene must be as it was.
+    /// False, and nothing changes, where only a new renderer can: it needs other kernels, or more
+    /// pixels than this one was made for.
+    ///
+    /// # Errors
+    /// An option is out of range, or the device fails.
+    pub fn restart(&mut self, scene: &Scene, options: &Options) -> Result<bool, RenderError> {
+        let (resolved, view) = self.base.resolve(scene, options)?;
+        let compiled = self.base.compiled(&self.device, options, &resolved, &view);
+        if compiled != self.compiled || !self.buffers.fit(resolved.resolution) {
+            return Ok(false);
+        }
+        self.device.write_texels(&self.buffers.camera, &[view.camera])?;
+        self.device.write_texels(&self.buffers.filter_table, &view.filter_table)?;
+        self.buffers.clear(&self.device)?;
+        self.identity.set_view(scene, &view, options, &resolved);
+        self.settings = self.base.settings(options, &resolved, &view);
+        self.exposure = scene.film.exposure;
+        let paces = self.progress.schedule.paces;
+        self.progress = self.base.progress(&self.device, options, &resolved, &view);
+        if options.responsive {
+            self.progress.schedule.paces = paces;
+        }
+        Ok(true)
     }
 
     /// Runs one iteration.
@@ -140,14 +217,33 @@ impl Renderer {
     /// # Errors
     /// The device fails; earlier iterations are not lost while it still answers.
     pub fn step(&mut self) -> Result<(), RenderError> {
+        self.step_unless(&|| false).map(|_| ())
+    }
+
+    /// Runs one iteration, unless `gives_up` says between two dispatches that it is not wanted:
+    /// then all is as if it had not begun. Whether it is done. [`Options::responsive`] keeps
+    /// dispatches short.
+    ///
+    /// # Errors
+    /// As [`Renderer::step`].
+    pub fn step_unless(&mut self, gives_up: &dyn Fn() -> bool) -> Result<bool, RenderError> {
         let tally = self.progress.tally;
-        let stage = Stage { device: &self.device, buffers: &self.buffers, settings: &self.settings };
+        let stage = Stage { device: &self.device, buffers: &self.buffers, settings: &self.settings, gives_up };
         let outcome = self.passes.run(stage, &mut self.progress);
         if outcome.is_err() {
-            // Its photons are not in the image.
+            // Its photons are not in the image, and its visible points may not be complete.
             self.progress.tally = tally;
+            self.progress.seen = None;
         }
-        outcome
+        match outcome {
+            Err(RenderError::GivenUp) => {
+                let mut frame = self.device.frame()?;
+                self.buffers.clear_flux(&mut frame);
+                frame.run()?;
+                Ok(false)
+            }
+            outcome => outcome.map(|()| true),
+        }
     }
 
     /// The sums over the iterations so far.
@@ -155,14 +251,14 @@ impl Renderer {
     /// # Errors
     /// The device fails.
     pub fn estimate(&self) -> Result<Estimate, RenderError> {
-        let Buffers { sum_red, sum_green, sum_blue, sum_second, .. } = &self.buffers;
-        let [red, green, blue] = [sum_red, sum_green, sum_blue].map(|sums| self.device.read_texels(sums));
+        let pixels = self.settings.pixels();
+        let [red, green, blue, second] = self.buffers.sums().map(|sums| self.device.read_first_texels(sums, pixels));
         Ok(Estimate {
-            resolution: self.resolution,
+            resolution: self.settings.resolution,
             unit: self.settings.unit * self.exposure,
             halves: self.settings.sequence.halves(self.progress.done),
             radiance: [red?, green?, blue?],
-            second_half: self.device.read_texels(sum_second)?,
+            second_half: second?,
         })
     }
 
@@ -189,7 +285,7 @@ impl Renderer {
             first_radius: self.progress.first_radius,
             tally: self.progress.tally,
             estimate: self.estimate()?,
-            states: self.device.read_texels(&self.buffers.pixel_states)?,
+            states: self.device.read_first_texels(&self.buffers.pixel_states, self.settings.pixels())?,
         })
     }
 
@@ -199,7 +295,7 @@ impl Renderer {
     /// The checkpoint is of another render; the error names a difference.
     pub fn resume(&mut self, checkpoint: &Checkpoint) -> Result<(), CheckpointError> {
         self.identity.check(&checkpoint.identity)?;
-        checkpoint.check_form(self.resolution, self.settings.unit * self.exposure)?;
+        checkpoint.check_form(self.settings.resolution, self.settings.unit * self.exposure)?;
         let done = checkpoint.done_by(self.settings.sequence.shard)?;
         for (texels, sums) in self.buffers.sums().into_iter().zip(checkpoint.estimate.sums()) {
             self.device.write_texels(texels, sums)?;
@@ -238,10 +334,10 @@ impl Renderer {
     /// # Errors
     /// The device fails.
     pub fn radius_range(&self) -> Result<[f64; 2], RenderError> {
-        let squares = self.device.read_texels(&self.buffers.visible_radii2)?;
+        let squares = self.device.read_first_texels(&self.buffers.visible_radii2, self.settings.pixels())?;
         let squares = squares.into_iter().map(f64::from).filter(|radius2| *radius2 > 0.0);
         let [least, most] = squares.fold([f64::INFINITY, 0.0], |[least, most], r2| [r2.min(least), r2.max(most)]);
-        Ok([least.min(most).sqrt() * self.scene_unit, most.sqrt() * self.scene_unit])
+        Ok([least.min(most), most].map(|radius2| radius2.sqrt() / self.base.space.scale))
     }
 
     /// Time to build the hierarchy and to upload.

@@ -18,9 +18,58 @@ const FIRST_OF_CPU: u64 = 1 << 18;
 const PER_INVOCATION: u64 = 2;
 const PER_INVOCATION_OF_CPU: u64 = 32;
 
-/// The size of photon batches. It does not change an image, so it may follow the clock.
+/// Where a caller waits to be heard, a dispatch should keep the device this long.
+const MOMENT: Duration = Duration::from_millis(40);
+/// The first of them; every workgroup size divides it.
+const FEWEST_INVOCATIONS: u64 = 128;
+
+/// How many invocations of a pass a dispatch runs.
+#[derive(Clone, Copy, Debug)]
+pub struct Pace {
+    /// All, where there is no such number.
+    invocations: Option<u64>,
+}
+
+impl Pace {
+    /// All at once, or as many as a moment is enough for.
+    pub fn new(responsive: bool) -> Self {
+        Self { invocations: responsive.then_some(FEWEST_INVOCATIONS) }
+    }
+
+    /// Of those that are left. Only the last dispatch may end within a workgroup.
+    pub fn next(&self, left: u64) -> u64 {
+        self.invocations.map_or(left, |invocations| invocations.min(left))
+    }
+
+    /// Learns how long a dispatch took.
+    pub fn observe(&mut self, invocations: u64, took: Duration) {
+        let Some(most) = &mut self.invocations else { return };
+        if invocations < *most && took < MOMENT {
+            return; // The last few tell little.
+        }
+        let wanted = invocations as f64 * MOMENT.as_secs_f64() / took.as_secs_f64().max(1e-6);
+        let wanted = (wanted as u64).min(most.saturating_mul(4)) / FEWEST_INVOCATIONS * FEWEST_INVOCATIONS;
+        *most = wanted.max(FEWEST_INVOCATIONS);
+    }
+}
+
+/// Paces of the passes that may take long.
+#[derive(Clone, Copy, Debug)]
+pub struct Paces {
+    /// Eye paths.
+    pub eye: Pace,
+    /// Photons.
+    pub photon: Pace,
+    /// Adding photons to points.
+    pub gather: Pace,
+}
+
+/// The size of photon batches, and of dispatches. It does not change an image, so it may follow
+/// the clock.
 #[derive(Clone, Debug)]
 pub struct Schedule {
+    /// Of each pass.
+    pub paces: Paces,
     photons: u64,
     max: u64,
     fixed: bool,
@@ -31,12 +80,21 @@ pub struct Schedule {
 
 impl Schedule {
     /// Batches of at most `max` photons; of `asked` photons, where that is less.
-    pub fn new(asked: Option<u64>, max: u64, kind: DeviceKind) -> Self {
+    pub fn new(asked: Option<u64>, max: u64, kind: DeviceKind, responsive: bool) -> Self {
         let first = if kind == DeviceKind::Cpu { FIRST_OF_CPU } else { FIRST };
         let photons = asked.unwrap_or(first).clamp(1, max);
         let per_invocation = if kind == DeviceKind::Cpu { PER_INVOCATION_OF_CPU } else { PER_INVOCATION };
         let target = if kind == DeviceKind::Cpu { TARGET_OF_CPU } else { TARGET };
-        Self { photons, max, fixed: asked.is_some(), target, per_invocation, eye_paths: u32::MAX }
+        let pace = Pace::new(responsive);
+        Self {
+            paces: Paces { eye: pace, photon: pace, gather: pace },
+            photons,
+            max,
+            fixed: asked.is_some(),
+            target,
+            per_invocation,
+            eye_paths: u32::MAX,
+        }
     }
 
     /// Photons that an invocation traces, one after the other.
@@ -100,7 +158,7 @@ mod tests {
     #[test]
     fn batches_cover_every_photon_once() {
         for asked in [1, 7, 100, 1000] {
-            let size = Schedule::new(Some(asked), 500, DeviceKind::Cpu);
+            let size = Schedule::new(Some(asked), 500, DeviceKind::Cpu, false);
             let mut first = 0;
             while first < 777 {
                 let end = size.end(first, 777);
@@ -112,8 +170,25 @@ mod tests {
     }
 
     #[test]
+    fn dispatches_come_to_take_a_moment() {
+        let mut pace = Pace::new(true);
+        for _ in 0..20 {
+            let invocations = pace.next(1_000_003);
+            assert!(invocations.is_multiple_of(FEWEST_INVOCATIONS));
+            pace.observe(invocations, Duration::from_micros(4 * invocations));
+        }
+        assert!(pace.next(u64::MAX).abs_diff(10_000) < FEWEST_INVOCATIONS);
+        assert_eq!(pace.next(7), 7);
+        pace.observe(7, Duration::from_micros(7));
+        assert!(pace.next(u64::MAX) > 9_000, "the last few tell little");
+        pace.observe(9_984, Duration::from_secs(100));
+        assert_eq!(pace.next(u64::MAX), FEWEST_INVOCATIONS);
+        assert_eq!(Pace::new(false).next(u64::MAX), u64::MAX);
+    }
+
+    #[test]
     fn interrupted_eye_paths_are_halved() {
-        let mut schedule = Schedule::new(None, 1, DeviceKind::Cpu);
+        let mut schedule = Schedule::new(None, 1, DeviceKind::Cpu, false);
         assert!(schedule.eye_interrupted(4) && schedule.eye_paths() == 2);
         assert!(schedule.eye_interrupted(2) && schedule.eye_paths() == 1);
         assert!(!schedule.eye_interrupted(1));
@@ -121,7 +196,7 @@ mod tests {
 
     #[test]
     fn slow_batches_shrink_and_fast_ones_grow_within_bounds() {
-        let mut size = Schedule::new(None, 1 << 20, DeviceKind::Discrete);
+        let mut size = Schedule::new(None, 1 << 20, DeviceKind::Discrete, false);
         size.observe(FIRST, Duration::from_secs(100));
         assert_eq!(size.photons, FIRST / 4);
         for _ in 0..10 {

@@ -62,35 +62,61 @@ pub fn pack_camera(camera: &Camera, film: &Film, resolution: [u32; 2], render_fr
     let mut render_from_camera = *render_from_world * camera.world_from_camera;
     let scale = render_from_camera.matrix3.x_axis.length().log2().round().exp2();
     render_from_camera.matrix3 *= 1.0 / scale;
-    let window = fit_window(camera.screen_window, film.resolution, resolution);
-    let [left, right, bottom, top] = match camera.projection {
-        Projection::Perspective { tan_half_fov } => window.map(|edge| edge * tan_half_fov),
-        Projection::Orthographic => window.map(|edge| edge * scale),
-        Projection::Equirectangular | Projection::EqualArea => [0.0, 1.0, 1.0, 0.0],
-    };
+    // Of a perspective camera the plane is at distance 1 in any unit.
+    let in_units = if camera.projection == Projection::Orthographic { scale } else { 1.0 };
     let [width, height] = resolution.map(f64::from);
-    let [first, end] = film.bounds(resolution);
-    let size = [end[0] - first[0], end[1] - first[1]];
-    let across = (right - left) / width;
+    let ImagePlane { lower, upper, size, across } = ImagePlane::new(camera, film, resolution);
     let pixel_width = match camera.projection {
         Projection::Perspective { .. } => across.abs(),
-        Projection::Orthographic => across.abs() * render_from_camera.matrix3.x_axis.length(),
+        Projection::Orthographic => across.abs() * scale * render_from_camera.matrix3.x_axis.length(),
         Projection::Equirectangular => PI / height,
         Projection::EqualArea => (4.0 * PI / (width * height)).sqrt(),
     };
-    let part = |low: f64, high: f64, pixels: u32, of: f64| low + (high - low) * (f64::from(pixels) / of);
-    let lower = [part(left, right, first[0], width), part(top, bottom, first[1], height)];
-    let upper = [part(left, right, end[0], width), part(top, bottom, end[1], height)];
     let packed = kernels::Camera {
         render_from_camera: rows(&render_from_camera),
-        image_lower: lower.map(|edge| edge as f32),
-        image_extent: [(upper[0] - lower[0]) as f32, (upper[1] - lower[1]) as f32],
+        image_lower: lower.map(|edge| (edge * in_units) as f32),
+        image_extent: [0, 1].map(|axis| ((upper[axis] - lower[axis]) * in_units) as f32),
         lens_radius: (camera.lens_radius * scale) as f32,
         focal_distance: (camera.focal_distance * scale) as f32,
         width: size[0],
         height: size[1],
     };
     View { camera: packed, filter_table: filter_table(film), pixel_width, projection: camera.projection }
+}
+
+/// Where the image is: on the plane z = 1 of a perspective camera, on z = 0 of an orthographic
+/// one, in the unit square of all directions else.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ImagePlane {
+    /// The upper left corner.
+    pub lower: [f64; 2],
+    /// The lower right corner.
+    pub upper: [f64; 2],
+    /// Pixels.
+    pub size: [u32; 2],
+    /// Width of a pixel; negative where the image is turned over.
+    pub across: f64,
+}
+
+impl ImagePlane {
+    /// Of a camera that sees `resolution` pixels, of which the film takes a part.
+    pub fn new(camera: &Camera, film: &Film, resolution: [u32; 2]) -> Self {
+        let window = fit_window(camera.screen_window, film.resolution, resolution);
+        let [left, right, bottom, top] = match camera.projection {
+            Projection::Perspective { tan_half_fov } => window.map(|edge| edge * tan_half_fov),
+            Projection::Orthographic => window,
+            Projection::Equirectangular | Projection::EqualArea => [0.0, 1.0, 1.0, 0.0],
+        };
+        let [width, height] = resolution.map(f64::from);
+        let [first, end] = film.bounds(resolution);
+        let part = |low: f64, high: f64, pixels: u32, of: f64| low + (high - low) * (f64::from(pixels) / of);
+        Self {
+            lower: [part(left, right, first[0], width), part(top, bottom, first[1], height)],
+            upper: [part(left, right, end[0], width), part(top, bottom, end[1], height)],
+            size: [end[0] - first[0], end[1] - first[1]],
+            across: (right - left) / width,
+        }
+    }
 }
 
 fn filter_table(film: &Film) -> Vec<f32> {

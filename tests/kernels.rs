@@ -47,6 +47,8 @@ mod support;
 mod surface;
 #[path = "kernels/texture.rs"]
 mod texture;
+#[path = "kernels/tone_map.rs"]
+mod tone_map;
 #[path = "kernels/trace.rs"]
 mod trace;
 #[path = "kernels/tree.rs"]

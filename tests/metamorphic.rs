@@ -3,6 +3,7 @@
 
 mod support;
 
+use std::cell::Cell;
 use std::process::Command;
 use std::rc::Rc;
 
@@ -10,7 +11,7 @@ use glam::{DAffine3, DVec3};
 use goblet::compare::compare;
 use goblet::film::Image;
 use goblet::scene::Scene;
-use goblet::{Integrator, LookupKind, Options, RadiusSchedule};
+use goblet::{Contribution, DirectLight, Integrator, LookupKind, Options, RadiusSchedule, Renderer};
 use goblet_host::Device;
 
 /// Every kind of surface. A `+` before an x becomes a minus in the mirrored world, and a `~` the reverse.
@@ -110,6 +111,99 @@ fn the_size_of_workgroups_does_not_change_a_bit() {
         let image = shoot(&device, &plain(), &Options { workgroup_size: Some(size), ..options() });
         assert_same(&format!("workgroups of {size}"), &image, &expected);
     }
+}
+
+/// Renders, gives up some dispatches into each iteration, and goes on.
+fn shoot_with_interruptions(renderer: &mut Renderer, iterations: u32) -> Image {
+    let mut patience = 1;
+    while renderer.iterations() < iterations {
+        let asked = Cell::new(0);
+        let gives_up = || asked.replace(asked.get() + 1) >= patience;
+        let done = renderer.step_unless(&gives_up).expect("an iteration");
+        assert_eq!(done, asked.get() <= patience);
+        patience = if done { 1 } else { patience + 2 };
+    }
+    renderer.resolve().expect("an image")
+}
+
+#[test]
+fn iterations_that_were_given_up_leave_no_trace() {
+    let device = support::device();
+    for lookup in [LookupKind::HashGrid, LookupKind::KdTree] {
+        for integrator in [Integrator::Sppm, Integrator::Ppm] {
+            let options = Options { lookup, integrator, resolution: Some([72, 50]), ..options() };
+            let expected = support::render_scene(&device, &plain(), &options, 3).image;
+            let responsive = Options { responsive: true, ..options };
+            let mut renderer = Renderer::new(Rc::clone(&device), &plain(), &responsive).expect("a renderer");
+            let image = shoot_with_interruptions(&mut renderer, 3);
+            assert_same(&format!("{lookup:?}, {integrator:?}"), &image, &expected);
+        }
+    }
+    support::assert_silent(&device);
+}
+
+#[test]
+fn a_renderer_that_was_elsewhere_is_as_good_as_new() {
+    let device = support::device();
+    let elsewhere = parse(&VIEW.replace("4.5", "3.5"), &[&LIGHTS.concat(), WORLD]);
+    let wanted = Options { radius: None, ..options() };
+    let coarse = Options { resolution: Some([13, 9]), photons: Some(700), eye_paths: Some(1), ..options() };
+    let others = Options {
+        resolution: Some([24, 32]),
+        radius_schedule: RadiusSchedule::Global,
+        alpha: Some(0.5),
+        contribution: Contribution::Direct,
+        responsive: true,
+        ..options()
+    };
+    for lookup in [LookupKind::HashGrid, LookupKind::KdTree] {
+        let with = |options: &Options| Options { lookup, ..options.clone() };
+        let mut renderer = Renderer::new(Rc::clone(&device), &plain(), &with(&wanted)).expect("a renderer");
+        let mut see = |scene: &Scene, options: &Options| {
+            assert!(renderer.restart(scene, &with(options)).expect("a restart"));
+            let image = shoot_with_interruptions(&mut renderer, 3);
+            let mut fresh = Renderer::new(Rc::clone(&device), scene, &with(options)).expect("a renderer");
+            (0..3).for_each(|_| fresh.step().expect("an iteration"));
+            assert_same(&format!("{lookup:?}, {options:?}"), &image, &fresh.resolve().expect("an image"));
+            assert_eq!(renderer.tally(), fresh.tally());
+            assert_eq!(renderer.radius_range().expect("radii"), fresh.radius_range().expect("radii"));
+            fresh.resume(&renderer.checkpoint("").expect("a checkpoint")).expect("the same render");
+        };
+        see(&elsewhere, &coarse);
+        see(&plain(), &wanted);
+        see(&plain(), &others);
+    }
+}
+
+#[test]
+fn what_was_not_compiled_or_does_not_fit_needs_a_new_renderer() {
+    let device = support::device();
+    let mut renderer = Renderer::new(device, &plain(), &options()).expect("a renderer");
+    for other in [
+        Options { resolution: Some([33, 24]), ..options() },
+        Options { lookup: LookupKind::KdTree, ..options() },
+        Options { max_depth: Some(7), ..options() },
+        Options { seed: Some(8), ..options() },
+        Options { direct: DirectLight::Photons, ..options() },
+    ] {
+        assert!(!renderer.restart(&plain(), &other).expect("an answer"), "{other:?}");
+    }
+    assert!(renderer.restart(&plain(), &Options { photons: Some(0), ..options() }).is_err());
+}
+
+#[test]
+fn direct_light_and_that_of_photons_make_the_image() {
+    let device = support::device();
+    let options = Options { radius_schedule: RadiusSchedule::Global, ..options() };
+    let part = |contribution| shoot(&device, &plain(), &Options { contribution, ..options.clone() });
+    let [all, direct, photons] = [Contribution::All, Contribution::Direct, Contribution::Photons].map(part);
+    for ((all, direct), photons) in all.pixels.iter().zip(&direct.pixels).zip(&photons.pixels) {
+        for channel in 0..3 {
+            let sum = direct[channel] + photons[channel];
+            assert!((all[channel] - sum).abs() <= 1e-5 * sum, "{all:?} {direct:?} {photons:?}");
+        }
+    }
+    assert!(support::mean(&direct)[0] > 0.1 && support::mean(&photons)[0] > 0.01);
 }
 
 /// Sums of integers do not depend on the order in which points are found.

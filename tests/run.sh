@@ -20,5 +20,6 @@ step() {
 }
 step cargo fmt --all --check
 step cargo clippy --locked --workspace --all-targets -- -D warnings
+step cargo check --locked --no-default-features
 step cargo build --locked --workspace --all-targets
 step cargo test --locked --workspace

@@ -1,5 +1,6 @@
 //! A device with its one compute queue.
 
+use std::ffi::CStr;
 use std::marker::PhantomData;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
@@ -46,11 +47,24 @@ impl Device {
         info: DeviceInfo,
         texels_per_row: u32,
     ) -> Result<Self> {
-        let vulkan = &instance.shared.raw;
-        let (family, timestamp_bits) = compute_family(vulkan, physical)
+        let family = compute_family(&instance.shared.raw, physical)
             .ok_or_else(|| Error::Unfit { device: info.name.clone(), reason: "it has no compute queue".into() })?;
+        Self::with_family(instance, physical, info, texels_per_row, family, &[])
+    }
+
+    /// A device whose queue is of the family with that index and so many timestamp bits.
+    pub(crate) fn with_family(
+        instance: Instance,
+        physical: vk::PhysicalDevice,
+        info: DeviceInfo,
+        texels_per_row: u32,
+        (family, timestamp_bits): (u32, u32),
+        extensions: &[&CStr],
+    ) -> Result<Self> {
+        let vulkan = &instance.shared.raw;
+        let extensions: Vec<_> = extensions.iter().map(|name| name.as_ptr()).collect();
         let queues = [vk::DeviceQueueCreateInfo::default().queue_family_index(family).queue_priorities(&[1.0])];
-        let create = vk::DeviceCreateInfo::default().queue_create_infos(&queues);
+        let create = vk::DeviceCreateInfo::default().queue_create_infos(&queues).enabled_extension_names(&extensions);
         // SAFETY: `physical` belongs to this instance, which the device keeps alive.
         let raw = unsafe { vulkan.create_device(physical, &create, None) }.context("vkCreateDevice")?;
         let pool = vk::CommandPoolCreateInfo::default()
@@ -188,7 +202,16 @@ impl Device {
     /// # Errors
     /// The transfer fails.
     pub fn read_texels<T: Pod>(&self, texels: &Texels<T>) -> Result<Vec<T>> {
-        let mut data = vec![T::zeroed(); texels.len() as usize];
+        self.read_first_texels(texels, texels.len())
+    }
+
+    /// The first elements of texels. Panics if there are not so many.
+    ///
+    /// # Errors
+    /// The transfer fails.
+    pub fn read_first_texels<T: Pod>(&self, texels: &Texels<T>, count: u64) -> Result<Vec<T>> {
+        assert!(count <= texels.len(), "texels {} are too short", texels.name());
+        let mut data = vec![T::zeroed(); count as usize];
         let rows = staged_rows(texels.raw());
         let bytes: &mut [u8] = bytemuck::cast_slice_mut(&mut data);
         for (index, chunk) in bytes.chunks_mut((rows * texels.raw().row_bytes()) as usize).enumerate() {

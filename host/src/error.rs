@@ -63,6 +63,12 @@ pub enum Error {
         /// Bytes of the device's largest heap.
         total: u64,
     },
+    /// The device does not show images in this kind of window.
+    #[error("{0} cannot show images in a window; goblet render needs none")]
+    NoPresentation(String),
+    /// The interface could not be drawn.
+    #[error("cannot draw the interface: {0}")]
+    Interface(String),
     /// The device stopped answering.
     #[error("the device was lost while it ran the pass {pass}")]
     DeviceLost {

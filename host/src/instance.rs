@@ -1,6 +1,6 @@
 //! The Vulkan instance, its validation messages, and the list of devices.
 
-use std::ffi::{CStr, c_void};
+use std::ffi::{CStr, c_char, c_void};
 use std::sync::{Arc, Mutex};
 
 use ash::vk;
@@ -71,7 +71,8 @@ pub(crate) struct InstanceShared {
     debug: Option<(ash::ext::debug_utils::Instance, vk::DebugUtilsMessengerEXT)>,
     // The messenger holds a pointer to this: boxed, so that it stays where it is.
     messages: Box<Mutex<Vec<String>>>,
-    _entry: ash::Entry,
+    #[cfg_attr(not(feature = "present"), expect(dead_code, reason = "held, not used"))]
+    pub entry: ash::Entry,
 }
 
 /// The connection to Vulkan.
@@ -86,6 +87,14 @@ impl Instance {
     /// # Errors
     /// No loader, no validation layer where it was asked for, or no memory.
     pub fn new(validation: bool) -> Result<Self> {
+        Self::with_extensions(validation, |_| Ok(Vec::new()))
+    }
+
+    /// As [`Instance::new`], with extensions.
+    pub(crate) fn with_extensions(
+        validation: bool,
+        extensions: impl FnOnce(&ash::Entry) -> Result<Vec<*const c_char>>,
+    ) -> Result<Self> {
         // SAFETY: the loader is used as long as `InstanceShared` holds the entry.
         let entry = unsafe { ash::Entry::load() }.map_err(|error| Error::NoLoader(error.to_string()))?;
         if validation && !has_validation(&entry)? {
@@ -93,21 +102,24 @@ impl Instance {
         }
         let application = vk::ApplicationInfo::default().application_name(c"goblet").api_version(API_VERSION);
         let layers = [VALIDATION_LAYER.as_ptr()];
-        let extensions = [ash::ext::debug_utils::NAME.as_ptr()];
+        let mut extensions = extensions(&entry)?;
         let checks = [vk::ValidationFeatureEnableEXT::SYNCHRONIZATION_VALIDATION];
         let mut features = vk::ValidationFeaturesEXT::default().enabled_validation_features(&checks);
         let mut create = vk::InstanceCreateInfo::default().application_info(&application);
         if validation {
-            create = create.enabled_layer_names(&layers).enabled_extension_names(&extensions).push_next(&mut features);
+            extensions.push(ash::ext::debug_utils::NAME.as_ptr());
+            create = create.enabled_layer_names(&layers).push_next(&mut features);
         }
+        create = create.enabled_extension_names(&extensions);
         // SAFETY: everything `create` points to lives until after the call.
         let raw = unsafe { entry.create_instance(&create, None) }.map_err(|result| match result {
             vk::Result::ERROR_INCOMPATIBLE_DRIVER => Error::NoDevice,
+            vk::Result::ERROR_EXTENSION_NOT_PRESENT => Error::NoPresentation("Vulkan".into()),
             result => Error::Vulkan { call: "vkCreateInstance", result },
         })?;
         let messages = Box::new(Mutex::new(Vec::new()));
         let debug = if validation { Some(messenger(&entry, &raw, &messages)?) } else { None };
-        Ok(Self { shared: Arc::new(InstanceShared { raw, debug, messages, _entry: entry }) })
+        Ok(Self { shared: Arc::new(InstanceShared { raw, debug, messages, entry }) })
     }
 
     /// What the validation layer has said so far; empty without validation.
@@ -129,6 +141,16 @@ impl Instance {
     /// # Errors
     /// No such device, or it lacks what `requirements` ask for.
     pub fn open(&self, selector: Option<&str>, requirements: &Requirements) -> Result<Device> {
+        let (physical, info) = self.choose(selector, requirements)?;
+        Device::open(self.clone(), physical, info, requirements.texels_per_row)
+    }
+
+    /// The device that [`Instance::open`] opens.
+    pub(crate) fn choose(
+        &self,
+        selector: Option<&str>,
+        requirements: &Requirements,
+    ) -> Result<(vk::PhysicalDevice, DeviceInfo)> {
         let devices = self.ranked(requirements)?;
         if devices.is_empty() {
             return Err(Error::NoDevice);
@@ -151,7 +173,7 @@ impl Instance {
         };
         match &info.unfit {
             Some(reason) => Err(Error::Unfit { device: info.name.clone(), reason: reason.clone() }),
-            None => Device::open(self.clone(), *physical, info.clone(), requirements.texels_per_row),
+            None => Ok((*physical, info.clone())),
         }
     }
 
@@ -235,7 +257,7 @@ fn describe(instance: &ash::Instance, physical: vk::PhysicalDevice, requirements
         vk::PhysicalDeviceType::CPU => DeviceKind::Cpu,
         _ => DeviceKind::Other,
     };
-    let text = |name: &[std::ffi::c_char]| -> String {
+    let text = |name: &[c_char]| -> String {
         let bytes: Vec<u8> = name.iter().take_while(|c| **c != 0).map(|c| c.cast_unsigned()).collect();
         String::from_utf8_lossy(&bytes).into_owned()
     };

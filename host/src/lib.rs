@@ -16,6 +16,8 @@ mod frame;
 mod instance;
 mod kernel;
 mod memory;
+#[cfg(feature = "present")]
+mod present;
 mod texels;
 mod timing;
 
@@ -25,4 +27,6 @@ pub use error::{Error, Result};
 pub use frame::Frame;
 pub use instance::{DeviceInfo, DeviceKind, Instance, Requirements};
 pub use kernel::{Binding, Code, Compiling, Kernel, Pass, SpecializationValues};
+#[cfg(feature = "present")]
+pub use present::{Interface, Screen};
 pub use texels::Texels;

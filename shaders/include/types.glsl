@@ -392,3 +392,9 @@ struct TreePlace {
     uint node;    // to be taken next, counted from 1; 0 where the photon has none left
     uint pending; // see tree.glsl
 };
+
+// How a window shows radiance.
+const uint CURVE_LINEAR = 0u; // as it is
+const uint CURVE_SRGB = 1u;   // as a PNG has it
+const uint CURVE_ACES = 2u;
+const uint CURVE_AGX = 3u;

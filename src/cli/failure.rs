@@ -65,6 +65,9 @@ pub enum Failure {
     /// What is known of a scene could not be put into words.
     #[error("cannot describe the scene: {0}")]
     Info(String),
+    /// There is no window to show anything in.
+    #[error("cannot open a window: {0}; goblet render needs none")]
+    Window(String),
     /// The validation layer had something to say.
     #[error("{} validation message(s), the first: {}", .0.len(), .0[0])]
     Validation(Vec<String>),
@@ -84,10 +87,11 @@ impl Failure {
             | Self::Device(goblet_host::Error::NoSuchDevice { .. }) => 2,
             Self::Checkpoint { reason: CheckpointError::Write(_) | CheckpointError::Device(_), .. } => 1,
             Self::Checkpoint { .. } => 2,
-            Self::Render(RenderError::Device(_) | RenderError::Interrupted { .. })
+            Self::Render(RenderError::Device(_) | RenderError::Interrupted { .. } | RenderError::GivenUp)
             | Self::Device(_)
             | Self::Output(_)
             | Self::Signals(_)
+            | Self::Window(_)
             | Self::Stats { .. }
             | Self::Info(_)
             | Self::Report { .. }

@@ -69,7 +69,7 @@ pub fn run(args: &RenderArgs) -> Result<End, Failure> {
     let saved = args.checkpoint.as_ref().map_or(Ok(()), |path| save(args, path, &renderer));
     let end = end?;
     let estimate = renderer.estimate()?;
-    let metadata = metadata(&scene_name(args), &MadeBy::new(renderer.device()), &estimate, renderer.photons());
+    let metadata = metadata(&scene_name(&args.scene), &MadeBy::new(renderer.device()), &estimate, renderer.photons());
     write_images(&outputs, &estimate, &args.aov, &metadata, args.quiet)?;
     let photons = renderer.photons() - begin.photons;
     let stats = Stats::new(&scene, &renderer, &estimate, photons, [load_time, render_time, start.elapsed()])?;
@@ -154,12 +154,21 @@ fn check_writable(args: &RenderArgs, outputs: &[PathBuf]) -> Result<(), Failure>
     Ok(())
 }
 
-fn scene_name(args: &RenderArgs) -> String {
-    args.scene.file_name().map(|name| name.to_string_lossy().into_owned()).unwrap_or_default()
+/// What outputs call a scene file.
+pub fn scene_name(scene: &Path) -> String {
+    scene.file_name().map(|name| name.to_string_lossy().into_owned()).unwrap_or_default()
 }
 
 fn save(args: &RenderArgs, path: &Path, renderer: &Renderer) -> Result<(), Failure> {
-    renderer.checkpoint(&scene_name(args))?.write(path).map_err(|reason| at(path, reason))
+    save_checkpoint(&scene_name(&args.scene), path, renderer)
+}
+
+/// Writes a checkpoint of a scene that is called so.
+///
+/// # Errors
+/// The device fails, or the file cannot be written.
+pub fn save_checkpoint(scene: &str, path: &Path, renderer: &Renderer) -> Result<(), Failure> {
+    renderer.checkpoint(scene)?.write(path).map_err(|reason| at(path, reason))
 }
 
 /// Reads a checkpoint.

@@ -125,10 +125,18 @@ impl Stats {
     /// # Errors
     /// The file cannot be written.
     pub fn write(&self, path: &Path) -> Result<(), Failure> {
-        let mut text = serde_json::to_string_pretty(self).map_err(|error| failed(path, error.into()))?;
-        text.push('\n');
-        fs::write(path, text).map_err(|reason| failed(path, reason))
+        write_json(path, self)
     }
+}
+
+/// Writes statistics as JSON.
+///
+/// # Errors
+/// The file cannot be written.
+pub(super) fn write_json(path: &Path, stats: &impl Serialize) -> Result<(), Failure> {
+    let mut text = serde_json::to_string_pretty(stats).map_err(|error| failed(path, error.into()))?;
+    text.push('\n');
+    fs::write(path, text).map_err(|reason| failed(path, reason))
 }
 
 fn failed(path: &Path, reason: io::Error) -> Failure {

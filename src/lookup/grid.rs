@@ -11,6 +11,7 @@ use crate::kernels::{
     GridReservePush, Specialization,
 };
 use crate::renderer::RenderError;
+use crate::schedule::Pace;
 use crate::tally::Tally;
 
 /// Pixels of an invocation that gathers.
@@ -42,7 +43,7 @@ impl HashGrid {
         let cells = device.buffer("cells", photons.len().next_power_of_two())?;
         let grid_filled = device.buffer("grid_filled", 1)?;
         let grid_photons = &device.texels("grid_photons", photons.len())?;
-        let places = &device.buffer::<GridPlace>("places", invocations_by_tile(buffers.resolution) / POINTS)?;
+        let places = &device.buffer::<GridPlace>("places", buffers.most_by_tile / POINTS)?;
         macro_rules! pass {
             ($($kernel:tt)*) => { device.pass(&$($kernel)*, specialization, workgroup_size)? };
         }
@@ -81,7 +82,7 @@ impl HashGrid {
     ///
     /// # Errors
     /// The device fails, or the driver ends the pass early.
-    pub fn accumulate(&self, on: Stage<'_>, recorded: u32) -> Result<Tally, RenderError> {
+    pub fn accumulate(&self, on: Stage<'_>, recorded: u32, pace: &mut Pace) -> Result<Tally, RenderError> {
         // No more cells than photons: the others would be empty.
         let cell_count = u64::from(recorded).next_power_of_two().min(self.cells.len()) as u32;
         let cell_mask = cell_count - 1;
@@ -93,8 +94,8 @@ impl HashGrid {
         frame.dispatch(&self.fill, GridFillPush { recorded, cell_mask }, recorded.into());
         frame.run()?;
 
-        let [width, height] = on.buffers.resolution;
-        let push = |resumed| AccumulateGridPush { width, height, cell_mask, resumed, two: 2 };
-        deposit(on, ("accumulate_grid", &self.accumulate), invocations_by_tile([width, height]) / POINTS, push)
+        let [width, height] = on.settings.resolution;
+        let push = |offset, resumed| AccumulateGridPush { width, height, cell_mask, resumed, offset, two: 2 };
+        deposit(on, ("accumulate_grid", &self.accumulate), invocations_by_tile([width, height]) / POINTS, pace, push)
     }
 }

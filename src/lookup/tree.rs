@@ -11,6 +11,7 @@ use crate::iteration::Stage;
 use crate::kd_tree;
 use crate::kernels::{AccumulateTree, AccumulateTreePush, Specialization, TreeFill, TreeFillPush, TreePlace};
 use crate::renderer::RenderError;
+use crate::schedule::Schedule;
 use crate::tally::Tally;
 
 /// Invocations of one dispatch that adds photons, at most: each has a place to go on from.
@@ -78,11 +79,11 @@ impl KdTree {
     /// # Errors
     /// The device fails.
     pub fn build(&mut self, on: Stage<'_>, new: bool) -> Result<(), RenderError> {
-        let Stage { device, buffers, .. } = on;
+        let Stage { device, buffers, settings, .. } = on;
         if new {
             let start = Instant::now();
-            let points = device.read_texels(&buffers.visible_points)?;
-            let radii2 = device.read_texels(&buffers.visible_radii2)?;
+            let points = device.read_first_texels(&buffers.visible_points, settings.pixels())?;
+            let radii2 = device.read_first_texels(&buffers.visible_radii2, settings.pixels())?;
             let positions = points.iter().map(|point| point.position);
             let nodes = kd_tree::build(positions.zip(radii2));
             device.write(&self.nodes, &nodes)?;
@@ -95,16 +96,16 @@ impl KdTree {
         Ok(())
     }
 
-    /// Adds `recorded` photons to the points that they reach, at most `per_invocation` by
-    /// each invocation where that makes no more than [`MAX_INVOCATIONS`].
+    /// Adds `recorded` photons to the points that they reach, at most as many by each invocation
+    /// as it traces, where that makes no more than [`MAX_INVOCATIONS`].
     ///
     /// # Errors
     /// The device fails, or the driver ends the pass early.
-    pub fn accumulate(&self, on: Stage<'_>, recorded: u32, per_invocation: u64) -> Result<Tally, RenderError> {
-        let stride = recorded.div_ceil(per_invocation as u32).min(MAX_INVOCATIONS);
+    pub fn accumulate(&self, on: Stage<'_>, recorded: u32, schedule: &mut Schedule) -> Result<Tally, RenderError> {
+        let stride = recorded.div_ceil(schedule.per_invocation() as u32).min(MAX_INVOCATIONS);
         let node_count = self.node_count;
-        let push = |resumed| AccumulateTreePush { recorded, stride, node_count, resumed, two: 2 };
-        deposit(on, ("accumulate_tree", &self.accumulate), stride.into(), push)
+        let push = |offset, resumed| AccumulateTreePush { recorded, stride, node_count, resumed, offset, two: 2 };
+        deposit(on, ("accumulate_tree", &self.accumulate), stride.into(), &mut schedule.paces.gather, push)
     }
 
     /// Time that the host has spent on trees so far, to read the points and to write the

@@ -45,6 +45,8 @@ pub struct Scene {
     pub instances: Vec<Instance>,
     /// Every light that is not a surface, in the order of the file.
     pub lights: Vec<Light>,
+    /// Files that it includes or imports.
+    pub included: Vec<PathBuf>,
     /// One line each: what was ignored or rendered differently than asked for.
     pub warnings: Vec<String>,
 }

@@ -372,6 +372,7 @@ impl Parser {
         let identity = identity(&path);
         self.stream.check_include(&identity, at)?;
         let text = read_text(&path, Some(&name_at))?;
+        self.scene.included.push(path.clone());
         Ok((text, path.to_string_lossy().into_owned(), identity))
     }
 

@@ -5,7 +5,7 @@ mod place;
 mod survey;
 
 use std::collections::HashMap;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use glam::DAffine3;
@@ -95,6 +95,8 @@ pub(super) struct SceneBuilder {
     lights: Vec<Light>,
     files: MeshFiles,
     textures: Textures,
+    /// Files that the scene includes or imports.
+    pub included: Vec<PathBuf>,
     warnings: Vec<String>,
     /// Set where everything that is not supported is to be found.
     unsupported: Option<Vec<SceneError>>,
@@ -130,6 +132,7 @@ impl SceneBuilder {
             lights: Vec::new(),
             files: MeshFiles::new(directory),
             textures: Textures::default(),
+            included: Vec::new(),
             warnings: Vec::new(),
             unsupported: None,
         }
@@ -413,7 +416,8 @@ impl SceneBuilder {
         let (film, camera, integrator) = std::mem::take(&mut self.options).resolve()?;
         let (lights, warnings) = (std::mem::take(&mut self.lights), std::mem::take(&mut self.warnings));
         let textures = std::mem::take(&mut self.textures).made;
-        Ok(Scene { camera, integrator, film, materials, textures, shapes, instances, lights, warnings })
+        let included = std::mem::take(&mut self.included);
+        Ok(Scene { camera, integrator, film, materials, textures, shapes, instances, lights, included, warnings })
     }
 
     /// Shapes with the indices of their materials, and the materials in use. Shapes of none are

@@ -10,7 +10,7 @@ use crate::cli::values::{
     Radius, alpha, cell_scale, eye_paths, output_path, photons, positive_u32, radius, resolution, seconds, seed,
     target_error, workgroup_sizes,
 };
-use crate::options::{DirectLight, Integrator, LookupKind, Options, Sampler};
+use crate::options::{Contribution, DirectLight, Integrator, LookupKind, Options, Sampler};
 use crate::pack::RevolutionSolver;
 use crate::radius::RadiusSchedule;
 use crate::sequence::Shard;
@@ -211,12 +211,14 @@ impl RenderArgs {
             photons_per_round: self.photons_per_round,
             radius_schedule: self.radius_schedule,
             direct: self.direct,
+            contribution: Contribution::All,
             sampler: self.sampler,
             shard: self.shard.unwrap_or(Shard::WHOLE),
             lookup: self.lookup,
             cell_scale: self.cell_scale,
             workgroup_size: self.workgroup_size,
             batch_size: self.batch_size.map(u64::from),
+            responsive: false,
             revolution_solver: self.revolution_solver,
         }
     }

@@ -1,0 +1,94 @@
+// tone_map: the pixels of a window from an image of linear radiance.
+// One invocation per pixel of the window. Reads shown; writes pixels. An image of the window's
+// size is shown pixel by pixel, another one is interpolated.
+#version 460
+#extension GL_GOOGLE_include_directive : require
+#include "invocation.glsl"
+#include "types.glsl"
+
+TEXELS(1, 0, vec4, shown) // linear RGB; w is unused
+layout(std430, set = 1, binding = 1) writeonly buffer PixelBlock { uint data[]; } pixels;
+
+layout(push_constant) uniform Push {
+    uvec2 window;   // size
+    uvec2 image;    // size
+    vec2 origin;    // of the image, in pixels of the window
+    float per_pixel; // pixels of the image per pixel of the window
+    float exposure; // factor
+    uint curve;
+    uint bgra;      // 1 if blue is the lowest byte
+};
+
+const vec3 AROUND = vec3(0.02);
+
+// What the image is between its pixels' centres.
+vec3 sample_image(vec2 at) {
+    vec2 base = floor(at);
+    vec2 t = at - base;
+    ivec2 last = ivec2(image) - 1;
+    ivec2 low = clamp(ivec2(base), ivec2(0), last);
+    // At a centre its pixel is alone, so that neighbours that are not finite do not spread.
+    ivec2 high = clamp(ivec2(base) + ivec2(greaterThan(t, vec2(0.0))), ivec2(0), last);
+    vec3 a = shown_at(uint(low.y) * image.x + uint(low.x)).rgb;
+    vec3 b = shown_at(uint(low.y) * image.x + uint(high.x)).rgb;
+    vec3 c = shown_at(uint(high.y) * image.x + uint(low.x)).rgb;
+    vec3 d = shown_at(uint(high.y) * image.x + uint(high.x)).rgb;
+    return mix(mix(a, b, t.x), mix(c, d, t.x), t.y);
+}
+
+// IEC 61966-2-1.
+vec3 encode_srgb(vec3 v) {
+    return mix(1.055 * pow(v, vec3(1.0 / 2.4)) - 0.055, 12.92 * v, lessThanEqual(v, vec3(0.0031308)));
+}
+
+// Nothing that is not a number is left.
+vec3 at_least_zero(vec3 v) {
+    return mix(vec3(0.0), v, greaterThan(v, vec3(0.0)));
+}
+
+// Narkowicz 2016, "ACES filmic tone mapping curve": a fit of the reference transforms' luminance.
+vec3 aces_like(vec3 v) {
+    v = min(v, vec3(1.0e4));
+    return v * (2.51 * v + 0.03) / (v * (2.43 * v + 0.59) + 0.14);
+}
+
+// AgX (Sobotka 2022) in the approximation of Wrensch 2023: logarithms of inset primaries, and a
+// polynomial for its sigmoid. What comes out is as a screen takes it.
+vec3 agx(vec3 v) {
+    const mat3 inset = mat3(0.842479062253094, 0.0423282422610123, 0.0423756549057051,
+                            0.0784335999999992, 0.878468636469772, 0.0784336,
+                            0.0792237451477643, 0.0791661274605434, 0.879142973793104);
+    const mat3 outset = mat3(1.19687900512017, -0.0528968517574562, -0.0529716355144438,
+                             -0.0980208811401368, 1.15190312990417, -0.0980434501171241,
+                             -0.0990297440797205, -0.0989611768448433, 1.15107367264116);
+    const float least = -12.47393; // stops
+    const float most = 4.026069;
+    vec3 stops = clamp(log2(max(inset * min(v, vec3(1.0e4)), vec3(1.0e-10))), least, most);
+    vec3 x = (stops - least) / (most - least);
+    vec3 y = ((((((15.5 * x - 40.14) * x + 31.96) * x - 6.868) * x + 0.4298) * x + 0.1191) * x - 0.00232);
+    return outset * y;
+}
+
+vec3 tone_map(vec3 v) {
+    if (curve == CURVE_ACES) {
+        v = aces_like(v);
+    }
+    if (curve == CURVE_AGX) {
+        return agx(v);
+    }
+    v = min(v, vec3(1.0));
+    return curve == CURVE_LINEAR ? v : encode_srgb(v);
+}
+
+void main() {
+    uint pixel = invocation_index();
+    if (pixel >= window.x * window.y) {
+        return;
+    }
+    vec2 at = (vec2(pixel % window.x, pixel / window.x) + 0.5 - origin) * per_pixel;
+    bool inside = all(greaterThanEqual(at, vec2(0.0))) && all(lessThan(at, vec2(image)));
+    vec3 color = inside ? tone_map(at_least_zero(sample_image(at - 0.5)) * exposure) : AROUND;
+    uvec3 bytes = uvec3(clamp(color, 0.0, 1.0) * 255.0 + 0.5);
+    bytes = bgra != 0u ? bytes.bgr : bytes;
+    pixels.data[pixel] = bytes.r | bytes.g << 8u | bytes.b << 16u | 0xff000000u;
+}

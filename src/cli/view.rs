@@ -1,0 +1,40 @@
+//! `goblet view`: a scene in a window.
+
+use super::stats::{Stats, write_json};
+use super::{Failure, RenderArgs};
+use crate::renderer::RenderError;
+use crate::scene::Scene;
+use crate::window;
+
+/// Shows a scene until the window is closed.
+///
+/// # Errors
+/// The scene, an option, the display or the device is at fault.
+pub fn run(args: &RenderArgs) -> Result<(), Failure> {
+    refuse(args)?;
+    if let Some(path) = &args.stats {
+        Stats::check_writable(path)?;
+    }
+    let scene = Scene::load(&args.scene)?;
+    for warning in scene.warnings.iter().filter(|_| !args.quiet) {
+        eprintln!("warning: {warning}");
+    }
+    let stats = window::run(args, scene)?;
+    args.stats.as_ref().map_or(Ok(()), |path| write_json(path, &stats))
+}
+
+/// What only `goblet render` does.
+fn refuse(args: &RenderArgs) -> Result<(), Failure> {
+    let others = [
+        ("--time", args.time.is_some()),
+        ("--target-error", args.target_error.is_some()),
+        ("--rounds", args.rounds.is_some()),
+        ("--checkpoint", args.checkpoint.is_some()),
+        ("--resume", args.resume.is_some()),
+        ("--shard", args.shard.is_some()),
+    ];
+    match others.into_iter().find(|(_, is_given)| *is_given) {
+        Some((name, _)) => Err(RenderError::Option(format!("{name} is of goblet render, not of goblet view")).into()),
+        None => Ok(()),
+    }
+}

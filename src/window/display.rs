@@ -1,0 +1,209 @@
+//! From a picture to the pixels of the window.
+
+use std::sync::Arc;
+
+use goblet_host::{Buffer, Interface, Pass, Result, Screen, Texels};
+use winit::window::Window;
+
+use super::quantity::Picture;
+use crate::kernels::{
+    CURVE_ACES, CURVE_AGX, CURVE_LINEAR, CURVE_SRGB, REQUIREMENTS, Specialization, ToneMap, ToneMapPush,
+};
+
+const WORKGROUP_SIZE: u32 = 64;
+
+/// A tone curve.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Curve {
+    /// Values as they are.
+    Linear,
+    /// As a PNG has it.
+    #[default]
+    Srgb,
+    /// Film-like.
+    Aces,
+    /// Film-like, and bright colours fade to white.
+    Agx,
+}
+
+impl Curve {
+    /// All, as they are listed.
+    pub const ALL: [Self; 4] = [Self::Linear, Self::Srgb, Self::Aces, Self::Agx];
+
+    /// For people.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Linear => "linear",
+            Self::Srgb => "sRGB",
+            Self::Aces => "ACES-like",
+            Self::Agx => "AgX",
+        }
+    }
+
+    fn number(self) -> u32 {
+        match self {
+            Self::Linear => CURVE_LINEAR,
+            Self::Srgb => CURVE_SRGB,
+            Self::Aces => CURVE_ACES,
+            Self::Agx => CURVE_AGX,
+        }
+    }
+}
+
+/// How light is shown.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Look {
+    /// Exposure in stops.
+    pub stops: f32,
+    /// Tone curve.
+    pub curve: Curve,
+}
+
+/// Where an image is in a window: in the middle, as large as fits.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Placement {
+    /// Its upper left corner, in pixels of the window.
+    pub origin: [f32; 2],
+    /// Pixels of the image per pixel of the window.
+    pub per_pixel: f32,
+}
+
+impl Placement {
+    /// Of an image in a window of these sizes.
+    pub fn new(window: [u32; 2], image: [u32; 2]) -> Self {
+        let [x, y] = [0, 1].map(|axis| image[axis] as f32 / window[axis].max(1) as f32);
+        // Sides of coarse images are rounded up; no pixel of the window is lost for that.
+        let (least, most) = (x.min(y), x.max(y));
+        let is_same =
+            [0, 1].into_iter().all(|axis| (image[axis] as f32 / least - window[axis] as f32).abs() < 1.0 / least);
+        let per_pixel = if is_same { least } else { most };
+        let origin = [0, 1].map(|axis| (0.5 * (window[axis] as f32 - image[axis] as f32 / per_pixel)).floor());
+        Self { origin: if is_same { [0.0; 2] } else { origin }, per_pixel }
+    }
+}
+
+/// A window's pixels, and what makes them.
+pub struct Display {
+    shown: Texels<[f32; 4]>,
+    pixels: Buffer<u32>,
+    pass: Pass<ToneMapPush>,
+    /// Size of the image, whether it is light, and how it was last shown, and where.
+    image: [u32; 2],
+    is_light: bool,
+    mapped: Option<(Look, [u32; 2])>,
+    screen: Screen,
+}
+
+impl Display {
+    /// Opens the device that `selector` names, or the first that fits, for a window.
+    ///
+    /// # Errors
+    /// The device cannot show images there.
+    pub fn new(window: Arc<Window>, selector: Option<&str>, validation: bool) -> Result<Self> {
+        let screen = Screen::new(Arc::clone(&window), window.inner_size().into(), selector, &REQUIREMENTS, validation)?;
+        let (shown, pixels, pass) = arrays(&screen, screen.size())?;
+        screen.device().write_texels(&shown, &[[0.0; 4]])?;
+        Ok(Self { shown, pixels, pass, image: [1, 1], is_light: true, mapped: None, screen })
+    }
+
+    /// Takes a picture to be shown from now on.
+    ///
+    /// # Errors
+    /// The device fails.
+    pub fn take(&mut self, picture: &Picture) -> Result<()> {
+        self.make_room(picture.size)?;
+        self.screen.device().write_texels(&self.shown, &picture.pixels)?;
+        (self.image, self.is_light, self.mapped) = (picture.size, picture.is_light, None);
+        Ok(())
+    }
+
+    fn make_room(&mut self, size: [u32; 2]) -> Result<()> {
+        let wanted: u64 = size.map(u64::from).iter().product();
+        if wanted > self.shown.len() || wanted > self.pixels.len() {
+            let kept = self.screen.device().read_texels(&self.shown)?;
+            (self.shown, self.pixels, self.pass) = arrays(&self.screen, size)?;
+            let fits = kept.len().min(self.shown.len() as usize);
+            self.screen.device().write_texels(&self.shown, &kept[..fits])?;
+            self.mapped = None;
+        }
+        Ok(())
+    }
+
+    /// Where the image is.
+    pub fn placement(&self) -> Placement {
+        Placement::new(self.screen.size(), self.image)
+    }
+
+    /// Follows the window.
+    ///
+    /// # Errors
+    /// The device fails.
+    pub fn resize(&mut self, size: [u32; 2]) -> Result<()> {
+        self.screen.resize(size)?;
+        self.make_room(self.screen.size())
+    }
+
+    /// Shows the picture, and the interface above it. False if the window has another size by now.
+    ///
+    /// # Errors
+    /// The device fails.
+    pub fn show(&mut self, look: Look, interface: Interface) -> Result<bool> {
+        let window = self.screen.size();
+        if self.mapped != Some((look, window)) {
+            let Placement { origin, per_pixel } = self.placement();
+            let curve = if self.is_light { look.curve } else { Curve::Linear };
+            let push = ToneMapPush {
+                window,
+                image: self.image,
+                origin,
+                per_pixel,
+                exposure: look.stops.exp2(),
+                curve: curve.number(),
+                bgra: self.screen.is_bgra().into(),
+            };
+            let mut frame = self.screen.device().frame()?;
+            frame.dispatch(&self.pass, push, window.map(u64::from).iter().product());
+            frame.run()?;
+            self.mapped = Some((look, window));
+        }
+        self.screen.show(&self.pixels, interface)
+    }
+
+    /// What the validation layer has said so far.
+    pub fn validation_messages(&self) -> Vec<String> {
+        self.screen.device().validation_messages()
+    }
+}
+
+type Arrays = (Texels<[f32; 4]>, Buffer<u32>, Pass<ToneMapPush>);
+
+/// Room for an image and a window of this size.
+fn arrays(screen: &Screen, size: [u32; 2]) -> Result<Arrays> {
+    let device = screen.device();
+    let [width, height] = [0, 1].map(|axis| u64::from(size[axis].max(screen.size()[axis])));
+    let shown = device.texels("shown", width * height)?;
+    let pixels = device.buffer("pixels", width * height)?;
+    let kernel = ToneMap { shown: &shown, pixels: &pixels };
+    let pass = device.pass(&kernel, &Specialization::default(), WORKGROUP_SIZE)?;
+    Ok((shown, pixels, pass))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn images_are_in_the_middle_and_as_large_as_fits() {
+        let placement = |window, image| Placement::new(window, image);
+        assert_eq!(placement([640, 480], [640, 480]), Placement { origin: [0.0, 0.0], per_pixel: 1.0 });
+        assert_eq!(placement([800, 480], [640, 480]), Placement { origin: [80.0, 0.0], per_pixel: 1.0 });
+        assert_eq!(placement([640, 960], [320, 240]), Placement { origin: [0.0, 240.0], per_pixel: 0.5 });
+    }
+
+    #[test]
+    fn coarse_images_fill_the_window() {
+        let Placement { origin, per_pixel } = Placement::new([641, 479], [161, 120]);
+        assert_eq!(origin, [0.0, 0.0]);
+        assert!(641.0 * per_pixel <= 161.0 && 479.0 * per_pixel <= 120.01, "{per_pixel}");
+    }
+}

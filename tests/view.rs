@@ -1,0 +1,158 @@
+//! `goblet view` in a window of its own, by mouse and keyboard: what it shows and saves is what
+//! `goblet render` writes.
+#![cfg(feature = "view")]
+
+#[path = "view/desktop.rs"]
+mod desktop;
+mod support;
+
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process::{Child, Command, Stdio};
+use std::time::Duration;
+
+use desktop::{Desktop, Shot, wait_for, wait_or};
+
+const CONTROL: u32 = 0xffe3;
+const H: u32 = 'h' as u32;
+const ONE: u32 = '1' as u32;
+const FIVE: u32 = '5' as u32;
+const SEVEN: u32 = '7' as u32;
+const R: u32 = 'r' as u32;
+const S: u32 = 's' as u32;
+
+fn goblet() -> Command {
+    Command::new(env!("CARGO_BIN_EXE_goblet"))
+}
+
+fn scene() -> PathBuf {
+    support::root().join("scenes/cornell-caustic.pbrt")
+}
+
+/// Of both commands.
+const OPTIONS: [&str; 9] =
+    ["--iterations", "3", "--photons", "4000", "--eye-paths", "2", "--max-depth", "6", "--validate"];
+
+/// What `goblet render` makes of the scene.
+fn rendered(resolution: &str, path: &Path) {
+    let mut command = goblet();
+    command.arg("render").arg(scene()).args(OPTIONS).args(["--resolution", resolution, "--quiet", "-o"]).arg(path);
+    assert!(command.status().expect("goblet").success());
+}
+
+fn view(desktop: &Desktop, options: &[&str]) -> Child {
+    let mut command = goblet();
+    command.arg("view").args(options).env("DISPLAY", desktop.name()).env_remove("WAYLAND_DISPLAY");
+    command.stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().expect("goblet")
+}
+
+/// The largest difference of a shot from a picture in a file, if they have the same size.
+fn difference(shot: &Shot, path: &Path) -> Option<u8> {
+    let picture = image::open(path).expect("a picture").into_rgb8();
+    let is_same = (shot.width, shot.height) == picture.dimensions();
+    let pairs = shot.pixels.iter().flatten().zip(picture.as_raw());
+    is_same.then(|| pairs.map(|(a, b)| a.abs_diff(*b)).max().unwrap_or(0))
+}
+
+/// Waits until the window shows what a file has, but for roundings.
+fn shows(desktop: &Desktop, path: &Path) {
+    let is_shown = || difference(&desktop.shot(), path).is_some_and(|most| most <= 1).then_some(());
+    wait_or(is_shown, || {
+        let shot = Path::new(env!("CARGO_TARGET_TMPDIR")).join("view.png");
+        desktop.shot().save(&shot);
+        panic!("{} does not show {}", shot.display(), path.display())
+    });
+}
+
+fn finish(child: Child) {
+    let output = child.wait_with_output().expect("an end");
+    let said = String::from_utf8_lossy(&output.stderr);
+    assert!(output.status.success() && said.is_empty() && output.stdout.is_empty(), "{}: {said}", output.status);
+}
+
+#[test]
+fn a_window_shows_and_saves_what_goblet_render_writes() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let path = |name: &str| folder.path().join(name);
+    let names = ["first.png", "second.png", "expected.exr", "saved.exr", "stats.json"].map(path);
+    let [first, second, expected, saved, stats] = &names;
+    rendered("160x120", first);
+    rendered("160x120", expected);
+    rendered("131x150", second);
+
+    let mut desktop = Desktop::new();
+    let text = |path: &Path| path.to_str().expect("a path").to_owned();
+    let (scene, saved_text, stats_text) = (text(&scene()), text(saved), text(stats));
+    let own = [&scene, "--resolution", "160x120", "-o", &saved_text, "--stats", &stats_text];
+    let child = view(&desktop, &[&own[..], &OPTIONS].concat());
+    desktop.find_window();
+    desktop.press(&[H]);
+    shows(&desktop, first);
+
+    desktop.press(&[CONTROL, S]);
+    wait_for("a file", || saved.exists().then_some(()));
+    assert!(fs::read(saved).expect("a file") == fs::read(expected).expect("a file"), "the same bytes");
+
+    desktop.drag((0..30).map(|i| [40 + 2 * i, 60]), Duration::from_millis(10));
+    wait_for("another view", || difference(&desktop.shot(), first).is_some_and(|most| most > 40).then_some(()));
+    desktop.press(&[R]);
+    shows(&desktop, first);
+
+    desktop.press(&[SEVEN]);
+    // The back wall faces the camera: no normal is as dark as what it shows of light.
+    let normals = || difference(&desktop.shot(), first).filter(|most| *most > 100);
+    wait_for("normals", normals);
+    desktop.press(&[ONE]);
+    shows(&desktop, first);
+
+    desktop.resize(200, 90);
+    desktop.resize(131, 150);
+    shows(&desktop, second);
+
+    desktop.close();
+    finish(child);
+    let stats: serde_json::Value = serde_json::from_slice(&fs::read(stats).expect("a file")).expect("JSON");
+    assert!(stats["frames"].as_u64() > Some(10) && stats["iterations"] == 3, "{stats}");
+    for times in ["input_to_frame", "move_to_picture"] {
+        assert!(stats[times]["count"].as_u64() >= Some(1), "{stats}");
+    }
+}
+
+#[test]
+fn without_a_display_there_is_a_clear_message() {
+    let mut command = goblet();
+    command.arg("view").arg(scene()).env_remove("DISPLAY").env_remove("WAYLAND_DISPLAY");
+    let output = command.env_remove("WAYLAND_SOCKET").output().expect("goblet");
+    let said = String::from_utf8_lossy(&output.stderr);
+    assert_eq!(output.status.code(), Some(1), "{said}");
+    assert!(said.starts_with("goblet: cannot open a window") && said.contains("goblet render"), "{said}");
+}
+
+/// The README's numbers and pictures: how long events wait while the camera moves for ten
+/// seconds, and the window after a while.
+#[test]
+#[ignore = "takes minutes, and its times are those of a release build on a quiet machine"]
+fn a_long_drag() {
+    let folder = Path::new(env!("CARGO_TARGET_TMPDIR"));
+    for (name, resolution, key, patience) in
+        [("cornell-caustic", "720x540", FIVE, 60), ("wine-cup", "1280x720", ONE, 90), ("wine-cup", "840x520", ONE, 200)]
+    {
+        let scene = support::root().join(format!("scenes/{name}.pbrt"));
+        let stats = folder.join(format!("{name}-{resolution}.json"));
+        let mut desktop = Desktop::new();
+        let [scene, stats_text] = [&scene, &stats].map(|path| path.to_str().expect("a path"));
+        let child = view(&desktop, &[scene, "--resolution", resolution, "--quiet", "--stats", stats_text]);
+        desktop.find_window();
+        std::thread::sleep(Duration::from_secs(5));
+        // To and fro, so that the camera stays in the room.
+        let swing = |i: i16| [600 + ((f32::from(i) * 0.03).sin() * 25.0) as i16, 400 + (i % 20 - 10).abs()];
+        desktop.drag((0..1000).map(swing), Duration::from_millis(10));
+        desktop.press(&[R]);
+        desktop.press(&[key]);
+        std::thread::sleep(Duration::from_secs(patience));
+        desktop.shot().save(&folder.join(format!("{name}-{resolution}.png")));
+        desktop.close();
+        finish(child);
+        eprintln!("{name}: {}", fs::read_to_string(&stats).expect("a file"));
+    }
+}
