@@ -21,29 +21,27 @@ layout(push_constant) uniform Push {
 
 const vec3 AROUND = vec3(0.02);
 
+// A pixel as something that can be averaged: what is not a number is black, as in a PNG.
+vec3 pixel_at(ivec2 at) {
+    vec3 v = shown_at(uint(at.y) * image.x + uint(at.x)).rgb;
+    return min(mix(vec3(0.0), v, greaterThan(v, vec3(0.0))), vec3(INFINITY_T));
+}
+
 // What the image is between its pixels' centres.
 vec3 sample_image(vec2 at) {
     vec2 base = floor(at);
     vec2 t = at - base;
     ivec2 last = ivec2(image) - 1;
     ivec2 low = clamp(ivec2(base), ivec2(0), last);
-    // At a centre its pixel is alone, so that neighbours that are not finite do not spread.
-    ivec2 high = clamp(ivec2(base) + ivec2(greaterThan(t, vec2(0.0))), ivec2(0), last);
-    vec3 a = shown_at(uint(low.y) * image.x + uint(low.x)).rgb;
-    vec3 b = shown_at(uint(low.y) * image.x + uint(high.x)).rgb;
-    vec3 c = shown_at(uint(high.y) * image.x + uint(low.x)).rgb;
-    vec3 d = shown_at(uint(high.y) * image.x + uint(high.x)).rgb;
-    return mix(mix(a, b, t.x), mix(c, d, t.x), t.y);
+    ivec2 high = clamp(ivec2(base) + 1, ivec2(0), last);
+    vec3 upper = mix(pixel_at(low), pixel_at(ivec2(high.x, low.y)), t.x);
+    vec3 lower = mix(pixel_at(ivec2(low.x, high.y)), pixel_at(high), t.x);
+    return mix(upper, lower, t.y);
 }
 
 // IEC 61966-2-1.
 vec3 encode_srgb(vec3 v) {
     return mix(1.055 * pow(v, vec3(1.0 / 2.4)) - 0.055, 12.92 * v, lessThanEqual(v, vec3(0.0031308)));
-}
-
-// Nothing that is not a number is left.
-vec3 at_least_zero(vec3 v) {
-    return mix(vec3(0.0), v, greaterThan(v, vec3(0.0)));
 }
 
 // Narkowicz 2016, "ACES filmic tone mapping curve": a fit of the reference transforms' luminance.
@@ -87,7 +85,7 @@ void main() {
     }
     vec2 at = (vec2(pixel % window.x, pixel / window.x) + 0.5 - origin) * per_pixel;
     bool inside = all(greaterThanEqual(at, vec2(0.0))) && all(lessThan(at, vec2(image)));
-    vec3 color = inside ? tone_map(at_least_zero(sample_image(at - 0.5)) * exposure) : AROUND;
+    vec3 color = inside ? tone_map(sample_image(at - 0.5) * exposure) : AROUND;
     uvec3 bytes = uvec3(clamp(color, 0.0, 1.0) * 255.0 + 0.5);
     bytes = bgra != 0u ? bytes.bgr : bytes;
     pixels.data[pixel] = bytes.r | bytes.g << 8u | bytes.b << 16u | 0xff000000u;

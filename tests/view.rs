@@ -128,6 +128,16 @@ fn without_a_display_there_is_a_clear_message() {
     assert!(said.starts_with("goblet: cannot open a window") && said.contains("goblet render"), "{said}");
 }
 
+#[test]
+fn what_is_of_long_renders_is_refused() {
+    for options in [["--time", "5"], ["--resume", "x.checkpoint"], ["--target-error", "0.1"]] {
+        let output = goblet().arg("view").arg(scene()).args(options).output().expect("goblet");
+        let said = String::from_utf8_lossy(&output.stderr);
+        assert_eq!(output.status.code(), Some(2), "{said}");
+        assert!(said.contains(options[0]) && said.contains("goblet render"), "{said}");
+    }
+}
+
 /// The README's numbers and pictures: how long events wait while the camera moves for ten
 /// seconds, and the window after a while.
 #[test]

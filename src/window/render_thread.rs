@@ -138,16 +138,25 @@ impl RenderThread<'_> {
         let Some(render) = &mut self.render else { return Ok(()) };
         render.moves = wish.moves;
         let is_done = wish.paused || self.args.iterations.is_some_and(|most| render.renderer.iterations() >= most);
-        if !wish.saves.is_empty() && !is_coarse && (is_done || render.renderer.iterations() > 0) {
-            wish.saves.iter().for_each(|path| save(self.shared, self.args, &self.path, &render.renderer, path));
-        } else if !wish.saves.is_empty() {
-            self.shared.wish(false, |now| now.saves.extend(wish.saves.iter().cloned()));
+        for path in &wish.saves {
+            if !is_coarse && (is_done || render.renderer.iterations() > 0) {
+                save(self.shared, self.args, &self.path, &render.renderer, path);
+            } else {
+                // There is nothing yet.
+                self.shared.wish(false, |wish| wish.saves.push(path.clone()));
+            }
         }
         if is_done && !is_coarse {
             render.tell(self.shared, wish.quantity, "done")?;
             self.shared.wait(IDLE);
             return Ok(());
         }
+        self.iterate(wish, coarseness)
+    }
+
+    /// Runs an iteration, unless something else is wished meanwhile.
+    fn iterate(&mut self, wish: &Wish, coarseness: u32) -> Result<(), Failure> {
+        let Some(render) = &mut self.render else { return Ok(()) };
         let before = self.device.pass_times();
         let start = Instant::now();
         // First images are quick, and of use to a hand that moves on.
@@ -156,7 +165,7 @@ impl RenderThread<'_> {
         if render.renderer.step_unless(&gives_up)? {
             render.time += start.elapsed();
             render.passes = since(&before, self.device.pass_times());
-            render.tell(self.shared, wish.quantity, if is_coarse { "looking" } else { "rendering" })?;
+            render.tell(self.shared, wish.quantity, if coarseness > 1 { "looking" } else { "rendering" })?;
             if is_first {
                 self.observe(start.elapsed());
             }
