@@ -34,9 +34,9 @@ const OPTIONS: [&str; 9] =
     ["--iterations", "3", "--photons", "4000", "--eye-paths", "2", "--max-depth", "6", "--validate"];
 
 /// What `goblet render` makes of the scene.
-fn rendered(resolution: &str, path: &Path) {
+fn rendered(scene: &Path, resolution: &str, path: &Path) {
     let mut command = goblet();
-    command.arg("render").arg(scene()).args(OPTIONS).args(["--resolution", resolution, "--quiet", "-o"]).arg(path);
+    command.arg("render").arg(scene).args(OPTIONS).args(["--resolution", resolution, "--quiet", "-o"]).arg(path);
     assert!(command.status().expect("goblet").success());
 }
 
@@ -74,16 +74,23 @@ fn finish(child: Child) {
 fn a_window_shows_and_saves_what_goblet_render_writes() {
     let folder = tempfile::tempdir().expect("a folder");
     let path = |name: &str| folder.path().join(name);
-    let names = ["first.png", "second.png", "expected.exr", "saved.exr", "stats.json"].map(path);
-    let [first, second, expected, saved, stats] = &names;
-    rendered("160x120", first);
-    rendered("160x120", expected);
-    rendered("131x150", second);
+    let names = ["first.png", "second.png", "third.png", "expected.exr", "saved.exr", "stats.json"].map(path);
+    let [first, second, third, expected, saved, stats] = &names;
+    let text = fs::read_to_string(scene()).expect("a scene");
+    let [file, other] = ["scene.pbrt", "other.pbrt"].map(path);
+    let from_further = text.replace("\"float fov\" 30", "\"float fov\" 45");
+    assert_ne!(from_further, text);
+    fs::write(&file, text).expect("a file");
+    fs::write(&other, &from_further).expect("a file");
+    rendered(&file, "160x120", first);
+    rendered(&file, "160x120", expected);
+    rendered(&file, "131x150", second);
+    rendered(&other, "131x150", third);
 
     let mut desktop = Desktop::new();
     let text = |path: &Path| path.to_str().expect("a path").to_owned();
-    let (scene, saved_text, stats_text) = (text(&scene()), text(saved), text(stats));
-    let own = [&scene, "--resolution", "160x120", "-o", &saved_text, "--stats", &stats_text];
+    let (file_text, saved_text, stats_text) = (text(&file), text(saved), text(stats));
+    let own = [&file_text, "--resolution", "160x120", "-o", &saved_text, "--stats", &stats_text];
     let child = view(&desktop, &[&own[..], &OPTIONS].concat());
     desktop.find_window();
     desktop.press(&[H]);
@@ -108,6 +115,12 @@ fn a_window_shows_and_saves_what_goblet_render_writes() {
     desktop.resize(200, 90);
     desktop.resize(131, 150);
     shows(&desktop, second);
+
+    fs::write(&file, "LookAt oops").expect("a file");
+    std::thread::sleep(Duration::from_millis(1200));
+    shows(&desktop, second);
+    fs::write(&file, from_further).expect("a file");
+    shows(&desktop, third);
 
     desktop.close();
     finish(child);
