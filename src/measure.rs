@@ -1,8 +1,8 @@
 //! What each setting of a render is worth: its error against time, measured on this device.
 //!
-//! Settings take turns with a seed each, every second turn in the opposite order, so that
-//! what else the machine does favours none. The first turn renders each for the budget, and
-//! the others as many iterations, so that images of the same iteration can be set side by
+//! In a turn, all settings have the same seed and take slices of time one after the other, to
+//! and fro, so that what else the machine does favours none. The first turn renders each for
+//! the budget, and the others as many iterations, so that images of the same iteration can be set side by
 //! side: what they differ by is noise, and what their mean is off by is bias.
 
 mod error_of;
@@ -15,7 +15,7 @@ mod trajectory;
 pub use error_of::{ErrorOf, Reference};
 pub use knob::{KNOBS, KnobError, Setting, Vary, settings};
 pub use results::{Bias, Conditions, Measured, Point, Results, Source};
-pub use trajectory::{Budget, Trajectory};
+pub use trajectory::{Budget, Run, Trajectory};
 
 use std::rc::Rc;
 use std::time::Duration;
@@ -25,6 +25,11 @@ use goblet_host::Device;
 use crate::film::Image;
 use crate::renderer::RenderError;
 use crate::scene::Scene;
+
+/// The budget is spent in so many slices.
+const SLICES: u32 = 10;
+/// Renders side by side may hold this part of the device's memory.
+const MEMORY_SHARE: u64 = 3;
 
 /// A measurement in progress: its settings, and what is known of each.
 pub struct Measurement<'a> {
@@ -64,33 +69,64 @@ impl<'a> Measurement<'a> {
     /// # Errors
     /// A setting does not fit the scene, or the device fails.
     pub fn turn(&mut self, turn: u32, mut say: impl FnMut(&Setting, &Trajectory)) -> Result<(), RenderError> {
-        let mut order: Vec<usize> = (0..self.settings.len()).collect();
+        let mut waiting: Vec<usize> = (0..self.settings.len()).collect();
         if turn % 2 == 1 {
-            order.reverse();
+            waiting.reverse();
         }
-        for index in order {
-            let (setting, known) = (&self.settings[index], &mut self.known[index]);
-            let budget = match known.runs.first() {
-                None => Budget { time: self.budget, iterations: setting.args.iterations },
-                Some(first) => Budget { time: Duration::MAX, iterations: Some(first.iterations()) },
-            };
-            let mut options = setting.args.options();
-            options.seed = Some(options.seed.unwrap_or(self.scene.integrator.seed).wrapping_add(turn));
-            let mut point = 0;
-            let run = Trajectory::render(self.device, self.scene, &options, budget, |image| {
-                let error = self.reference.error_of(image)?;
-                if known.differences.len() == point {
-                    known.differences.push(vec![[0.0; 3]; self.reference.pixels()]);
+        let room = self.device.info().memory_bytes / MEMORY_SHARE;
+        while !waiting.is_empty() {
+            // As many as fit run side by side.
+            let mut group = Vec::new();
+            let mut held = 0;
+            while let Some(index) = waiting.first().copied().filter(|_| held < room || group.is_empty()) {
+                let run = self.begin(index, turn)?;
+                held += run.device_memory_bytes();
+                group.push((index, run));
+                waiting.remove(0);
+            }
+            while !group.is_empty() {
+                let mut going = Vec::new();
+                for (index, mut run) in group {
+                    if self.advance(index, &mut run)? {
+                        let run = run.finish();
+                        say(&self.settings[index], &run);
+                        self.known[index].runs.push(run);
+                    } else {
+                        going.push((index, run));
+                    }
                 }
-                self.reference.add_differences(image, &mut known.differences[point])?;
-                point += 1;
-                known.last_image = Some(image.clone());
-                Ok(error)
-            })?;
-            say(setting, &run);
-            known.runs.push(run);
+                group = going;
+                group.reverse();
+            }
         }
         Ok(())
+    }
+
+    fn begin(&self, index: usize, turn: u32) -> Result<Run, RenderError> {
+        let setting = &self.settings[index];
+        let budget = match self.known[index].runs.first() {
+            None => Budget { time: self.budget, iterations: setting.args.iterations },
+            Some(first) => Budget { time: Duration::MAX, iterations: Some(first.iterations()) },
+        };
+        let mut options = setting.args.options();
+        options.seed = Some(options.seed.unwrap_or(self.scene.integrator.seed).wrapping_add(turn));
+        Run::new(self.device, self.scene, &options, budget)
+    }
+
+    /// Lets a run go on for its slice.
+    fn advance(&mut self, index: usize, run: &mut Run) -> Result<bool, RenderError> {
+        let Known { differences, last_image, .. } = &mut self.known[index];
+        let mut point = run.points();
+        run.advance(self.budget / SLICES, &mut |image| {
+            let error = self.reference.error_of(image)?;
+            if differences.len() == point {
+                differences.push(vec![[0.0; 3]; self.reference.pixels()]);
+            }
+            self.reference.add_differences(image, &mut differences[point])?;
+            point += 1;
+            *last_image = Some(image.clone());
+            Ok(error)
+        })
     }
 
     /// All that is known so far.

@@ -72,9 +72,8 @@ fn conditions(page: &mut String, conditions: &Conditions) -> std::fmt::Result {
         page,
         "<p><code>{}</code></p>\n<p>{} (driver {}){cpus}; goblet {} at commit {commit}; {}.</p>\n\
          <p>Reference: {} ({width}x{height}){own}.</p>\n\
-         <p>{budget} s for each setting in the first turn; {repeat} turn{}, each with another seed, settings in \
-         turns, every second turn in the opposite order. Times are of iterations alone; \
-         figures are means over turns.</p>",
+         <p>{budget} s for each setting in the first turn; {repeat} turn{}, each with another seed. Settings take \
+         slices of time one after the other, to and fro. Times are of iterations alone; figures are means over turns.</p>",
         escape(command),
         escape(&machine.device),
         escape(&machine.driver),
