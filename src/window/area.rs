@@ -15,8 +15,8 @@ const NOTCH: f64 = 0.9;
 /// Points of a notch.
 const NOTCH_POINTS: f64 = 50.0;
 /// Distances to the pivot that are flown in a second.
-const SPEED: f64 = 0.7;
-/// A lens where there was none, in distances to the focus.
+const SPEED: f64 = 0.4;
+/// A lens where there was none, in distances to the pivot.
 const FIRST_LENS: f64 = 0.005;
 
 /// Keys of what can be shown, in the order of the list.
@@ -83,7 +83,8 @@ fn wheel(context: &Context, response: &Response, session: &mut Session) -> bool 
     let (scroll, zoom) = context.input(|input| (input.smooth_scroll_delta.y, input.zoom_delta()));
     if zoom != 1.0 {
         let camera = *session.control.camera();
-        let radius = if camera.lens_radius > 0.0 { camera.lens_radius } else { FIRST_LENS * camera.focal_distance };
+        let radius =
+            if camera.lens_radius > 0.0 { camera.lens_radius } else { FIRST_LENS * session.control.distance() };
         session.control.set_lens(radius * f64::from(zoom), camera.focal_distance);
         return true;
     }

@@ -139,8 +139,10 @@ impl CameraControl {
         }
     }
 
-    /// Sets the lens.
+    /// Sets the lens. One that was a pinhole, to which all is sharp, comes to focus on the pivot.
     pub fn set_lens(&mut self, radius: f64, focal_distance: f64) {
+        let was_pinhole = self.camera.lens_radius == 0.0 && radius > 0.0;
+        let focal_distance = if was_pinhole { self.depth_of(self.pivot()) } else { focal_distance };
         (self.camera.lens_radius, self.camera.focal_distance) = (radius, focal_distance);
     }
 
@@ -267,6 +269,18 @@ mod tests {
             control.focus(point);
             assert!((control.camera().focal_distance - control.depth_of(point)).abs() < 1e-12);
             assert!((control.depth_of(control.pivot()) - control.depth_of(point)).abs() < 1e-9);
+        }
+    }
+
+    #[test]
+    fn a_lens_that_opens_is_in_focus() {
+        for text in CAMERAS {
+            let mut control = control(text);
+            let depth = control.depth_of(control.pivot());
+            control.set_lens(0.1, 1e6);
+            assert_eq!((control.camera().lens_radius, control.camera().focal_distance), (0.1, depth));
+            control.set_lens(0.2, 3.0);
+            assert_eq!((control.camera().lens_radius, control.camera().focal_distance), (0.2, 3.0));
         }
     }
 
