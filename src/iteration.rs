@@ -56,6 +56,11 @@ pub struct Settings {
 }
 
 impl Settings {
+    /// Photons to emit: none where nobody wants to see what they bring.
+    pub fn wanted_photons(&self) -> u64 {
+        if self.contribution == Contribution::Direct { 0 } else { self.photons }
+    }
+
     /// Pixels of the image.
     pub fn pixels(&self) -> u64 {
         self.resolution.map(u64::from).iter().product()
@@ -167,9 +172,10 @@ impl Passes {
         self.shrink(on, place, progress)?;
         self.lookup.build(on, new_points)?;
 
-        let mut first = if settings.contribution == Contribution::Direct { settings.photons } else { 0 };
-        while first < settings.photons {
-            let end = progress.schedule.end(first, settings.photons);
+        let photons = settings.wanted_photons();
+        let mut first = 0;
+        while first < photons {
+            let end = progress.schedule.end(first, photons);
             let start = Instant::now();
             let Some(recorded) = self.trace(on, place, first..end, progress)? else {
                 continue; // with a smaller batch

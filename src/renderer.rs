@@ -320,7 +320,7 @@ impl Renderer {
 
     /// Photons emitted by the iterations so far.
     pub fn photons(&self) -> u64 {
-        self.settings.photons * u64::from(self.progress.done)
+        self.settings.wanted_photons() * u64::from(self.progress.done)
     }
 
     /// What happened to them.

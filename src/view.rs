@@ -6,7 +6,7 @@ use glam::DAffine3;
 
 use crate::kernels::{self, FILTER_CELLS, Specialization};
 use crate::pack::rows;
-use crate::scene::{Camera, Film, FilterKind, Projection};
+use crate::scene::{Camera, Film, FilterKind, Projection, default_window};
 
 /// Cells of a filter along one axis, of equal chance.
 const CELLS: usize = FILTER_CELLS as usize;
@@ -132,13 +132,8 @@ fn filter_table(film: &Film) -> Vec<f32> {
 /// The screen window for another image size: a window that was the default for the film
 /// stays the default, one that the scene chose stays as it is.
 fn fit_window(window: [f64; 4], film: [u32; 2], resolution: [u32; 2]) -> [f64; 4] {
-    if window == default_window(film) { default_window(resolution) } else { window }
-}
-
-/// pbrt's: ±1 along the shorter axis.
-fn default_window([width, height]: [u32; 2]) -> [f64; 4] {
-    let aspect = f64::from(width) / f64::from(height);
-    if aspect > 1.0 { [-aspect, aspect, -1.0, 1.0] } else { [-1.0, 1.0, -1.0 / aspect, 1.0 / aspect] }
+    let default = |[width, height]: [u32; 2]| default_window(f64::from(width) / f64::from(height));
+    if window == default(film) { default(resolution) } else { window }
 }
 
 /// A filter along one axis; not normalised.

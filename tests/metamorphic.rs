@@ -166,6 +166,7 @@ fn a_renderer_that_was_elsewhere_is_as_good_as_new() {
             (0..3).for_each(|_| fresh.step().expect("an iteration"));
             assert_same(&format!("{lookup:?}, {options:?}"), &image, &fresh.resolve().expect("an image"));
             assert_eq!(renderer.tally(), fresh.tally());
+            assert_eq!(renderer.photons(), fresh.tally().emitted);
             assert_eq!(renderer.radius_range().expect("radii"), fresh.radius_range().expect("radii"));
             fresh.resume(&renderer.checkpoint("").expect("a checkpoint")).expect("the same render");
         };

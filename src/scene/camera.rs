@@ -114,8 +114,8 @@ impl Camera {
     }
 }
 
-/// pbrt's: ±1 along the shorter axis.
-fn default_window(aspect: f64) -> [f64; 4] {
+/// The screen window where the scene says none: ±1 along the shorter axis.
+pub(crate) fn default_window(aspect: f64) -> [f64; 4] {
     if aspect > 1.0 { [-aspect, aspect, -1.0, 1.0] } else { [-1.0, 1.0, -1.0 / aspect, 1.0 / aspect] }
 }
 

@@ -43,6 +43,7 @@ mod texture_model;
 mod texture_tests;
 mod transform;
 
+pub(crate) use camera::default_window;
 pub use error::{Location, SceneError};
 pub(crate) use files::{directory, identity};
 pub(crate) use light_image::window_cosine;
