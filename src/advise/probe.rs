@@ -80,7 +80,9 @@ impl<'a> Probe<'a> {
         if choice.radius != 1.0 {
             match self.scene.integrator.radius {
                 Some(radius) => options.radius = Some(three_figures(choice.radius * radius)),
-                None => options.radius_in_pixels = Some(choice.radius * Options::DEFAULT_RADIUS_IN_PIXELS),
+                None => {
+                    options.radius_in_pixels = Some(three_figures(choice.radius * Options::DEFAULT_RADIUS_IN_PIXELS));
+                }
             }
         }
         if choice.photons != 1.0 {
