@@ -55,6 +55,11 @@ struct Estimated {
 }
 
 impl Estimated {
+    /// What it hardly exceeds: wide discs must not look good for blur that noise hides.
+    fn at_most(&self) -> f64 {
+        self.square.max(0.0) + 2.0 * self.deviation
+    }
+
     /// If it is surely more than noise.
     fn root(&self) -> Option<f64> {
         (self.square > 3.0 * self.deviation).then(|| self.square.sqrt())
@@ -127,7 +132,7 @@ impl<'a> Probe<'a> {
             (Some(outer), Some(inner)) => (outer / inner).log2().clamp(0.5, 2.0),
             _ => USUAL_BLUR_POWER,
         };
-        let blur = outer.square.max(0.0).sqrt() / (blur_power.exp2() - 1.0);
+        let blur = outer.at_most().sqrt() / (blur_power.exp2() - 1.0);
 
         let gather = ((wide.seconds - narrow.seconds) / (4.0 - 0.25)).max(0.0);
         let eye_path = ((usual.seconds - few.seconds) / (eye_paths - 1.0)).max(0.0);
