@@ -6,6 +6,20 @@ use std::ops::Range;
 use plotters::coord::Shift;
 use plotters::prelude::*;
 
+/// For what has no colour of its own: readable on light and dark pages.
+pub const COLORS: [RGBColor; 10] = [
+    RGBColor(57, 119, 214),
+    RGBColor(224, 140, 20),
+    RGBColor(33, 155, 140),
+    RGBColor(215, 75, 85),
+    RGBColor(94, 171, 69),
+    RGBColor(160, 90, 190),
+    RGBColor(160, 118, 75),
+    RGBColor(130, 130, 130),
+    RGBColor(220, 100, 170),
+    RGBColor(110, 160, 220),
+];
+
 /// Where charts are drawn.
 pub type Area<'a> = DrawingArea<SVGBackend<'a>, Shift>;
 

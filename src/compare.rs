@@ -8,6 +8,9 @@ use serde::Serialize;
 
 use crate::film::Image;
 
+/// What is added to a reference's square that squared errors are divided by.
+pub(crate) const DARK_SQUARE: f64 = 0.01;
+
 /// Two images of different sizes cannot be compared.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 #[error(
@@ -158,7 +161,7 @@ fn differences((x, r): Pair) -> [f64; 3] {
 fn relative_error(pair: Pair) -> f64 {
     let squared = differences(pair).map(|difference| difference * difference);
     let channels = squared.iter().zip(pair.1);
-    channels.map(|(squared, r)| squared / (r * r + 0.01)).sum::<f64>() / 3.0
+    channels.map(|(squared, r)| squared / (r * r + DARK_SQUARE)).sum::<f64>() / 3.0
 }
 
 fn check_sizes(image: &Image, reference: &Image) -> Result<(), SizeMismatch> {

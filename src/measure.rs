@@ -2,8 +2,8 @@
 //!
 //! In a turn, all settings have the same seed and take slices of time one after the other, to
 //! and fro, so that what else the machine does favours none. The first turn renders each for
-//! the budget, and the others as many iterations, so that images of the same iteration can be set side by
-//! side: what they differ by is noise, and what their mean is off by is bias.
+//! the budget, and the others as many iterations, so that images of the same iteration can be
+//! set side by side: what they differ by is noise, and what their mean is off by is bias.
 
 mod error_of;
 mod knob;

@@ -1,14 +1,13 @@
 //! How far an image is from the reference: numbers, and what bias and noise are made of.
 
+use std::borrow::Cow;
+
 use image::imageops::{FilterType, resize};
 use image::{ImageBuffer, Rgb};
 use serde::Serialize;
 
-use crate::compare::{SizeMismatch, compare, difference_image};
+use crate::compare::{DARK_SQUARE, SizeMismatch, compare, difference_image};
 use crate::film::{self, Image};
-
-/// Squared differences are over the reference's square and this: `compare` has the same.
-const FLOOR: f64 = 0.01;
 
 /// How far one image is from the reference.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
@@ -54,7 +53,7 @@ impl Reference {
     /// # Errors
     /// It has another size.
     pub fn error_of(&self, image: &Image) -> Result<ErrorOf, SizeMismatch> {
-        let image = &self.resampled(image);
+        let image = &*self.resampled(image);
         let comparison = compare(image, &self.image)?;
         let flip_image = |picture: &[u8]| nv_flip::FlipImageRgb8::with_data(image.width, image.height, picture);
         let map = nv_flip::flip(
@@ -79,7 +78,7 @@ impl Reference {
         for ((sum, x), r) in sums.iter_mut().zip(&image.pixels).zip(&self.image.pixels) {
             for ((sum, x), r) in sum.iter_mut().zip(x).zip(r) {
                 let [x, r] = [x, r].map(|value| f64::from(*value));
-                *sum += ((x - r) / (r * r + FLOOR).sqrt()) as f32;
+                *sum += ((x - r) / (r * r + DARK_SQUARE).sqrt()) as f32;
             }
         }
         Ok(())
@@ -99,21 +98,21 @@ impl Reference {
         difference_image(&self.resampled(image), &self.image)
     }
 
-    fn resampled(&self, image: &Image) -> Image {
+    fn resampled<'a>(&self, image: &'a Image) -> Cow<'a, Image> {
         let Image { width, height, .. } = self.image;
         if !self.resample || (image.width, image.height) == (width, height) {
-            return image.clone();
+            return Cow::Borrowed(image);
         }
         // `resize` keeps values within 0 to 1.
         let values = || image.pixels.iter().flatten().copied().filter(|value| value.is_finite());
         let (least, most) = (values().fold(0.0, f32::min), values().fold(f32::MIN_POSITIVE, f32::max));
         let values = image.pixels.iter().flatten().map(|value| (value - least) / (most - least)).collect();
         let Some(pixels) = ImageBuffer::<Rgb<f32>, Vec<f32>>::from_raw(image.width, image.height, values) else {
-            return image.clone();
+            return Cow::Borrowed(image);
         };
         let pixels = resize(&pixels, width, height, FilterType::Triangle);
         let pixels = pixels.pixels().map(|pixel| pixel.0.map(|value| value * (most - least) + least)).collect();
-        Image { width, height, pixels }
+        Cow::Owned(Image { width, height, pixels })
     }
 }
 
@@ -141,7 +140,7 @@ mod tests {
             mean += reference.error_of(&image).unwrap().relmse / 8.0;
             reference.add_differences(&image, &mut sums).unwrap();
         }
-        let weight = 0.4 * 0.4 + FLOOR;
+        let weight = 0.4 * 0.4 + DARK_SQUARE;
         let near = |value: f64, expected: f64| assert!((value / expected - 1.0).abs() < 0.05, "{value}, {expected}");
         near(mean, (1.0 / 12.0 + 0.01) / weight);
         near(reference.squared_mean(&sums, 8), (1.0 / 96.0 + 0.01) / weight);

@@ -7,23 +7,10 @@ use std::ops::Range;
 use plotters::prelude::*;
 
 use super::results::{Measured, Point, Results};
-use crate::chart::{self, Axes, Curve};
+use crate::chart::{self, Axes, COLORS, Curve};
 
 type Result<T> = std::result::Result<T, Box<dyn Error>>;
 
-/// Of settings and of passes: readable on light and dark pages.
-pub const COLORS: [RGBColor; 10] = [
-    RGBColor(57, 119, 214),
-    RGBColor(224, 140, 20),
-    RGBColor(33, 155, 140),
-    RGBColor(215, 75, 85),
-    RGBColor(94, 171, 69),
-    RGBColor(160, 90, 190),
-    RGBColor(160, 118, 75),
-    RGBColor(130, 130, 130),
-    RGBColor(220, 100, 170),
-    RGBColor(110, 160, 220),
-];
 const SIZE: (u32, u32) = (620, 400);
 
 /// A plot and what it is called.

@@ -8,19 +8,8 @@ use super::Result;
 use super::error::{self, PBRT};
 use super::growth::Growth;
 use super::measure::{Times, passes};
-use goblet::chart::{self, Area, Axes, Curve};
+use goblet::chart::{self, Area, Axes, COLORS, Curve};
 
-/// Of passes, the slowest first.
-const COLORS: [RGBColor; 8] = [
-    RGBColor(40, 90, 180),
-    RGBColor(224, 150, 20),
-    RGBColor(33, 145, 140),
-    RGBColor(205, 70, 80),
-    RGBColor(94, 171, 69),
-    RGBColor(150, 70, 170),
-    RGBColor(150, 110, 70),
-    RGBColor(120, 120, 120),
-];
 const SIZE: (u32, u32) = (860, 480);
 const LEGEND_WIDTH: u32 = 190;
 
