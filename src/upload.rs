@@ -51,10 +51,10 @@ impl GpuScene {
             seed,
             lights_center,
             lights_reach2,
+            contact_lower: scene.contacts.lower,
+            contact_error: scene.contacts.error,
+            contact_upper: scene.contacts.upper,
             sky_count: scene.sky_count,
-            pad0: 0,
-            pad1: 0,
-            pad2: 0,
         };
         Ok(Self {
             scene_info: device.upload_texels("scene_info", &[info])?,

@@ -54,14 +54,14 @@ Emission emit_area(Light light, vec2 u_position, vec2 u_direction, float u_side)
     vec3 direction = sample_cosine(u_direction, back ? -surface.normal : surface.normal);
     float sides = light.two_sided != 0u ? 2.0 : 1.0;
     vec3 exitance = surface_radiance(light, surface) * (PI * sides * opacity(surface));
-    return Emission(Ray(offset_origin(surface, direction), direction), exitance * area);
+    return Emission(leave(surface, direction, false), exitance * area);
 }
 
 // Parallel light through the disk that the scene's bounding sphere shows it.
 Emission emit_parallel(vec3 direction, vec3 irradiance, vec2 u) {
     float radius = scene.radius;
     vec3 offset = to_world(vec3(sample_disk(u), -1.0), direction);
-    Ray ray = Ray(scene.center + radius * offset, direction);
+    Ray ray = free_ray(scene.center + radius * offset, direction);
     return Emission(ray, irradiance * (PI * radius * radius));
 }
 
@@ -75,11 +75,11 @@ Emission emit_from(Light light, vec2 u_position, vec2 u_direction, float u_side)
     }
     if (HAS_GONIOMETRIC_LIGHTS && light.kind == GONIOMETRIC) {
         ImageSample to = sample_octahedral(light_images_at(light.primitive), u_direction);
-        return Emission(Ray(light.position, to.direction), light.emission * to.color / to.pdf);
+        return Emission(free_ray(light.position, to.direction), light.emission * to.color / to.pdf);
     }
     if (HAS_PROJECTION_LIGHTS && light.kind == PROJECTION) {
         ImageSample to = sample_projection(light_images_at(light.primitive), u_direction);
-        return Emission(Ray(light.position, to.direction), light.emission * to.color / to.pdf);
+        return Emission(free_ray(light.position, to.direction), light.emission * to.color / to.pdf);
     }
     if (HAS_DISTANT_LIGHTS && light.kind == DISTANT) {
         return emit_parallel(light.direction, light.emission, u_position);
@@ -95,7 +95,7 @@ Emission emit_from(Light light, vec2 u_position, vec2 u_direction, float u_side)
     } else {
         direction = sample_cap(u_direction, 2.0);
     }
-    return Emission(Ray(light.position, direction), light.emission * solid_angle);
+    return Emission(free_ray(light.position, direction), light.emission * solid_angle);
 }
 
 // The photon that a path's first numbers make: a light by its power, a point, a direction.

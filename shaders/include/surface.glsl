@@ -6,11 +6,27 @@ struct Surface {
     vec3 normal;         // geometric, on the surface's front side
     vec3 shading_normal; // on the same side as the geometric one
     uint material;
+    uint contact;        // the material with its layer, as the primitive has it
     uint light;          // index into lights, or NONE
     float area_pdf;      // of light from a body of revolution: with which this point is sampled
     vec2 uv;             // texture coordinates; only under HAS_TEXTURES
     vec3 tangent;        // the position's derivative by u, of any length; only under HAS_ANISOTROPIC
 };
+
+// The error of a surface in contact is that of the least exact one that it may be in contact with.
+float error_in_contact(uint material, float error) {
+    return max(error, layer_of(material) != 0u ? scene.contact_error : 0.0);
+}
+
+// Sets the material of a primitive, whose error is known.
+void set_material(inout Surface surface, uint material) {
+    surface.material = material;
+    surface.contact = material;
+    if (HAS_CONTACTS) {
+        surface.material = material & MATERIAL_MASK;
+        surface.error = error_in_contact(material, surface.error);
+    }
+}
 
 vec3 any_perpendicular(vec3 n) {
     return abs(n.x) > abs(n.z) ? vec3(-n.y, n.x, 0.0) : vec3(0.0, -n.z, n.y);
@@ -44,7 +60,7 @@ Surface triangle_surface(uint index, vec2 barycentric) {
     surface.error = position_error(extent, 0.0);
     surface.normal = normalize(cross(triangle.p1 - triangle.p0, triangle.p2 - triangle.p0));
     surface.shading_normal = surface.normal;
-    surface.material = triangle.material;
+    set_material(surface, triangle.material);
     surface.light = triangle.light;
     if (HAS_SHADING_NORMALS && triangle.normals != NONE) {
         TriangleNormals normals = triangle_normals_at(triangle.normals);
@@ -89,7 +105,7 @@ Surface quadric_surface(Quadric quadric, bool sphere, vec3 p) {
     n = normalize(transform_normal(quadric.object_from_render, n));
     surface.normal = quadric.flipped != 0u ? -n : n;
     surface.shading_normal = surface.normal;
-    surface.material = quadric.material;
+    set_material(surface, quadric.material);
     surface.light = quadric.light;
     if (HAS_TEXTURES) {
         surface.uv = quadric_uv(quadric, sphere, on_surface);
@@ -130,7 +146,7 @@ Surface revolution_surface(uint piece, float x, vec2 azimuth) {
     float growth = length(n);
     surface.normal = n * ((body.flipped != 0u ? -1.0 : 1.0) / growth);
     surface.shading_normal = surface.normal;
-    surface.material = body.material;
+    set_material(surface, body.material);
     surface.light = revolution_pieces_at(piece).light;
     surface.area_pdf = 0.0;
     if (HAS_AREA_LIGHTS && surface.light != NONE) {
@@ -191,13 +207,64 @@ Surface surface_at(Ray ray, Hit hit) {
     Surface surface = local_surface(local, hit);
     if (is_inside) {
         surface = leave_instance(hit.instance, surface);
+        if (HAS_CONTACTS) {
+            surface.error = error_in_contact(surface.contact, surface.error);
+        }
     }
     return surface;
+}
+
+// Bound of the position's error along the normal: all three axes add up.
+float normal_error(Surface surface) {
+    return dot(abs(surface.normal), vec3(surface.error));
 }
 
 // Where a ray along `direction` starts, so that it does not meet the surface it leaves.
 vec3 offset_origin(Surface surface, vec3 direction) {
     vec3 n = dot(direction, surface.normal) < 0.0 ? -surface.normal : surface.normal;
-    // The error bounds each axis: along the normal, all three add up.
-    return surface.position + dot(abs(n), vec3(surface.error)) * n;
+    return surface.position + normal_error(surface) * n;
+}
+
+// Of rays that graze a surface in contact, the longest way along it on which the others are looked
+// for, render units.
+const float MOST_GRAZING = 0.01;
+
+// t within which surfaces in contact with this one are met by a ray through it.
+float contact_width(Surface surface, vec3 direction) {
+    float width = 2.0 * normal_error(surface) / abs(dot(direction, surface.normal));
+    return min(width, MOST_GRAZING * inversesqrt(dot(direction, direction)));
+}
+
+// Lets a ray that starts at a surface meet those that follow in the order of contact, though they
+// may lie behind its origin. Of two opaque surfaces, the one behind is met only by a ray that
+// passes through the one in front.
+void see_contacts(inout Ray ray, Surface surface, bool passes) {
+    if (HAS_CONTACTS) {
+        bool is_in_contact = layer_of(surface.contact) != 0u;
+        uint place = contact_place(surface.contact, dot(ray.direction, surface.normal) > 0.0);
+        bool hides = !passes && !is_boundary(surface.contact);
+        place = hides ? (place & ~PLACE_KEY_MASK) | MAX_LAYER : place;
+        ray.after = is_in_contact ? place : 0u;
+        ray.begin = is_in_contact ? -contact_width(surface, ray.direction) : 0.0;
+    }
+}
+
+// Whether a path goes through a surface.
+bool goes_through(Surface surface, vec3 wo, vec3 wi) {
+    return dot(wo, surface.normal) * dot(wi, surface.normal) < 0.0;
+}
+
+// A ray from a surface along a direction; `passes` where the path goes through the surface.
+Ray leave(Surface surface, vec3 direction, bool passes) {
+    Ray ray = free_ray(offset_origin(surface, direction), direction);
+    see_contacts(ray, surface, passes);
+    return ray;
+}
+
+// A ray from a surface that ends at t = 1 in a target, in direction wi.
+Ray shadow_ray(Surface surface, vec3 wi, vec3 target, bool passes) {
+    Ray ray = leave(surface, wi, passes);
+    ray.direction = target - ray.origin;
+    see_contacts(ray, surface, passes);
+    return ray;
 }
