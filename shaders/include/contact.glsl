@@ -5,13 +5,14 @@
 //   1. surfaces that are no such boundary, by layer,
 //   2. boundaries through which it enters a dielectric:
 // bodies in contact are apart by a gap of air that has no width, from whichever side they are
-// seen. Of a decal and its wall, or a lamp and its ceiling, the layer says which is in front.
+// seen. Of a decal and its wall, a lamp and its ceiling, or a pane on a table, the layer says which
+// is in front: on either side.
 
 struct Ray {
     vec3 origin;
     vec3 direction;
     float begin; // t, 0 or less, from which on there may be surfaces in contact with the one that it left
-    uint after;  // place in the order of the surface that it left, or 0
+    uint after;  // place in the order of the surface that it left, and TO_FRONT; or 0
     uint before; // of a ray that looks for what precedes a hit: the hit's place; else 0
 };
 
@@ -23,6 +24,8 @@ Ray free_ray(vec3 origin, vec3 direction) {
 const uint PLACE_LAYER_SHIFT = 8u;
 const uint PLACE_KEY_MASK = 255u;
 const uint LAST_KEY = MAX_LAYER + 1u;
+// Set where a ray leaves a surface that is no boundary on its front, on which lower layers are.
+const uint TO_FRONT = 0x80000000u;
 
 uint layer_of(uint material) {
     return material >> LAYER_SHIFT & MAX_LAYER;
@@ -40,19 +43,37 @@ uint contact_place(uint material, bool leaves) {
     return layer << PLACE_LAYER_SHIFT | key;
 }
 
-// Whether both places are of surfaces in contact, of different bodies, and the first comes first.
+// Whether two places are of surfaces in contact that are of different bodies.
+bool are_in_contact(uint one, uint other) {
+    uint one_layer = one >> PLACE_LAYER_SHIFT & MAX_LAYER;
+    uint other_layer = other >> PLACE_LAYER_SHIFT & MAX_LAYER;
+    return one_layer != 0u && other_layer != 0u && one_layer != other_layer;
+}
+
+// Whether the first of two places comes first.
 bool precedes(uint first, uint second) {
-    uint first_layer = first >> PLACE_LAYER_SHIFT;
-    uint second_layer = second >> PLACE_LAYER_SHIFT;
-    bool are_in_contact = first_layer != 0u && second_layer != 0u && first_layer != second_layer;
-    return are_in_contact && (first & PLACE_KEY_MASK) < (second & PLACE_KEY_MASK);
+    return are_in_contact(first, second) && (first & PLACE_KEY_MASK) < (second & PLACE_KEY_MASK);
+}
+
+// Whether a ray that has left a surface comes to another in contact.
+bool follows(uint after, uint place) {
+    uint left = after & PLACE_KEY_MASK;
+    uint key = place & PLACE_KEY_MASK;
+    bool in_front = key == LAST_KEY || (key > 0u && key < left);
+    return are_in_contact(after, place) && ((after & TO_FRONT) != 0u ? in_front : key > left);
+}
+
+// Whether a ray meets at t a surface that is in front of the one it has left.
+bool comes_from_behind(Ray ray, uint place, float t) {
+    uint left = ray.after & PLACE_KEY_MASK;
+    return t <= -ray.begin && left <= MAX_LAYER && (place & PLACE_KEY_MASK) > 0u && precedes(place, ray.after);
 }
 
 // Whether a ray may meet at t a primitive of this material whose inside it leaves (or enters) there.
 bool may_meet(Ray ray, uint material, bool leaves, float t) {
     if (HAS_CONTACTS) {
         uint place = contact_place(material, leaves);
-        bool ahead = t > 0.0 || precedes(ray.after, place);
+        bool ahead = t > 0.0 || follows(ray.after, place);
         bool wanted = ray.before == 0u || precedes(place, ray.before);
         return t > ray.begin && ahead && wanted;
     }

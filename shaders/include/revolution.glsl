@@ -364,7 +364,7 @@ vec2 find_root(Profile profile, RevolutionRay ray, Search search) {
     return polish(ray, point, x, e.k);
 }
 
-// Whether the ray may meet at t a point of a profile, where it is in the direction k from p.
+// Whether a ray may meet a body at x of its profile: at parameter t, which is k from p.
 bool may_meet_profile(Profile profile, RevolutionRay ray, float x, float k, float t) {
     if (HAS_CONTACTS) {
         vec2 q = fma(vec2(k), ray.d.xy, ray.p.xy);
@@ -372,7 +372,8 @@ bool may_meet_profile(Profile profile, RevolutionRay ray, float x, float k, floa
         // Of the direction and the outer normal, times the distance from the axis.
         float cosine = slope.y * dot(q, ray.d.xy) - slope.x * ray.d.z * length(q);
         bool leaves = (cosine > 0.0) == (revolutions_at(ray.body).flipped == 0u);
-        return may_meet(ray.whole, revolutions_at(ray.body).material, leaves, t);
+        bool is_free = (ray.whole.after | ray.whole.before) == 0u; // t_min alone bounds it
+        return is_free || may_meet(ray.whole, revolutions_at(ray.body).material, leaves, t);
     }
     return true;
 }

@@ -7,6 +7,7 @@ struct Surface {
     vec3 shading_normal; // on the same side as the geometric one
     uint material;
     uint contact;        // the material with its layer, as the primitive has it
+    bool from_behind;    // the ray comes from a surface in contact that is behind this one
     uint light;          // index into lights, or NONE
     float area_pdf;      // of light from a body of revolution: with which this point is sampled
     vec2 uv;             // texture coordinates; only under HAS_TEXTURES
@@ -22,6 +23,7 @@ float error_in_contact(uint material, float error) {
 void set_material(inout Surface surface, uint material) {
     surface.material = material;
     surface.contact = material;
+    surface.from_behind = false;
     if (HAS_CONTACTS) {
         surface.material = material & MATERIAL_MASK;
         surface.error = error_in_contact(material, surface.error);
@@ -211,6 +213,10 @@ Surface surface_at(Ray ray, Hit hit) {
             surface.error = error_in_contact(surface.contact, surface.error);
         }
     }
+    if (HAS_CONTACTS) {
+        bool leaves = dot(ray.direction, surface.normal) > 0.0;
+        surface.from_behind = comes_from_behind(ray, contact_place(surface.contact, leaves), hit.t);
+    }
     return surface;
 }
 
@@ -236,14 +242,13 @@ float contact_width(Surface surface, vec3 direction) {
 }
 
 // Lets a ray that starts at a surface meet those that follow in the order of contact, though they
-// may lie behind its origin. Of two opaque surfaces, the one behind is met only by a ray that
-// passes through the one in front.
+// may lie behind its origin. `passes` where its path goes through the surface.
 void see_contacts(inout Ray ray, Surface surface, bool passes) {
     if (HAS_CONTACTS) {
         bool is_in_contact = layer_of(surface.contact) != 0u;
         uint place = contact_place(surface.contact, dot(ray.direction, surface.normal) > 0.0);
-        bool hides = !passes && !is_boundary(surface.contact);
-        place = hides ? (place & ~PLACE_KEY_MASK) | MAX_LAYER : place;
+        bool to_front = !is_boundary(surface.contact) && passes == surface.from_behind;
+        place |= to_front ? TO_FRONT : 0u;
         ray.after = is_in_contact ? place : 0u;
         ray.begin = is_in_contact ? -contact_width(surface, ray.direction) : 0.0;
     }
@@ -254,14 +259,14 @@ bool goes_through(Surface surface, vec3 wo, vec3 wi) {
     return dot(wo, surface.normal) * dot(wi, surface.normal) < 0.0;
 }
 
-// A ray from a surface along a direction; `passes` where the path goes through the surface.
+// A ray from a surface along a direction.
 Ray leave(Surface surface, vec3 direction, bool passes) {
     Ray ray = free_ray(offset_origin(surface, direction), direction);
     see_contacts(ray, surface, passes);
     return ray;
 }
 
-// A ray from a surface that ends at t = 1 in a target, in direction wi.
+// A ray from a surface in direction wi that ends at t = 1 in a target.
 Ray shadow_ray(Surface surface, vec3 wi, vec3 target, bool passes) {
     Ray ray = leave(surface, wi, passes);
     ray.direction = target - ray.origin;

@@ -95,6 +95,9 @@ impl World {
                 seed: 1,
                 lights_center,
                 lights_reach2,
+                contact_lower: packed.contacts.lower,
+                contact_error: packed.contacts.error,
+                contact_upper: packed.contacts.upper,
                 sky_count: packed.sky_count,
                 ..SceneInfo::zeroed()
             },
