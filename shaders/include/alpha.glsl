@@ -1,34 +1,38 @@
 // Rays against what is there of the surfaces, in the order in which surfaces in contact are met.
 
+#ifdef WITHOUT_HAS_CONTACTS
+Hit intersect_in_order(Ray ray, float t_max) {
+    return traverse(ray, t_max, false);
+}
+#else
 // The nearest hit with t < t_max. Of surfaces in contact, whose t differ by roundings, the first in
 // their order: what precedes a hit there is looked for until nothing does.
 Hit intersect_in_order(Ray ray, float t_max) {
-    if (HAS_CONTACTS) {
-        Hit hit = Hit(t_max, NONE, vec2(0.0), NONE);
-        Ray wanted = ray;
-        for (bool looks = true; looks;) {
-            Hit found = traverse(wanted, t_max, false);
-            looks = found.primitive != NONE;
-            if (looks) {
-                hit = found;
-                vec3 position = ray.origin + hit.t * ray.direction;
-                looks = all(greaterThanEqual(position, scene.contact_lower))
-                     && all(lessThanEqual(position, scene.contact_upper));
-            }
-            // A loop of one round: on a processor, lanes that need none of it skip it together.
-            for (bool near = looks; near; near = false) {
-                Surface surface = surface_at(ray, hit);
-                wanted.before = contact_place(surface.contact, dot(ray.direction, surface.normal) > 0.0);
-                looks = layer_of(surface.contact) != 0u && (wanted.before & PLACE_KEY_MASK) != 0u;
-                float width = contact_width(surface, ray.direction);
-                wanted.begin = max(ray.begin, hit.t - width);
-                t_max = hit.t + width;
-            }
+    Hit hit = Hit(t_max, NONE, vec2(0.0), NONE);
+    Ray wanted = ray;
+    for (bool looks = true; looks;) {
+        Hit found = traverse(wanted, t_max, false);
+        looks = found.primitive != NONE;
+        if (looks) {
+            hit = found;
+            vec3 position = ray.origin + hit.t * ray.direction;
+            looks = all(greaterThanEqual(position, scene.contact_lower))
+                 && all(lessThanEqual(position, scene.contact_upper));
         }
-        return hit;
+        // A loop of one round: on a processor, lanes that need none of it skip it together.
+        for (bool near = looks; near; near = false) {
+            Surface surface = surface_at(ray, hit);
+            float width = contact_width(surface, ray.direction);
+            wanted.exits = ray.exits;
+            wanted.entries = ray.entries;
+            looks = meet_preceding(wanted, surface.layer, dot(ray.direction, surface.normal) > 0.0, hit.t <= width);
+            wanted.begin = max(ray.begin, hit.t - width);
+            t_max = hit.t + width;
+        }
     }
-    return traverse(ray, t_max, false);
+    return hit;
 }
+#endif
 
 #ifndef WITHOUT_HAS_TEXTURES
 // Surfaces that a ray passes where they are cut away, at most; the next one stops it.

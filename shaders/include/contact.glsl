@@ -8,82 +8,82 @@
 // seen. Of a decal and its wall, a lamp and its ceiling, or a pane on a table, the layer says which
 // is in front: on either side.
 
+#ifdef WITHOUT_HAS_CONTACTS
 struct Ray {
     vec3 origin;
     vec3 direction;
-    float begin; // t, 0 or less, from which on there may be surfaces in contact with the one that it left
-    uint after;  // place in the order of the surface that it left, and TO_FRONT; or 0
-    uint before; // of a ray that looks for what precedes a hit: the hit's place; else 0
+};
+
+Ray free_ray(vec3 origin, vec3 direction) {
+    return Ray(origin, direction);
+}
+
+bool may_meet(Ray ray, uint material, bool leaves, float t) {
+    return t > 0.0;
+}
+
+float begin_of(Ray ray) {
+    return 0.0;
+}
+#else
+struct Ray {
+    vec3 origin;
+    vec3 direction;
+    float begin;     // t, 0 or less, from which on the ray may meet surfaces in contact with the one that it left
+    float otherwise; // the same for all others: 0, or INFINITY_T to meet none of them
+    uint exits;      // layers of the surfaces in contact that it may meet where it leaves their inside
+    uint entries;    // and where it enters it
+    bool to_front;   // it left a sheet on its front, where lower layers are
 };
 
 // A ray that has left no surface in contact with others.
 Ray free_ray(vec3 origin, vec3 direction) {
-    return Ray(origin, direction, 0.0, 0u, 0u);
+    return Ray(origin, direction, 0.0, 0.0, 0u, 0u, false);
 }
-
-const uint PLACE_LAYER_SHIFT = 8u;
-const uint PLACE_KEY_MASK = 255u;
-const uint LAST_KEY = MAX_LAYER + 1u;
-// Set where a ray leaves a surface that is no boundary on its front, on which lower layers are.
-const uint TO_FRONT = 0x80000000u;
 
 uint layer_of(uint material) {
-    return material >> LAYER_SHIFT & MAX_LAYER;
+    return material & ~MATERIAL_MASK;
 }
 
-bool is_boundary(uint material) {
-    return (material & IS_BOUNDARY) != 0u;
-}
-
-// Place in the order along a ray that leaves (or enters) the inside of a primitive, from the
-// primitive's material.
-uint contact_place(uint material, bool leaves) {
-    uint layer = layer_of(material);
-    uint key = is_boundary(material) ? (leaves ? 0u : LAST_KEY) : layer;
-    return layer << PLACE_LAYER_SHIFT | key;
-}
-
-// Whether two places are of surfaces in contact that are of different bodies.
-bool are_in_contact(uint one, uint other) {
-    uint one_layer = one >> PLACE_LAYER_SHIFT & MAX_LAYER;
-    uint other_layer = other >> PLACE_LAYER_SHIFT & MAX_LAYER;
-    return one_layer != 0u && other_layer != 0u && one_layer != other_layer;
-}
-
-// Whether the first of two places comes first.
-bool precedes(uint first, uint second) {
-    return are_in_contact(first, second) && (first & PLACE_KEY_MASK) < (second & PLACE_KEY_MASK);
-}
-
-// Whether a ray that has left a surface comes to another in contact.
-bool follows(uint after, uint place) {
-    uint left = after & PLACE_KEY_MASK;
-    uint key = place & PLACE_KEY_MASK;
-    bool in_front = key == LAST_KEY || (key > 0u && key < left);
-    return are_in_contact(after, place) && ((after & TO_FRONT) != 0u ? in_front : key > left);
-}
-
-// Whether a ray meets at t a surface that is in front of the one it has left.
-bool comes_from_behind(Ray ray, uint place, float t) {
-    uint left = ray.after & PLACE_KEY_MASK;
-    return t <= -ray.begin && left <= MAX_LAYER && (place & PLACE_KEY_MASK) > 0u && precedes(place, ray.after);
+bool is_boundary(uint layer) {
+    return (layer & BOUNDARY_LAYERS) != 0u;
 }
 
 // Whether a ray may meet at t a primitive of this material whose inside it leaves (or enters) there.
 bool may_meet(Ray ray, uint material, bool leaves, float t) {
-    if (HAS_CONTACTS) {
-        uint place = contact_place(material, leaves);
-        bool ahead = t > 0.0 || follows(ray.after, place);
-        bool wanted = ray.before == 0u || precedes(place, ray.before);
-        return t > ray.begin && ahead && wanted;
-    }
-    return t > 0.0;
+    uint layers = leaves ? ray.exits : ray.entries;
+    return t > ((material & layers) != 0u ? ray.begin : ray.otherwise);
 }
 
 // The least t at which a ray may meet anything.
 float begin_of(Ray ray) {
-    if (HAS_CONTACTS) {
-        return ray.begin;
-    }
-    return 0.0;
+    return ray.begin;
 }
+
+// Has a ray that leaves a surface meet what follows that in the order.
+void meet_followers(inout Ray ray, uint layer, bool leaves, bool to_front) {
+    uint sheets = layer != 0u ? SHEET_LAYERS : 0u;
+    uint boundaries = layer != 0u ? BOUNDARY_LAYERS & ~layer : 0u;
+    if (is_boundary(layer)) {
+        sheets = leaves ? sheets : 0u;
+        boundaries = leaves ? boundaries : 0u;
+    } else {
+        sheets &= to_front ? layer - 1u : ~(layer | (layer - 1u));
+    }
+    ray.exits = sheets;
+    ray.entries = sheets | boundaries;
+    ray.to_front = to_front;
+}
+
+// Has a ray meet nothing but what precedes a surface in the order, if there may be any of that; in
+// front of that surface, but not where the ray has just left another, what follows that.
+bool meet_preceding(inout Ray ray, uint layer, bool leaves, bool is_close) {
+    bool precede = layer != 0u && !(is_boundary(layer) && leaves);
+    uint sheets = is_boundary(layer) ? SHEET_LAYERS : SHEET_LAYERS & (layer - 1u);
+    uint boundaries = BOUNDARY_LAYERS & ~layer;
+    ray.exits = (sheets | boundaries) & (is_close ? ray.exits : ~0u);
+    ray.entries = sheets & (is_close ? ray.entries : ~0u);
+    ray.otherwise = INFINITY_T;
+    return precede;
+}
+#endif

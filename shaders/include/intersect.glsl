@@ -131,11 +131,11 @@ float enter_box(vec3 lower, vec3 upper, Ray ray, vec3 inverse, float t_max) {
     vec3 b = (upper - ray.origin) * inverse;
     vec3 near = min(a, b);
     vec3 far = max(a, b);
-    if (HAS_CONTACTS) {
-        far += abs(far) * (8.0 * ROUNDING);
-    } else {
-        far *= 1.0 + 8.0 * ROUNDING;
-    }
+#ifdef WITHOUT_HAS_CONTACTS
+    far *= 1.0 + 8.0 * ROUNDING;
+#else
+    far += abs(far) * (8.0 * ROUNDING);
+#endif
     float t_near = max(max(near.x, near.y), max(near.z, begin_of(ray)));
     float t_far = min(min(far.x, far.y), min(far.z, t_max));
     return t_near <= t_far ? t_near : INFINITY_T;

@@ -365,18 +365,21 @@ vec2 find_root(Profile profile, RevolutionRay ray, Search search) {
 }
 
 // Whether a ray may meet a body at x of its profile: at parameter t, which is k from p.
+#ifdef WITHOUT_HAS_CONTACTS
 bool may_meet_profile(Profile profile, RevolutionRay ray, float x, float k, float t) {
-    if (HAS_CONTACTS) {
-        vec2 q = fma(vec2(k), ray.d.xy, ray.p.xy);
-        vec2 slope = profile_direction(profile, evaluate(profile, x));
-        // Of the direction and the outer normal, times the distance from the axis.
-        float cosine = slope.y * dot(q, ray.d.xy) - slope.x * ray.d.z * length(q);
-        bool leaves = (cosine > 0.0) == (revolutions_at(ray.body).flipped == 0u);
-        bool is_free = (ray.whole.after | ray.whole.before) == 0u; // t_min alone bounds it
-        return is_free || may_meet(ray.whole, revolutions_at(ray.body).material, leaves, t);
-    }
     return true;
 }
+#else
+bool may_meet_profile(Profile profile, RevolutionRay ray, float x, float k, float t) {
+    vec2 q = fma(vec2(k), ray.d.xy, ray.p.xy);
+    vec2 slope = profile_direction(profile, evaluate(profile, x));
+    // Of the direction and the outer normal, times the distance from the axis.
+    float cosine = slope.y * dot(q, ray.d.xy) - slope.x * ray.d.z * length(q);
+    bool leaves = (cosine > 0.0) == (revolutions_at(ray.body).flipped == 0u);
+    bool is_free = ray.whole.begin == 0.0 && ray.whole.otherwise == 0.0; // t_min alone bounds it
+    return is_free || may_meet(ray.whole, revolutions_at(ray.body).material, leaves, t);
+}
+#endif
 
 // The nearest hit with t_min < t < t_max on some pieces that the ray may meet; with any_hit, some hit. hit_x is where
 // on the profile of hit_piece.

@@ -6,29 +6,22 @@ struct Surface {
     vec3 normal;         // geometric, on the surface's front side
     vec3 shading_normal; // on the same side as the geometric one
     uint material;
-    uint contact;        // the material with its layer, as the primitive has it
+#ifndef WITHOUT_HAS_CONTACTS
+    uint layer;          // of the primitive among surfaces in contact, or 0
     bool from_behind;    // the ray comes from a surface in contact that is behind this one
+#endif
     uint light;          // index into lights, or NONE
     float area_pdf;      // of light from a body of revolution: with which this point is sampled
     vec2 uv;             // texture coordinates; only under HAS_TEXTURES
     vec3 tangent;        // the position's derivative by u, of any length; only under HAS_ANISOTROPIC
 };
 
-// The error of a surface in contact is that of the least exact one that it may be in contact with.
-float error_in_contact(uint material, float error) {
-    return max(error, layer_of(material) != 0u ? scene.contact_error : 0.0);
+// Bound of the position's error along the normal: all three axes add up.
+float normal_error(Surface surface) {
+    return dot(abs(surface.normal), vec3(surface.error));
 }
 
-// Sets the material of a primitive, whose error is known.
-void set_material(inout Surface surface, uint material) {
-    surface.material = material;
-    surface.contact = material;
-    surface.from_behind = false;
-    if (HAS_CONTACTS) {
-        surface.material = material & MATERIAL_MASK;
-        surface.error = error_in_contact(material, surface.error);
-    }
-}
+#include "surface_contact.glsl"
 
 vec3 any_perpendicular(vec3 n) {
     return abs(n.x) > abs(n.z) ? vec3(-n.y, n.x, 0.0) : vec3(0.0, -n.z, n.y);
@@ -209,49 +202,15 @@ Surface surface_at(Ray ray, Hit hit) {
     Surface surface = local_surface(local, hit);
     if (is_inside) {
         surface = leave_instance(hit.instance, surface);
-        if (HAS_CONTACTS) {
-            surface.error = error_in_contact(surface.contact, surface.error);
-        }
     }
-    if (HAS_CONTACTS) {
-        bool leaves = dot(ray.direction, surface.normal) > 0.0;
-        surface.from_behind = comes_from_behind(ray, contact_place(surface.contact, leaves), hit.t);
-    }
+    set_contact(surface, ray, hit.t);
     return surface;
-}
-
-// Bound of the position's error along the normal: all three axes add up.
-float normal_error(Surface surface) {
-    return dot(abs(surface.normal), vec3(surface.error));
 }
 
 // Where a ray along `direction` starts, so that it does not meet the surface it leaves.
 vec3 offset_origin(Surface surface, vec3 direction) {
     vec3 n = dot(direction, surface.normal) < 0.0 ? -surface.normal : surface.normal;
     return surface.position + normal_error(surface) * n;
-}
-
-// Of rays that graze a surface in contact, the longest way along it on which the others are looked
-// for, render units.
-const float MOST_GRAZING = 0.01;
-
-// t within which surfaces in contact with this one are met by a ray through it.
-float contact_width(Surface surface, vec3 direction) {
-    float width = 2.0 * normal_error(surface) / abs(dot(direction, surface.normal));
-    return min(width, MOST_GRAZING * inversesqrt(dot(direction, direction)));
-}
-
-// Lets a ray that starts at a surface meet those that follow in the order of contact, though they
-// may lie behind its origin. `passes` where its path goes through the surface.
-void see_contacts(inout Ray ray, Surface surface, bool passes) {
-    if (HAS_CONTACTS) {
-        bool is_in_contact = layer_of(surface.contact) != 0u;
-        uint place = contact_place(surface.contact, dot(ray.direction, surface.normal) > 0.0);
-        bool to_front = !is_boundary(surface.contact) && passes == surface.from_behind;
-        place |= to_front ? TO_FRONT : 0u;
-        ray.after = is_in_contact ? place : 0u;
-        ray.begin = is_in_contact ? -contact_width(surface, ray.direction) : 0.0;
-    }
 }
 
 // Whether a path goes through a surface.
@@ -268,8 +227,8 @@ Ray leave(Surface surface, vec3 direction, bool passes) {
 
 // A ray from a surface in direction wi that ends at t = 1 in a target.
 Ray shadow_ray(Surface surface, vec3 wi, vec3 target, bool passes) {
-    Ray ray = leave(surface, wi, passes);
-    ray.direction = target - ray.origin;
+    vec3 origin = offset_origin(surface, wi);
+    Ray ray = free_ray(origin, target - origin);
     see_contacts(ray, surface, passes);
     return ray;
 }

@@ -19,12 +19,11 @@ const uint DISK = 2u;
 const uint REVOLUTION = 3u; // a piece of its profile
 const uint INSTANCE = 4u;   // only in hierarchies; hits are of what is in it
 
-// The material of a primitive: its index, and above it what places the primitive in the order of
-// surfaces in contact (contact.glsl). Layer 0 is in contact with nothing.
-const uint MATERIAL_MASK = 0x00ffffffu;
-const uint LAYER_SHIFT = 24u;
-const uint MAX_LAYER = 127u;
-const uint IS_BOUNDARY = 0x80000000u; // of a dielectric: it has an inside
+// The material of a primitive: its index, and above it a bit for the layer that the primitive has
+// among surfaces in contact (contact.glsl), or none.
+const uint MATERIAL_MASK = 0x000fffffu;
+const uint SHEET_LAYERS = 0x03f00000u;    // from front to back
+const uint BOUNDARY_LAYERS = 0xfc000000u; // of dielectrics, which have an inside
 
 // The deepest hierarchy that a ray can walk; the host builds no deeper one.
 const uint MAX_BVH_DEPTH = 64u;

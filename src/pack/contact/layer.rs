@@ -1,11 +1,11 @@
-//! Layers of bodies in contact: numbers from 1 on that differ between bodies in contact and, of
-//! those that are no boundary of a dielectric, say which is in front.
+//! Layers of bodies in contact: they differ between bodies in contact and, of those that are no
+//! boundary of a dielectric, say which is in front.
 
 use std::cmp::Ordering;
 use std::collections::BTreeMap;
 
 use super::{Body, Role};
-use crate::kernels::{IS_BOUNDARY, LAYER_SHIFT, MAX_LAYER};
+use crate::kernels::{BOUNDARY_LAYERS, SHEET_LAYERS};
 
 /// What decides which of two bodies is in front. It does not depend on the order in which a scene
 /// declares them.
@@ -25,13 +25,17 @@ impl Rank {
     }
 }
 
-/// The bits that a primitive's material has above its index.
-pub(super) fn mark(layer: u32, is_boundary: bool) -> u32 {
-    layer << LAYER_SHIFT | if is_boundary { IS_BOUNDARY } else { 0 }
+/// Layers of a kind: sheets have them in order, boundaries of dielectrics any.
+fn layers_of(is_boundary: bool) -> u32 {
+    if is_boundary { BOUNDARY_LAYERS } else { SHEET_LAYERS }
 }
 
-/// The layer of each body, and how many found none of their own. Boundaries come last: their layer
-/// is just a number that no body in contact with them has.
+/// The bit that a primitive's material has above its index, for a layer counted from 0.
+pub(super) fn mark(layer: u32, is_boundary: bool) -> u32 {
+    1 << (layers_of(is_boundary).trailing_zeros() + layer)
+}
+
+/// The layer of each body among those of its kind, and how many found none of their own.
 pub(super) fn assign(bodies: &BTreeMap<Body, Rank>, pairs: &[(Body, Body)]) -> (BTreeMap<Body, u32>, u32) {
     let mut neighbours = BTreeMap::<Body, Vec<Body>>::new();
     for (a, b) in pairs {
@@ -43,15 +47,17 @@ pub(super) fn assign(bodies: &BTreeMap<Body, Rank>, pairs: &[(Body, Body)]) -> (
     let mut layers = BTreeMap::new();
     let mut without = 0;
     for (body, rank) in order {
-        let taken: Vec<u32> = neighbours[body].iter().filter_map(|other| layers.get(other).copied()).collect();
-        let free = if rank.role == Role::Boundary {
-            (1..).find(|layer| !taken.contains(layer))
+        let is_boundary = rank.role == Role::Boundary;
+        let of_kind = neighbours[body].iter().filter(|other| (bodies[other].role == Role::Boundary) == is_boundary);
+        let taken: Vec<u32> = of_kind.filter_map(|other| layers.get(other).copied()).collect();
+        let free = if is_boundary {
+            (0..).find(|layer| !taken.contains(layer)).unwrap_or(0)
         } else {
-            taken.iter().max().map(|layer| layer + 1)
+            taken.iter().max().map_or(0, |layer| layer + 1)
         };
-        let layer = free.unwrap_or(1);
-        without += u32::from(layer > MAX_LAYER);
-        layers.insert(*body, layer.min(MAX_LAYER));
+        let last = layers_of(is_boundary).count_ones() - 1;
+        without += u32::from(free > last);
+        layers.insert(*body, free.min(last));
     }
     (layers, without)
 }
@@ -76,8 +82,11 @@ mod tests {
         let pairs = [((0, 0), (1, 0)), ((1, 0), (2, 0)), ((1, 0), (3, 0)), ((2, 0), (3, 0)), ((0, 0), (4, 0))];
         let (layers, without) = assign(&bodies, &pairs);
         assert_eq!(without, 0);
-        assert!(layers[&(3, 0)] < layers[&(2, 0)] && layers[&(2, 0)] < layers[&(1, 0)], "{layers:?}");
-        assert!(pairs.iter().all(|(a, b)| layers[a] != layers[b]), "{layers:?}");
+        let marks: BTreeMap<Body, u32> =
+            layers.iter().map(|(body, layer)| (*body, mark(*layer, bodies[body].role == Role::Boundary))).collect();
+        assert!(marks[&(3, 0)] < marks[&(2, 0)] && marks[&(2, 0)] < marks[&(1, 0)], "{marks:x?}");
+        assert!(pairs.iter().all(|(a, b)| marks[a] != marks[b]), "{marks:x?}");
+        assert!(marks.iter().all(|(body, mark)| (mark & BOUNDARY_LAYERS != 0) == (body.0 % 4 == 0)), "{marks:x?}");
     }
 
     #[test]
@@ -85,7 +94,8 @@ mod tests {
         let bodies: BTreeMap<Body, Rank> = (0..200).map(|i| ((i, 0), rank(Role::Opaque, i as f64))).collect();
         let pairs: Vec<(Body, Body)> = (0..200).flat_map(|i| (0..i).map(move |j| ((j, 0), (i, 0)))).collect();
         let (layers, without) = assign(&bodies, &pairs);
-        assert_eq!(without, 200 - MAX_LAYER);
-        assert!(layers.values().all(|layer| (1..=MAX_LAYER).contains(layer)));
+        let most = SHEET_LAYERS.count_ones();
+        assert_eq!(without, 200 - most);
+        assert!(layers.values().all(|layer| *layer < most));
     }
 }

@@ -17,6 +17,9 @@ const PIECE_SAMPLES: u32 = 256;
 const PIECE_SLACK: f64 = 1e-5;
 /// Steps of the comparison of two profiles; what is not decided then is a contact.
 const PROFILE_STEPS: u32 = 1 << 16;
+/// The part of a sphere's cross-section over which it must be nearer than the tolerance to what it
+/// touches in a point: light that is lost in less is not worth the time that contacts take.
+const LEAST_PART: f64 = 1e-4;
 /// Relative error up to which a transform is of a kind.
 const SAME: f64 = 1e-6;
 
@@ -140,6 +143,13 @@ fn reach(radius: f64, tolerance: f64) -> f64 {
     2.0 * (2.0 * radius * tolerance).sqrt() + tolerance
 }
 
+/// Whether a sphere that touches something flatter in a point does so over too small a part of
+/// itself: the gap is nearer than the tolerance up to a squared distance of twice radius times
+/// tolerance.
+fn is_small(radius: f64, tolerance: f64) -> bool {
+    2.0 * tolerance < LEAST_PART * radius
+}
+
 fn around(point: DVec3, radius: f64) -> Bounds {
     Bounds::of(point - radius, point + radius)
 }
@@ -156,6 +166,9 @@ fn flat_on_ellipsoid((corners, normal): (&[DVec3], DVec3), sphere: &DAffine3, to
         return None;
     }
     let tangent = sphere.translation - height.signum() * (sphere.matrix3 * support.normalize_or_zero());
+    if is_small(longest_axis(sphere), tolerance) {
+        return None;
+    }
     let reach = reach(longest_axis(sphere), tolerance);
     let is_beside =
         |(corner, next): (DVec3, DVec3)| (tangent - corner).dot(outwards(corner, next, normal, corners)) > reach;
@@ -182,7 +195,7 @@ fn ellipsoids(a: &DAffine3, b: &DAffine3, tolerance: f64) -> Option<Bounds> {
     let touches = |gap: f64| (distance - gap).abs() <= tolerance;
     let way = between.normalize_or_zero();
     let smaller = radius_a.min(radius_b);
-    if touches(radius_a + radius_b) {
+    if touches(radius_a + radius_b) && !is_small(smaller, tolerance) {
         return Some(around(a.translation + radius_a * way, reach(smaller, tolerance)));
     }
     // Inside, the curvatures all but cancel each other where the radii are alike.
