@@ -68,6 +68,31 @@ void record(Surface surface, vec3 wo, vec3 weight) {
     }
 }
 
+// A photon's weight may grow by this factor where a shading normal is far from the geometric one.
+const float MOST_SHADING = 50.0;
+
+// |cos| at one normal over |cos| at the other, bounded.
+float cosine_ratio(vec3 w, vec3 over, vec3 under) {
+    return min(abs(dot(w, over)) / max(abs(dot(w, under)), 1.0e-20), MOST_SHADING);
+}
+
+// What a diffuse surface receives of a photon: photons arrive by the geometric normal, eye paths
+// weight light by the shading normal (Veach 1997, section 5.3). Nothing where that is turned away.
+float shading_of_arrival(Surface surface, vec3 wo) {
+    bool same_side = dot(wo, surface.shading_normal) * dot(wo, surface.normal) > 0.0;
+    return same_side ? cosine_ratio(wo, surface.shading_normal, surface.normal) : 0.0;
+}
+
+// Factor of the adjoint bsdf, which a photon scatters by (Veach 1997, equation 5.19). A diffuse
+// surface sends nothing to where its shading normal and its geometric one disagree about the side.
+float shading_of_scattering(Surface surface, bool specular, vec3 wo, vec3 wi) {
+    float factor = cosine_ratio(wo, surface.shading_normal, surface.normal)
+                 * cosine_ratio(wi, surface.normal, surface.shading_normal);
+    bool agree_o = dot(wo, surface.shading_normal) * dot(wo, surface.normal) > 0.0;
+    bool agree_i = dot(wi, surface.shading_normal) * dot(wi, surface.normal) > 0.0;
+    return specular || (agree_o && agree_i) ? factor : 0.0;
+}
+
 // Ways for a path to end, in the order of the counters; ALIVE if it goes on.
 const uint DEPOSITED = 0u;
 const uint ABSORBED = 1u;
@@ -95,8 +120,13 @@ uint advance(inout Path path) {
         path.index = 1.0;
     }
     bool is_wanted = DIRECT_NEE ? path.depth > 0u : true;
+    float shading = 1.0;
+    if (HAS_SHADING_NORMALS) {
+        shading = shading_of_arrival(surface, wo);
+        is_wanted = is_wanted && shading > 0.0;
+    }
     if (receives && is_wanted) {
-        record(surface, wo, path.weight * entering(material, cos_o));
+        record(surface, wo, path.weight * (entering(material, cos_o) * shading));
     }
     path.depth++;
     if (path.depth >= scene.max_depth) {
@@ -108,14 +138,13 @@ uint advance(inout Path path) {
         material = choose_lobe(material, cos_o, u.x);
     }
     bool specular = is_specular(material);
-    // Where shading and geometric normal disagree about the photon's side, a diffuse
-    // surface must not let it through.
-    bool same_side = dot(wo, surface.shading_normal) * dot(wo, surface.normal) > 0.0;
-    vec3 n = specular || same_side ? surface.shading_normal : surface.normal;
     vec2 u_direction = specular && !is_rough(material) ? vec2(0.0) : random_pair(path.random, pair);
-    Scatter scattered = scatter(material, wo, n, surface.tangent, u.x, u_direction, FLUX);
+    Scatter scattered = scatter(material, wo, surface.shading_normal, surface.tangent, u.x, u_direction, FLUX);
     // Russian roulette keeps the largest channel of every photon's weight constant.
     vec3 weight = path.weight * scattered.weight;
+    if (HAS_SHADING_NORMALS) {
+        weight *= shading_of_scattering(surface, specular, wo, scattered.wi);
+    }
     float before = max(path.weight.x, max(path.weight.y, path.weight.z));
     float after = max(weight.x, max(weight.y, weight.z));
     if (u.y * before >= after) {
