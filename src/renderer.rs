@@ -169,7 +169,7 @@ impl Renderer {
         let start = Instant::now();
         let compiled = base.compiled(&device, options, &resolved, &view);
         let Compiled { specialization, lookup, workgroup_size, .. } = &compiled;
-        let passes = Passes::new(&device, &gpu_scene, &buffers, *lookup, specialization, *workgroup_size)?;
+        let passes = Passes::new(&device, gpu_scene, &buffers, *lookup, specialization, *workgroup_size)?;
         Ok(Self {
             settings: base.settings(options, &resolved, &view),
             progress: base.progress(&device, options, &resolved, &view),

@@ -77,6 +77,13 @@ layout(constant_id = 42) const bool HAS_IMAGE_EMITTERS = true;
 layout(constant_id = 43) const bool HAS_IMAGE_TEXTURES = true;
 layout(constant_id = 44) const bool HAS_TEXTURE_TREES = true;    // textures of more than one node
 #endif
+// Kernels that follow paths: invocations go on in further dispatches where a driver limits
+// loops. Not of the scene: see interruption.glsl.
+#ifdef WITHOUT_IS_RESUMABLE
+const bool IS_RESUMABLE = false;
+#else
+layout(constant_id = 71) const bool IS_RESUMABLE = false;
+#endif
 
 // Which kind of primitive a reference names; decided at compile time where it can be. Ask
 // in this order.
