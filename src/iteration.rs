@@ -9,9 +9,7 @@ use goblet_host::{Device, Frame, Pass};
 
 use crate::buffers::{Buffers, invocations_by_tile};
 use crate::film::LUMINANCE;
-use crate::kernels::{
-    Counters, EyePush, PhotonPush, Radius, RadiusPush, Specialization, Update, UpdatePush,
-};
+use crate::kernels::{Counters, EyePush, PhotonPush, Radius, RadiusPush, Specialization, Update, UpdatePush};
 use crate::lookup::Lookup;
 use crate::options::{Contribution, LookupKind};
 use crate::path_pass::{PathKernels, PathPass, Start};
