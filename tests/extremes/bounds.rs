@@ -103,6 +103,19 @@ fn no_pass_leaves_its_arrays_where_it_goes_on_from_places() {
     }
 }
 
+/// Eye and photon paths that go on in another dispatch.
+#[test]
+fn no_pass_leaves_its_arrays_where_paths_are_long() {
+    let options = Options {
+        resolution: Some([11, 7]),
+        photons: Some(77),
+        eye_paths: Some(1),
+        max_depth: Some(256),
+        ..Options::default()
+    };
+    Devices::new().assert_in_bounds("long paths", &super::paths::furnace_scene(), &options);
+}
+
 /// Every array of a scene.
 #[test]
 fn no_pass_leaves_its_arrays_whatever_is_in_the_scene() {

@@ -9,6 +9,7 @@ mod film;
 mod geometry;
 mod light;
 mod optics;
+mod paths;
 mod refusals;
 mod scale;
 #[path = "../support/mod.rs"]
