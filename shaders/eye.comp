@@ -249,6 +249,31 @@ EyePath follow(inout EyeStart start, Random random) {
     return path;
 }
 
+#ifndef WITHOUT_IS_RESUMABLE
+EyeStart start_of(EyePlace place) {
+    return EyeStart(Ray(place.origin, place.direction), place.throughput, place.index, place.travelled,
+                    Last(place.last_position, place.last_pdf), place.depth, place.radiance);
+}
+
+EyePlace place_of(EyeStart start) {
+    return EyePlace(start.ray.origin, start.index, start.ray.direction, start.travelled, start.throughput, start.depth,
+                    start.radiance, 0u, start.last.position, start.last.pdf, FINISHED, 0u, 0u, 0u);
+}
+
+// Leaves a place to go on from, with so many paths of the pixel done.
+void leave(uint number, EyePlace place, uint done, bool advanced) {
+    place.path = done;
+    place.state = done == paths ? FINISHED : advanced ? UNFINISHED : STUCK;
+    places.data[number] = place;
+    atomicAdd(counters.value.unfinished, place.state == UNFINISHED ? 1u : 0u);
+    atomicAdd(counters.value.stuck, place.state == STUCK ? 1u : 0u);
+}
+#endif
+
+EyeStart begin(Ray ray) {
+    return EyeStart(ray, vec3(1.0), 1.0, 0.0, not_rough(), 0u, vec3(0.0));
+}
+
 void main() {
     scene = scene_info_at(0u);
     uint number = invocation_index();
@@ -269,7 +294,7 @@ void main() {
     path.reached = 0.0;
 #ifndef WITHOUT_IS_RESUMABLE
     bool advanced = false;
-    EyePlace place = EyePlace(vec3(0.0), 0.0, vec3(0.0), 0.0, vec3(0.0), 0u, vec3(0.0), 0u, vec3(0.0), 0.0, FINISHED, 0u, 0u, 0u);
+    EyePlace place = place_of(begin(Ray(vec3(0.0), vec3(0.0))));
     if (IS_RESUMABLE && resumed != 0u) {
         place = places.data[number];
         if (place.state != (spread > 1u ? STUCK : UNFINISHED)) {
@@ -283,11 +308,10 @@ void main() {
     [[dont_unroll]] for (uint i = done; i < paths; i++) {
         Random random = Random(seed, turn * paths + i);
         CameraSample camera_sample = sample_camera(pixel, random);
-        EyeStart start = EyeStart(camera_sample.ray, vec3(1.0), 1.0, 0.0, not_rough(), 0u, vec3(0.0));
+        EyeStart start = begin(camera_sample.ray);
 #ifndef WITHOUT_IS_RESUMABLE
         if (place.depth > 0u) {
-            start = EyeStart(Ray(place.origin, place.direction), place.throughput, place.index, place.travelled,
-                             Last(place.last_position, place.last_pdf), place.depth, place.radiance);
+            start = start_of(place);
         }
 #endif
         path = follow(start, random);
@@ -299,8 +323,7 @@ void main() {
             path.radiance += path.bsdf * irradiance_of_light(path.visible, path.material, path.facing, random);
         }
 #ifndef WITHOUT_IS_RESUMABLE
-        place = EyePlace(start.ray.origin, start.index, start.ray.direction, start.travelled, start.throughput, start.depth,
-                         start.radiance, i, start.last.position, start.last.pdf, UNFINISHED, 0u, 0u, 0u);
+        place = place_of(start);
         if (interrupted(two)) {
             break; // the last segment does not count
         }
@@ -330,11 +353,7 @@ void main() {
         atomicAdd(counters.value.cut, 1u);
         advanced = true;
     }
-    place.state = done == paths ? FINISHED : advanced ? UNFINISHED : STUCK;
-    place.path = done;
-    places.data[number] = place;
-    atomicAdd(counters.value.unfinished, place.state == UNFINISHED ? 1u : 0u);
-    atomicAdd(counters.value.stuck, place.state == STUCK ? 1u : 0u);
+    leave(number, place, done, advanced);
     if (done < paths) {
         store_visible_radiances(pixel, vec4(sum, 0.0));
         return;
