@@ -35,9 +35,8 @@ layout(push_constant) uniform Push {
     uint two;     // 2, see interruption.glsl
 };
 
-// Photons that a subgroup loads at once, times this, are tested in one dispatch. llvmpipe
-// allows an invocation 65,535 rounds in all, and each of these may cost 8 + 2.
-const uint MAX_ROUNDS = 6000u;
+// Rounds of loops in one dispatch: below the 65,535 that llvmpipe allows an invocation.
+const uint MAX_ROUNDS = 60000u;
 
 // Lanes that work together: a power of two, and no more than a word has bits.
 uint lanes() {
@@ -113,8 +112,10 @@ void main() {
     uint lane = gl_SubgroupInvocationID & 31u;
     uint invocation = offset + numbered_by_subgroup();
     float inverse_size = 1.0 / cell_size(max_radius2.value);
+    // Those that only fill the last workgroup have no place, and none of the pixels.
+    bool has_place = POINTS * invocation < invocations_by_tile(width, height);
     GridPlace place = GridPlace(0u, 0u, 0u, 0u);
-    if (resumed != 0u) {
+    if (resumed != 0u && has_place) {
         place = places.data[invocation];
     }
     Point points[POINTS];
@@ -124,7 +125,8 @@ void main() {
         sums[i] = nothing_gathered();
         place.served |= points[i].radius2 > 0.0 ? 0u : 1u << i;
     }
-    uint left = MAX_ROUNDS;
+    // A cell and the photons that are loaded at once take a round for each photon, and four.
+    uint left = MAX_ROUNDS / (lanes() + 4u);
     // Points near the first one that waits are served together.
     for (uint waiting = ballot(place.served != ALL_SERVED); waiting != 0u && left > 0u;
          waiting = ballot(place.served != ALL_SERVED)) {
@@ -193,7 +195,9 @@ void main() {
             keep(sums[i], pixel_of(POINTS * invocation + i, width, height));
         }
     }
-    places.data[invocation] = place;
+    if (has_place) {
+        places.data[invocation] = place;
+    }
     if (place.served != ALL_SERVED) {
         atomicAdd(counters.value.unfinished, 1u);
     }

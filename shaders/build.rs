@@ -25,17 +25,17 @@ const WORKGROUP_SIZES: [u32; 3] = [32, 64, 128];
 /// Specialization constants that leave out so much code when they are false that kernels are
 /// also compiled without it: what a driver need not see costs it no time. GLSL is told by
 /// macros, such as `WITHOUT_HAS_REVOLUTIONS`. The first set that fits a scene is taken.
-const SEPARATE: [&[&str]; 9] = [
-    &["HAS_CONTACTS", "HAS_REVOLUTIONS", "HAS_TEXTURES", "IS_RICH"],
-    &["HAS_CONTACTS", "HAS_TEXTURES", "IS_RICH"],
-    &["HAS_CONTACTS", "HAS_REVOLUTIONS", "HAS_TEXTURES"],
-    &["HAS_CONTACTS", "HAS_REVOLUTIONS"],
-    &["HAS_CONTACTS"],
+const SEPARATE: [&[&str]; 5] = [
     &["HAS_REVOLUTIONS", "HAS_TEXTURES", "IS_RICH"],
     &["HAS_TEXTURES", "IS_RICH"],
     &["HAS_REVOLUTIONS", "HAS_TEXTURES"],
     &["HAS_REVOLUTIONS"],
+    &[],
 ];
+/// Each of these sets is also built without it: shaders/include/interruption.glsl.
+const RESUMABLE: &str = "IS_RESUMABLE";
+/// And without both: kernels that are resumed are too rare to be built for each case.
+const CONTACTS: &str = "HAS_CONTACTS";
 
 fn main() {
     if let Err(error) = run() {
@@ -47,7 +47,11 @@ fn main() {
 fn run() -> Result<(), Box<dyn Error>> {
     let root = PathBuf::from(env::var("CARGO_MANIFEST_DIR")?);
     let out = PathBuf::from(env::var("OUT_DIR")?);
-    build_kernels(&root, "shaders", &SEPARATE, &out, "kernels.rs")?;
+    let plain = SEPARATE.iter().map(|constants| [&[RESUMABLE], *constants].concat());
+    let resumable = SEPARATE.iter().map(|constants| constants.to_vec()).filter(|constants| !constants.is_empty());
+    let apart = SEPARATE.iter().map(|constants| [&[RESUMABLE, CONTACTS], *constants].concat());
+    let separate: Vec<Vec<&str>> = apart.chain(plain).chain(resumable).collect();
+    build_kernels(&root, "shaders", &separate, &out, "kernels.rs")?;
     build_kernels(&root, "tests/kernels", &[], &out, "test_kernels.rs")
 }
 
@@ -55,7 +59,7 @@ fn run() -> Result<(), Box<dyn Error>> {
 fn build_kernels(
     root: &Path,
     folder: &str,
-    separate: &[&[&str]],
+    separate: &[Vec<&str>],
     out: &Path,
     module: &str,
 ) -> Result<(), Box<dyn Error>> {

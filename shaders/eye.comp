@@ -30,15 +30,18 @@ STORED_TEXELS(1, 1, VisiblePoint, visible_points)
 STORED_TEXELS(1, 3, vec4, visible_throughputs) // bsdf times throughput; w: length of the path, 0 if there is no point
 UPDATED_TEXELS(1, 4, vec4, visible_radiances) // W/(m^2 sr)
 layout(std430, set = 1, binding = 5) buffer CounterBlock { Counters value; } counters;
+#ifndef WITHOUT_IS_RESUMABLE
+layout(std430, set = 1, binding = 8) buffer PlaceBlock { EyePlace data[]; } places; // of invocations that go on
+#endif
 
 layout(push_constant) uniform Push {
     uint turn;           // of the rounds of its half
     uint half_of_rounds; // 0 or 1
     uint paths;          // of a pixel
-    uint first;          // of those of this dispatch
-    uint end;
-    uint offset; // of this dispatch's invocations
-    uint two;    // 2, see interruption.glsl
+    uint offset;  // of this dispatch's invocations
+    uint resumed; // these three: see interruption.glsl
+    uint spread;
+    uint two; // 2
 };
 
 // Pairs of random numbers of an eye path. Scattering takes one per bounce from PAIR_LOBE; where
@@ -142,27 +145,51 @@ struct EyePath {
     vec3 bsdf;       // its bsdf times the throughput
     Material material; // of that end
     float reached;   // length to that end; 0 if there is none
+    bool is_lost;     // it found no way out of a dielectric
+    bool is_immersed; // its end is in a dielectric
+};
+
+// Where a path goes on that has met no diffuse surface yet.
+struct EyeStart {
+    Ray ray;
+    vec3 throughput;
+    float index;     // of the medium the path is in, over the camera's
+    float travelled; // length so far
+    Last last;
+    uint depth;
+    vec3 radiance;   // emission that it has met so far
 };
 
 // Follows a path to the first diffuse surface, and from there one direction of the bsdf to
 // where it may meet a light: the better way to large lights, and the only one to infinite
 // ones, which a cosine lobe samples perfectly (Veach 1997, chapter 9).
-EyePath follow(Ray ray, Random random) {
+//
+// Where it is resumable, `start` is left at the last segment that was not ended early.
+EyePath follow(inout EyeStart start, Random random) {
     EyePath path;
-    path.radiance = vec3(0.0);
+    path.radiance = start.radiance;
     path.reached = 0.0;
-    vec3 throughput = vec3(1.0);
-    float index = 1.0; // of the medium the path is in, over the camera's
-    float travelled = 0.0;
-    Last last = not_rough();
-    for (uint depth = 0u; depth < scene.max_depth || path.reached > 0.0; depth++) {
+    path.is_lost = false;
+    path.is_immersed = false;
+    Ray ray = start.ray;
+    vec3 throughput = start.throughput;
+    float index = start.index;
+    float travelled = start.travelled;
+    Last last = start.last;
+    for (uint depth = start.depth; depth < scene.max_depth || path.reached > 0.0; depth++) {
+#ifndef WITHOUT_IS_RESUMABLE
+        if (interrupted(two)) {
+            break;
+        }
+        if (path.reached == 0.0) {
+            start = EyeStart(ray, throughput, index, travelled, last, depth, path.radiance);
+        }
+#endif
         Hit hit = intersect(ray);
         if (hit.primitive == NONE) {
             float pdf = path.reached > 0.0 ? max(dot(ray.direction, path.facing), 0.0) / PI : pdf_after(last);
             path.radiance += throughput * radiance_from_infinity(ray.direction, pdf);
-            if (path.reached == 0.0 && is_in_glass(index)) {
-                atomicAdd(counters.value.eye_lost_in_glass, 1u);
-            }
+            path.is_lost = path.reached == 0.0 && is_in_glass(index);
             break;
         }
         travelled += hit.t;
@@ -193,9 +220,7 @@ EyePath follow(Ray ray, Random random) {
             path.radiance += throughput * light_on_rough(surface, material, wo, random, pair + 2u);
             last = after(surface, material, wo, scattered.wi);
         } else {
-            if (is_in_glass(index)) {
-                atomicAdd(counters.value.immersed, 1u);
-            }
+            path.is_immersed = is_in_glass(index);
             // The side of the geometric normal: shading normals must not see through.
             bool front = dot(wo, surface.normal) >= 0.0;
             if (HAS_DIFFUSE_TRANSMISSION) {
@@ -225,20 +250,72 @@ EyePath follow(Ray ray, Random random) {
     return path;
 }
 
+#ifndef WITHOUT_IS_RESUMABLE
+EyeStart start_of(EyePlace place) {
+    Ray ray = saved_ray(place.origin, place.direction, place.begin, place.contacts);
+    return EyeStart(ray, place.throughput, place.index, place.travelled, Last(place.last_position, place.last_pdf), place.depth, place.radiance);
+}
+
+EyePlace place_of(EyeStart start) {
+    return EyePlace(start.ray.origin, start.index, start.ray.direction, start.travelled, start.throughput, start.depth,
+                    start.radiance, 0u, start.last.position, start.last.pdf, FINISHED, begin_of(start.ray), contacts_of(start.ray), 0u);
+}
+
+// Leaves a place to go on from, with so many paths of the pixel done.
+void store_place(uint number, EyePlace place, uint done, bool advanced) {
+    place.path = done;
+    place.state = done == paths ? FINISHED : advanced ? UNFINISHED : STUCK;
+    places.data[number] = place;
+    atomicAdd(counters.value.unfinished, place.state == UNFINISHED ? 1u : 0u);
+    atomicAdd(counters.value.stuck, place.state == STUCK ? 1u : 0u);
+}
+#endif
+
+EyeStart begin(Ray ray) {
+    return EyeStart(ray, vec3(1.0), 1.0, 0.0, not_rough(), 0u, vec3(0.0));
+}
+
 void main() {
     scene = scene_info_at(0u);
-    uint pixel = pixel_of(offset + invocation_index(), camera_at(0u).width, camera_at(0u).height);
+    uint number = invocation_index();
+#ifndef WITHOUT_IS_RESUMABLE
+    if (number % spread != 0u) {
+        return; // another invocation of the workgroup is to be alone
+    }
+    number /= spread;
+#endif
+    uint pixel = pixel_of(offset + number, camera_at(0u).width, camera_at(0u).height);
     if (pixel == NONE) {
         return;
     }
     uint seed = hash(seed_of_half(scene.seed, half_of_rounds), pixel);
-    // Of the paths so far; their mean once all are done.
-    vec3 sum = first > 0u ? visible_radiances_at(pixel).rgb : vec3(0.0);
+    vec3 sum = vec3(0.0); // of the paths so far
+    uint done = 0u;
     EyePath path;
-    [[dont_unroll]] for (uint i = first; i < end; i++) {
+    path.reached = 0.0;
+#ifndef WITHOUT_IS_RESUMABLE
+    bool advanced = false;
+    EyePlace place = place_of(begin(free_ray(vec3(0.0), vec3(0.0))));
+    if (IS_RESUMABLE && resumed != 0u) {
+        place = places.data[number];
+        if (place.state != (spread > 1u ? STUCK : UNFINISHED)) {
+            return;
+        }
+        sum = visible_radiances_at(pixel).rgb;
+        done = place.path;
+    }
+    uint begun = place.depth;
+#endif
+    [[dont_unroll]] for (uint i = done; i < paths; i++) {
         Random random = Random(seed, turn * paths + i);
         CameraSample camera_sample = sample_camera(pixel, random);
-        path = follow(camera_sample.ray, random);
+        EyeStart start = begin(camera_sample.ray);
+#ifndef WITHOUT_IS_RESUMABLE
+        if (place.depth > 0u) {
+            start = start_of(place);
+        }
+#endif
+        path = follow(start, random);
         if (HAS_SIGNED_FILTER) {
             path.radiance *= camera_sample.weight;
             path.bsdf *= camera_sample.weight;
@@ -246,18 +323,51 @@ void main() {
         if (DIRECT_NEE && path.reached > 0.0) {
             path.radiance += path.bsdf * irradiance_of_light(path.visible, path.material, path.facing, random);
         }
+#ifndef WITHOUT_IS_RESUMABLE
+        place = place_of(start);
+        if (interrupted(two)) {
+            break; // the last segment does not count
+        }
+        advanced = true;
+        place.depth = 0u;
+#endif
         if (!is_finite(path.radiance)) {
             path.radiance = vec3(0.0);
             atomicAdd(counters.value.non_finite, 1u);
         }
+        if (path.is_lost) {
+            atomicAdd(counters.value.eye_lost_in_glass, 1u);
+        }
+        if (path.is_immersed) {
+            atomicAdd(counters.value.immersed, 1u);
+        }
         sum += path.radiance;
+        done = i + 1u;
     }
-    store_visible_radiances(pixel, vec4(end == paths ? sum / float(paths) : sum, 0.0));
+#ifndef WITHOUT_IS_RESUMABLE
+    advanced = advanced || place.depth != begun;
+    if (!advanced && spread > 1u) {
+        // Even alone: what the path would bring is left out.
+        path.reached = 0.0;
+        place.depth = 0u;
+        done++;
+        atomicAdd(counters.value.cut, 1u);
+        advanced = true;
+    }
+    store_place(number, place, done, advanced);
+    if (done < paths) {
+        store_visible_radiances(pixel, vec4(sum, 0.0));
+        return;
+    }
+#endif
+    store_visible_radiances(pixel, vec4(sum / float(paths), 0.0));
     store_visible_throughputs(pixel, path.reached > 0.0 ? vec4(path.bsdf, path.reached) : vec4(0.0));
     if (path.reached > 0.0) {
         store_visible_points(pixel, VisiblePoint(path.visible.position, pack_normal(path.visible.normal)));
     }
+#ifdef WITHOUT_IS_RESUMABLE
     if (interrupted(two)) {
         atomicAdd(counters.value.interrupted, 1u);
     }
+#endif
 }

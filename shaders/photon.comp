@@ -1,7 +1,8 @@
 // photon: emit photons, trace them, and record them where they meet diffuse surfaces.
 // Each invocation traces every stride-th photon of the batch, starting the next where a
 // path ends, so that lanes stay busy (path regeneration). Writes photons, counters
-// (atomic). Weights are in units of the mean flux of a photon. Jensen 1996.
+// (atomic), and where it is resumable, places. Weights are in units of the mean flux of a
+// photon. Jensen 1996.
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #include "invocation.glsl"
@@ -21,6 +22,9 @@
 
 STORED_TEXELS(1, 0, PhotonRecord, photons)
 layout(std430, set = 1, binding = 2) buffer CounterBlock { Counters value; } counters;
+#ifndef WITHOUT_IS_RESUMABLE
+layout(std430, set = 1, binding = 8) buffer PlaceBlock { PhotonPlace data[]; } places; // of invocations that go on
+#endif
 
 layout(push_constant) uniform Push {
     uint before_low;     // photons before this iteration that are of its stream, 64 bits
@@ -32,6 +36,8 @@ layout(push_constant) uniform Push {
     uint stride;
     uint capacity;    // of photons
     uint offset;      // of this dispatch's invocations
+    uint resumed;     // these two: see interruption.glsl
+    uint spread;
     uint two;         // 2, see interruption.glsl
 };
 
@@ -49,23 +55,45 @@ struct Path {
 
 // Photons of all iterations of a stream are one sequence: its strata get finer as the render
 // goes on.
-Path start_path(uint photon) {
+Random random_of(uint photon) {
     uint index = before_low + photon;
     uint high = before_high + (index < photon ? 1u : 0u);
     // Eye paths hash the seed itself: its complement keeps the two apart.
     uint seed = hash(~seed_of_half(scene.seed, half_of_rounds), high);
-    Random random = Random(stream == 0u ? seed : hash(seed, stream), index);
+    return Random(stream == 0u ? seed : hash(seed, stream), index);
+}
+
+Path start_path(uint photon) {
+    Random random = random_of(photon);
     Emission emission = emit(random);
     return Path(emission.ray, emission.weight, 0u, 1.0, random);
 }
 
 // Those past the end of the array count, so that the host hears of them.
-void record(Surface surface, vec3 wo, vec3 weight) {
+void store_record(PhotonRecord photon) {
     uint slot = atomicAdd(counters.value.recorded, 1u);
-    vec3 facing = dot(wo, surface.normal) < 0.0 ? -surface.normal : surface.normal;
     if (slot < capacity) {
-        store_photons(slot, PhotonRecord(surface.position, pack_normal(facing), weight, 0u));
+        store_photons(slot, photon);
     }
+}
+
+#ifndef WITHOUT_IS_RESUMABLE
+// What a segment has recorded: stored once it is known that the driver did not end it early.
+PhotonRecord recorded;
+bool has_recorded;
+#endif
+// Whether a segment met something opaque in a dielectric.
+bool is_immersed;
+
+void record(Surface surface, vec3 wo, vec3 weight) {
+    vec3 facing = dot(wo, surface.normal) < 0.0 ? -surface.normal : surface.normal;
+    PhotonRecord photon = PhotonRecord(surface.position, pack_normal(facing), weight, 0u);
+#ifdef WITHOUT_IS_RESUMABLE
+    store_record(photon);
+#else
+    recorded = photon;
+    has_recorded = true;
+#endif
 }
 
 // A photon's weight may grow by this factor where a shading normal is far from the geometric one.
@@ -116,7 +144,7 @@ uint advance(inout Path path) {
     bool receives = receives_photons(material);
     if (receives && is_in_glass(path.index)) {
         // In a pool, or lost: unless something stands in glass, none does this.
-        atomicAdd(counters.value.immersed, 1u);
+        is_immersed = true;
         path.index = 1.0;
     }
     bool is_wanted = DIRECT_NEE ? path.depth > 0u : true;
@@ -163,35 +191,91 @@ bool is_finite(Path path) {
 
 void main() {
     scene = scene_info_at(0u);
-    uint invocation = offset + invocation_index();
+    uint number = invocation_index();
+#ifndef WITHOUT_IS_RESUMABLE
+    if (number % spread != 0u) {
+        return; // another invocation of the workgroup is to be alone
+    }
+    number /= spread;
+#endif
+    uint invocation = offset + number;
     if (invocation >= stride) {
         return; // its photons are another invocation's
     }
-    uint photon = first + invocation;
+    uint photon = first + invocation; // the next one to start
     uint ends[ALIVE] = uint[ALIVE](0u, 0u, 0u, 0u, 0u, 0u);
     uint emitted = 0u;
+    uint immersed = 0u;
     bool alive = false;
     Path path;
-    while (alive || photon < end) {
-        if (!alive) {
-            path = start_path(photon);
-            photon += stride;
-            emitted++;
+#ifndef WITHOUT_IS_RESUMABLE
+    bool advanced = false;
+    if (IS_RESUMABLE && resumed != 0u) {
+        PhotonPlace place = places.data[number];
+        if (place.state != (spread > 1u ? STUCK : UNFINISHED)) {
+            return;
         }
-        uint state = is_finite(path) ? advance(path) : NOT_FINITE;
+        photon = place.photon;
+        alive = place.alive != 0u;
+        Ray ray = saved_ray(place.origin, place.direction, place.begin, place.contacts);
+        path = Path(ray, place.weight, place.depth, place.index, random_of(photon - stride));
+    }
+#endif
+    while (alive || photon < end) {
+        Path next = path;
+        if (!alive) {
+            next = start_path(photon);
+        }
+        is_immersed = false;
+#ifndef WITHOUT_IS_RESUMABLE
+        has_recorded = false;
+#endif
+        uint state = is_finite(next) ? advance(next) : NOT_FINITE;
+#ifndef WITHOUT_IS_RESUMABLE
+        if (interrupted(two)) {
+            break; // nothing of this segment counts
+        }
+        advanced = true;
+        if (has_recorded) {
+            store_record(recorded);
+        }
+#endif
+        path = next;
+        photon += alive ? 0u : stride;
+        emitted += alive ? 0u : 1u;
+        immersed += is_immersed ? 1u : 0u;
         alive = state == ALIVE;
         if (!alive) {
             ends[state]++;
         }
     }
+#ifndef WITHOUT_IS_RESUMABLE
+    if (!advanced && spread > 1u) {
+        // Even alone.
+        photon += alive ? 0u : stride;
+        emitted += alive ? 0u : 1u;
+        alive = false;
+        ends[TRUNCATED]++;
+        atomicAdd(counters.value.cut, 1u);
+        advanced = true;
+    }
+    uint state = alive || photon < end ? (advanced ? UNFINISHED : STUCK) : FINISHED;
+    places.data[number] = PhotonPlace(path.ray.origin, path.index, path.ray.direction, path.depth, path.weight, photon,
+                                      state, alive ? 1u : 0u, begin_of(path.ray), contacts_of(path.ray));
+    atomicAdd(counters.value.unfinished, state == UNFINISHED ? 1u : 0u);
+    atomicAdd(counters.value.stuck, state == STUCK ? 1u : 0u);
+#endif
     atomicAdd(counters.value.deposited, ends[DEPOSITED]);
     atomicAdd(counters.value.absorbed, ends[ABSORBED]);
     atomicAdd(counters.value.escaped, ends[ESCAPED]);
     atomicAdd(counters.value.truncated, ends[TRUNCATED]);
     atomicAdd(counters.value.lost_in_glass, ends[LOST_IN_GLASS]);
     atomicAdd(counters.value.non_finite, ends[NOT_FINITE]);
+    atomicAdd(counters.value.immersed, immersed);
     atomicAdd(counters.value.emitted, emitted);
+#ifdef WITHOUT_IS_RESUMABLE
     if (interrupted(two)) {
         atomicAdd(counters.value.interrupted, 1u);
     }
+#endif
 }

@@ -9,11 +9,10 @@ use goblet_host::{Device, Frame, Pass};
 
 use crate::buffers::{Buffers, invocations_by_tile};
 use crate::film::LUMINANCE;
-use crate::kernels::{
-    Counters, Eye, EyePush, Photon, PhotonPush, Radius, RadiusPush, Specialization, Update, UpdatePush,
-};
+use crate::kernels::{Counters, EyePush, PhotonPush, Radius, RadiusPush, Specialization, Update, UpdatePush};
 use crate::lookup::Lookup;
 use crate::options::{Contribution, LookupKind};
+use crate::path_pass::{PathKernels, PathPass, Start};
 use crate::radius::{FirstRadius, GlobalShrink, RadiusSchedule};
 use crate::renderer::RenderError;
 use crate::schedule::{Pace, Schedule};
@@ -23,11 +22,12 @@ use crate::upload::GpuScene;
 
 /// The passes, compiled for a scene and bound to its buffers.
 pub struct Passes {
-    eye: Pass<EyePush>,
+    eye: PathPass<EyePush>,
     radius: Pass<RadiusPush>,
     lookup: Lookup,
-    photon: Pass<PhotonPush>,
+    photon: PathPass<PhotonPush>,
     update: Pass<UpdatePush>,
+    path_kernels: PathKernels,
 }
 
 /// What an iteration needs to know.
@@ -113,7 +113,10 @@ impl Stage<'_> {
 
     /// Runs a pass, in as many dispatches as its pace asks for; what was counted meanwhile.
     /// `push` is told the first invocation of each.
-    fn run_paced<Push: Pod>(
+    ///
+    /// # Errors
+    /// The device fails, or the caller gives the iteration up.
+    pub fn run_paced<Push: Pod>(
         &self,
         pass: &Pass<Push>,
         invocations: u64,
@@ -192,7 +195,7 @@ impl Passes {
 
     /// Finds the visible points of a round, and the radius that they start with. Where nobody
     /// has given one, the first of all rounds decides, so that every shard has the same.
-    fn look(&self, on: Stage<'_>, place: Place, progress: &mut Progress) -> Result<(), RenderError> {
+    fn look(&mut self, on: Stage<'_>, place: Place, progress: &mut Progress) -> Result<(), RenderError> {
         let first = Sequence { shard: Shard::WHOLE, ..on.settings.sequence }.place(0);
         if progress.first_radius.is_none() && place.round != first.round {
             self.trace_eye_paths(on, first, &mut progress.schedule)?;
@@ -210,30 +213,24 @@ impl Passes {
         Ok(())
     }
 
-    /// Traces all eye paths of a round. Where the driver ends invocations early, each dispatch
-    /// traces fewer from then on.
-    fn trace_eye_paths(&self, on: Stage<'_>, place: Place, schedule: &mut Schedule) -> Result<Tally, RenderError> {
+    /// Traces all eye paths of a round.
+    fn trace_eye_paths(&mut self, on: Stage<'_>, place: Place, schedule: &mut Schedule) -> Result<Tally, RenderError> {
+        let Place { turn, half: half_of_rounds, .. } = place;
         let paths = on.settings.eye_paths;
+        let push = |Start { offset, resumed, spread }| EyePush {
+            turn,
+            half_of_rounds,
+            paths,
+            offset,
+            resumed,
+            spread,
+            two: 2,
+        };
         let invocations = invocations_by_tile(on.settings.resolution);
+        let resumable = || self.path_kernels.eye(on.device, on.buffers, true)?.finish();
+        let counters = self.eye.run(on, invocations, &mut schedule.paces.eye, resumable, push)?;
         let mut tally = Tally::default();
-        let mut first = 0;
-        while first < paths {
-            let end = paths.min(first.saturating_add(schedule.eye_paths()));
-            let push = |offset| {
-                let Place { turn, half: half_of_rounds, .. } = place;
-                EyePush { turn, half_of_rounds, paths, first, end, offset, two: 2 }
-            };
-            let counters = on.run_paced(&self.eye, invocations, &mut schedule.paces.eye, push)?;
-            if let Err(error) = finished(&counters, "eye", "a smaller maximum depth") {
-                if !schedule.eye_interrupted(end - first) {
-                    return Err(error);
-                }
-                (first, tally) = (0, Tally::default());
-                continue;
-            }
-            tally.add(Counted::Eye, &counters);
-            first = end;
-        }
+        tally.add(Counted::Eye, &counters);
         Ok(tally)
     }
 
@@ -259,10 +256,9 @@ impl Passes {
     }
 
     /// Traces some of an iteration's photons; how many records they left, or nothing if that
-    /// was more than there is room for. Where the driver ends invocations early, their photons
-    /// are traced again, fewer by each.
+    /// was more than there is room for.
     fn trace(
-        &self,
+        &mut self,
         on: Stage<'_>,
         place: Place,
         batch: Range<u64>,
@@ -276,30 +272,28 @@ impl Passes {
             RadiusSchedule::Global => (0, place.iteration_of_half),
         };
         let before = on.settings.photons.wrapping_mul(iterations_before);
-        loop {
-            let stride = (batch.end - batch.start).div_ceil(progress.schedule.per_invocation());
-            let push = |offset| PhotonPush {
-                before_low: before as u32,
-                before_high: (before >> 32) as u32,
-                half_of_rounds: place.half,
-                stream,
-                first: batch.start as u32,
-                end: batch.end as u32,
-                stride: stride as u32,
-                capacity: on.buffers.photons.len() as u32,
-                offset,
-                two: 2,
-            };
-            let counters = on.run_paced(&self.photon, stride, &mut progress.schedule.paces.photon, push)?;
-            let all = finished(&counters, "photon", "a smaller maximum depth");
-            if u64::from(counters.recorded) > on.buffers.photons.len() && progress.schedule.overflowed() {
-                return Ok(None);
-            }
-            if all.is_ok() || !progress.schedule.interrupted() {
-                progress.tally.add(Counted::Photon, &counters);
-                return all.map(|()| Some(counters.recorded));
-            }
+        let stride = (batch.end - batch.start).div_ceil(progress.schedule.per_invocation());
+        let push = |Start { offset, resumed, spread }| PhotonPush {
+            before_low: before as u32,
+            before_high: (before >> 32) as u32,
+            half_of_rounds: place.half,
+            stream,
+            first: batch.start as u32,
+            end: batch.end as u32,
+            stride: stride as u32,
+            capacity: on.buffers.photons.len() as u32,
+            offset,
+            resumed,
+            spread,
+            two: 2,
+        };
+        let resumable = || self.path_kernels.photon(on.device, on.buffers, true)?.finish();
+        let counters = self.photon.run(on, stride, &mut progress.schedule.paces.photon, resumable, push)?;
+        if u64::from(counters.recorded) > on.buffers.photons.len() && progress.schedule.overflowed() {
+            return Ok(None);
         }
+        progress.tally.add(Counted::Photon, &counters);
+        Ok(Some(counters.recorded))
     }
 
     /// Adds the iteration to the image.
@@ -335,24 +329,23 @@ impl Passes {
     /// The driver refuses a kernel.
     pub fn new(
         device: &Device,
-        scene: &GpuScene,
+        scene: GpuScene,
         buffers: &Buffers,
         lookup: LookupKind,
         specialization: &Specialization,
         workgroup_size: u32,
     ) -> goblet_host::Result<Self> {
-        let scene = scene.bindings();
-        let Buffers { camera, filter_table, counters, max_radius2, pixel_states, .. } = buffers;
-        let Buffers { visible_points, visible_radii2, visible_throughputs, visible_radiances, .. } = buffers;
-        let Buffers { photons, flux_red, flux_green, flux_blue, flux_counts, .. } = buffers;
+        let Buffers { max_radius2, pixel_states, counters, .. } = buffers;
+        let Buffers { visible_radii2, visible_throughputs, visible_radiances, .. } = buffers;
+        let Buffers { flux_red, flux_green, flux_blue, flux_counts, .. } = buffers;
         let Buffers { sum_red, sum_green, sum_blue, sum_second, .. } = buffers;
         macro_rules! pass {
             ($($kernel:tt)*) => { device.pass(&$($kernel)*, specialization, workgroup_size)? };
         }
+        let path_kernels = PathKernels { scene, specialization: *specialization, workgroup_size };
         // These two take the longest, at the same time.
-        let eye = Eye { scene, camera, filter_table, visible_points, visible_throughputs, visible_radiances, counters };
-        let eye = device.compile(&eye, specialization, workgroup_size)?;
-        let photon = device.compile(&Photon { scene, photons, counters }, specialization, workgroup_size)?;
+        let eye = path_kernels.eye(device, buffers, false)?;
+        let photon = path_kernels.photon(device, buffers, false)?;
         let passes = Self {
             radius: pass!(Radius { visible_radii2, visible_throughputs, pixel_states, max_radius2 }),
             lookup: Lookup::new(device, buffers, lookup, specialization, workgroup_size)?,
@@ -371,8 +364,9 @@ impl Passes {
                 flux_blue,
                 flux_counts
             }),
-            photon: photon.finish()?,
-            eye: eye.finish()?,
+            photon: PathPass::new(photon.finish()?, workgroup_size),
+            eye: PathPass::new(eye.finish()?, workgroup_size),
+            path_kernels,
         };
         passes.warm_up(device)?;
         Ok(passes)
@@ -385,10 +379,10 @@ impl Passes {
 
     fn warm_up(&self, device: &Device) -> goblet_host::Result<()> {
         let mut frame = device.frame()?;
-        frame.dispatch(&self.eye, Zeroable::zeroed(), 1);
+        frame.dispatch(self.eye.plain(), Zeroable::zeroed(), 1);
         frame.dispatch(&self.radius, Zeroable::zeroed(), 1);
         self.lookup.warm_up(&mut frame);
-        frame.dispatch(&self.photon, Zeroable::zeroed(), 1);
+        frame.dispatch(self.photon.plain(), Zeroable::zeroed(), 1);
         frame.dispatch(&self.update, Zeroable::zeroed(), 1);
         frame.run()
     }

@@ -48,6 +48,7 @@ mod options;
 pub mod output;
 #[doc(hidden)]
 pub mod pack;
+mod path_pass;
 mod radius;
 mod renderer;
 pub mod scene;

@@ -169,7 +169,7 @@ impl Renderer {
         let start = Instant::now();
         let compiled = base.compiled(&device, options, &resolved, &view);
         let Compiled { specialization, lookup, workgroup_size, .. } = &compiled;
-        let passes = Passes::new(&device, &gpu_scene, &buffers, *lookup, specialization, *workgroup_size)?;
+        let passes = Passes::new(&device, gpu_scene, &buffers, *lookup, specialization, *workgroup_size)?;
         Ok(Self {
             settings: base.settings(options, &resolved, &view),
             progress: base.progress(&device, options, &resolved, &view),
@@ -230,19 +230,20 @@ impl Renderer {
         let tally = self.progress.tally;
         let stage = Stage { device: &self.device, buffers: &self.buffers, settings: &self.settings, gives_up };
         let outcome = self.passes.run(stage, &mut self.progress);
-        if outcome.is_err() {
-            // Its photons are not in the image, and its visible points may not be complete.
-            self.progress.tally = tally;
-            self.progress.seen = None;
-        }
-        match outcome {
-            Err(RenderError::GivenUp) => {
-                let mut frame = self.device.frame()?;
-                self.buffers.clear_flux(&mut frame);
-                frame.run()?;
-                Ok(false)
-            }
-            outcome => outcome.map(|()| true),
+        let Err(error) = outcome else { return Ok(true) };
+        // Its photons are not in the image, and its visible points may not be complete.
+        self.progress.tally = tally;
+        self.progress.seen = None;
+        let clear = || {
+            let mut frame = self.device.frame()?;
+            self.buffers.clear_flux(&mut frame);
+            frame.run()
+        };
+        let cleared = clear();
+        match error {
+            RenderError::GivenUp => Ok(cleared.map(|()| false)?),
+            // A device that has failed may well fail again.
+            error => Err(error),
         }
     }
 
@@ -323,7 +324,13 @@ impl Renderer {
         self.settings.wanted_photons() * u64::from(self.progress.done)
     }
 
-    /// What happened to them.
+    /// Eye paths traced for the iterations so far.
+    pub fn eye_paths(&self) -> u64 {
+        let rounds = self.progress.done.div_ceil(self.settings.sequence.round_length);
+        self.settings.pixels() * u64::from(self.settings.eye_paths) * u64::from(rounds)
+    }
+
+    /// What happened to photon and eye paths.
     pub fn tally(&self) -> &Tally {
         &self.progress.tally
     }

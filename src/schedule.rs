@@ -1,4 +1,4 @@
-//! How many photons and eye paths a dispatch traces, and an invocation.
+//! How many photons a dispatch traces, and an invocation.
 
 use std::time::Duration;
 
@@ -75,7 +75,6 @@ pub struct Schedule {
     fixed: bool,
     target: Duration,
     per_invocation: u64,
-    eye_paths: u32,
 }
 
 impl Schedule {
@@ -93,32 +92,12 @@ impl Schedule {
             fixed: asked.is_some(),
             target,
             per_invocation,
-            eye_paths: u32::MAX,
         }
     }
 
     /// Photons that an invocation traces, one after the other.
     pub fn per_invocation(&self) -> u64 {
         self.per_invocation
-    }
-
-    /// Learns that invocations were cut short: see `shaders/include/interruption.glsl`.
-    /// False if they have just one photon each already.
-    pub fn interrupted(&mut self) -> bool {
-        let divisible = self.per_invocation > 1;
-        self.per_invocation = (self.per_invocation / 2).max(1);
-        divisible
-    }
-
-    /// Eye paths of a pixel that an invocation traces in one dispatch, at most.
-    pub fn eye_paths(&self) -> u32 {
-        self.eye_paths
-    }
-
-    /// Learns that invocations with so many eye paths were cut short. False if that is one.
-    pub fn eye_interrupted(&mut self, paths: u32) -> bool {
-        self.eye_paths = (paths / 2).max(1);
-        paths > 1
     }
 
     /// Learns that a batch left more records than there is room for. False if it cannot be
@@ -184,14 +163,6 @@ mod tests {
         pace.observe(9_984, Duration::from_secs(100));
         assert_eq!(pace.next(u64::MAX), FEWEST_INVOCATIONS);
         assert_eq!(Pace::new(false).next(u64::MAX), u64::MAX);
-    }
-
-    #[test]
-    fn interrupted_eye_paths_are_halved() {
-        let mut schedule = Schedule::new(None, 1, DeviceKind::Cpu, false);
-        assert!(schedule.eye_interrupted(4) && schedule.eye_paths() == 2);
-        assert!(schedule.eye_interrupted(2) && schedule.eye_paths() == 1);
-        assert!(!schedule.eye_interrupted(1));
     }
 
     #[test]

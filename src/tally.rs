@@ -18,8 +18,12 @@ pub struct Tally {
     pub absorbed: u64,
     /// Paths that left the scene.
     pub escaped: u64,
-    /// Paths that reached the maximum depth.
+    /// Paths that reached the maximum depth, or that the driver cannot follow to it.
     pub truncated: u64,
+    /// Photon paths among those, and eye paths, that the driver cannot follow: it limits the
+    /// loops of a kernel, and one segment of theirs needs more.
+    #[serde(default)]
+    pub cut: ByPass,
     /// Photon and eye paths that found no way out of a dielectric.
     pub lost_in_glass: u64,
     /// The eye paths among them.
@@ -93,6 +97,7 @@ impl Tally {
             absorbed: counters.absorbed.into(),
             escaped: counters.escaped.into(),
             truncated: counters.truncated.into(),
+            cut: ByPass::of(pass, counters.cut),
             lost_in_glass: u64::from(counters.lost_in_glass) + u64::from(counters.eye_lost_in_glass),
             eye_lost_in_glass: counters.eye_lost_in_glass.into(),
             immersed: counters.immersed.into(),
@@ -110,6 +115,7 @@ impl Tally {
         add(&mut self.absorbed, other.absorbed);
         add(&mut self.escaped, other.escaped);
         add(&mut self.truncated, other.truncated);
+        self.cut.merge(&other.cut);
         add(&mut self.lost_in_glass, other.lost_in_glass);
         add(&mut self.eye_lost_in_glass, other.eye_lost_in_glass);
         add(&mut self.immersed, other.immersed);

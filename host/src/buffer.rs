@@ -18,7 +18,8 @@ pub struct Buffer<T> {
 }
 
 impl<T: Pod> Buffer<T> {
-    pub(crate) fn new(device: &Arc<DeviceShared>, name: &'static str, length: u64) -> Result<Self> {
+    /// A buffer that has so many bytes after its end as a guard zone.
+    pub(crate) fn new(device: &Arc<DeviceShared>, name: &'static str, length: u64, guard: u64) -> Result<Self> {
         let bytes = length.max(1).saturating_mul(size_of::<T>() as u64);
         let limit = device.info.max_buffer_bytes;
         if bytes > limit {
@@ -27,7 +28,8 @@ impl<T: Pod> Buffer<T> {
         let usage = vk::BufferUsageFlags::STORAGE_BUFFER
             | vk::BufferUsageFlags::TRANSFER_SRC
             | vk::BufferUsageFlags::TRANSFER_DST;
-        let raw = RawBuffer::new(device, name, bytes, usage, vk::MemoryPropertyFlags::DEVICE_LOCAL)?;
+        let mut raw = RawBuffer::new(device, name, bytes + guard, usage, vk::MemoryPropertyFlags::DEVICE_LOCAL)?;
+        raw.guard_from = bytes;
         Ok(Self { raw: Arc::new(raw), length, element: PhantomData })
     }
 }
@@ -58,6 +60,8 @@ pub(crate) struct RawBuffer {
     pub name: &'static str,
     pub handle: vk::Buffer,
     pub bytes: u64,
+    /// Where its guard zone begins: at its end, if it has none.
+    pub guard_from: u64,
     memory: Option<Memory>,
     /// Where the host sees it; null for device-local buffers.
     mapped: *mut u8,
@@ -95,8 +99,15 @@ impl RawBuffer {
         let create = vk::BufferCreateInfo::default().size(bytes).usage(usage);
         // SAFETY: the size is positive; the buffer is destroyed on drop.
         let handle = unsafe { device.raw.create_buffer(&create, None) }.context("vkCreateBuffer")?;
-        let mut buffer =
-            Self { name, handle, bytes, memory: None, mapped: std::ptr::null_mut(), device: Arc::clone(device) };
+        let mut buffer = Self {
+            name,
+            handle,
+            bytes,
+            guard_from: bytes,
+            memory: None,
+            mapped: std::ptr::null_mut(),
+            device: Arc::clone(device),
+        };
         // SAFETY: the buffer was just made by this device.
         let needs = unsafe { device.raw.get_buffer_memory_requirements(handle) };
         let memory = Memory::new(device, name, needs, properties)?;

@@ -11,6 +11,7 @@ use bytemuck::Pod;
 
 use crate::buffer::{Buffer, RawBuffer};
 use crate::error::{Context, Error, Result};
+use crate::guard::{GUARD_BYTES, GUARD_ROWS, Guards};
 use crate::instance::{DeviceInfo, Instance};
 use crate::texels::RawTexels;
 use crate::timing::Timer;
@@ -37,6 +38,7 @@ pub struct Device {
     pub(crate) shared: Arc<DeviceShared>,
     staging: RawBuffer,
     pub(crate) timer: Timer,
+    pub(crate) guards: Option<Guards>,
     _one_thread: PhantomData<*const ()>,
 }
 
@@ -92,7 +94,7 @@ impl Device {
         });
         let staging = RawBuffer::host(&shared, "staging", STAGING_BYTES)?;
         let timer = Timer::new(&shared)?;
-        Ok(Self { shared, staging, timer, _one_thread: PhantomData })
+        Ok(Self { shared, staging, timer, guards: None, _one_thread: PhantomData })
     }
 
     /// What the list of devices says of this one.
@@ -105,13 +107,35 @@ impl Device {
         self.shared.instance.validation_messages()
     }
 
+    /// Gives every array that is made from now on a guard zone that is full of this word; the
+    /// array's own contents begin as it, too. For tests of kernels: each frame looks at all guard
+    /// zones.
+    ///
+    /// # Errors
+    /// Out of memory.
+    pub fn guard(&mut self, word: u32) -> Result<()> {
+        self.guards = Some(Guards::new(&self.shared, word)?);
+        Ok(())
+    }
+
+    /// Arrays past whose end a kernel has written, with the passes of the frame after which that
+    /// was found; empty without [`guard`](Self::guard).
+    pub fn broken_guards(&self) -> Vec<String> {
+        self.guards.as_ref().map(Guards::broken).unwrap_or_default()
+    }
+
     /// A device-local buffer of `length` elements (at least one, since Vulkan binds
     /// no empty buffer), its contents undefined.
     ///
     /// # Errors
     /// Too large for one binding, or out of device memory.
     pub fn buffer<T: Pod>(&self, name: &'static str, length: u64) -> Result<Buffer<T>> {
-        Buffer::new(&self.shared, name, length)
+        let guard = self.guards.as_ref().map_or(0, |_| GUARD_BYTES);
+        let buffer = Buffer::new(&self.shared, name, length, guard)?;
+        if let Some(guards) = &self.guards {
+            guards.watch_buffer(self, buffer.raw())?;
+        }
+        Ok(buffer)
     }
 
     /// A buffer that holds `data`.
@@ -163,10 +187,14 @@ impl Device {
     /// # Errors
     /// Too large for one image, or out of device memory.
     pub fn texels<T: Pod>(&self, name: &'static str, length: u64) -> Result<Texels<T>> {
-        let texels = Texels::new(&self.shared, name, length)?;
+        let guard_rows = self.guards.as_ref().map_or(0, |_| GUARD_ROWS);
+        let texels = Texels::new(&self.shared, name, length, guard_rows)?;
         let mut frame = self.frame()?;
         frame.transition(texels.raw(), vk::ImageLayout::UNDEFINED, vk::ImageLayout::GENERAL);
         frame.run()?;
+        if let Some(guards) = &self.guards {
+            guards.watch_texels(self, texels.raw())?;
+        }
         Ok(texels)
     }
 

@@ -104,30 +104,55 @@ impl<'a> Frame<'a> {
         self.barrier();
     }
 
+    /// Fills a buffer and its guard zone with a word.
+    pub(crate) fn fill(&mut self, buffer: &RawBuffer, word: u32) {
+        // SAFETY: the buffer outlives the run.
+        unsafe {
+            self.device.shared.raw.cmd_fill_buffer(self.commands, buffer.handle, 0, vk::WHOLE_SIZE, word);
+        }
+        self.barrier();
+    }
+
     /// Fills texels with zeros.
     pub fn clear_texels<T: Pod>(&mut self, texels: &Texels<T>) {
-        let (texels, zeros) = (texels.raw(), vk::ClearColorValue { uint32: [0; 4] });
+        self.fill_texels(texels.raw(), [0; 4]);
+        if let Some(guards) = &self.device.guards {
+            guards.renew(self, texels.raw());
+        }
+    }
+
+    /// Fills all of an image.
+    pub(crate) fn fill_texels(&mut self, texels: &RawTexels, words: [u32; 4]) {
+        let color = vk::ClearColorValue { uint32: words };
         self.transfer(texels, vk::ImageLayout::TRANSFER_DST_OPTIMAL, |vulkan, commands, layout| {
             // SAFETY: the image outlives the run and is in this layout.
-            unsafe { vulkan.cmd_clear_color_image(commands, texels.image, layout, &zeros, &[WHOLE]) };
+            unsafe { vulkan.cmd_clear_color_image(commands, texels.image, layout, &color, &[WHOLE]) };
         });
     }
 
     /// Copies the first bytes of a buffer to texels from a row on.
     pub(crate) fn copy_to_rows(&mut self, from: &RawBuffer, to: &RawTexels, first_row: u64, bytes: u64) {
-        let regions = to.regions(first_row, bytes);
+        self.copy_to_regions(from, to, &to.regions(first_row, bytes));
+    }
+
+    /// Copies the first bytes of a buffer to regions of an image.
+    pub(crate) fn copy_to_regions(&mut self, from: &RawBuffer, to: &RawTexels, regions: &[vk::BufferImageCopy]) {
         self.transfer(to, vk::ImageLayout::TRANSFER_DST_OPTIMAL, |vulkan, commands, layout| {
             // SAFETY: both places are inside what they are in, which outlives the run.
-            unsafe { vulkan.cmd_copy_buffer_to_image(commands, from.handle, to.image, layout, &regions) };
+            unsafe { vulkan.cmd_copy_buffer_to_image(commands, from.handle, to.image, layout, regions) };
         });
     }
 
     /// Copies texels from a row on to the first bytes of a buffer.
     pub(crate) fn copy_from_rows(&mut self, from: &RawTexels, first_row: u64, to: &RawBuffer, bytes: u64) {
-        let regions = from.regions(first_row, bytes);
+        self.copy_from_regions(from, to, &from.regions(first_row, bytes));
+    }
+
+    /// Copies regions of an image to the first bytes of a buffer.
+    pub(crate) fn copy_from_regions(&mut self, from: &RawTexels, to: &RawBuffer, regions: &[vk::BufferImageCopy]) {
         self.transfer(from, vk::ImageLayout::TRANSFER_SRC_OPTIMAL, |vulkan, commands, layout| {
             // SAFETY: both places are inside what they are in, which outlives the run.
-            unsafe { vulkan.cmd_copy_image_to_buffer(commands, from.image, layout, to.handle, &regions) };
+            unsafe { vulkan.cmd_copy_image_to_buffer(commands, from.image, layout, to.handle, regions) };
         });
         self.barrier();
     }
@@ -167,6 +192,17 @@ impl<'a> Frame<'a> {
     /// # Errors
     /// The device is lost (the error names the pass it ran), or out of memory.
     pub fn run(self) -> Result<()> {
+        let device = self.device;
+        let passes = if device.guards.is_some() { self.passes.clone() } else { Vec::new() };
+        self.submit()?;
+        match &device.guards {
+            Some(guards) if !passes.is_empty() => guards.check(device, &passes),
+            _ => Ok(()),
+        }
+    }
+
+    /// The same without a look at guard zones.
+    pub(crate) fn submit(self) -> Result<()> {
         let shared = &self.device.shared;
         let commands = [self.commands];
         let submit = [vk::SubmitInfo::default().command_buffers(&commands)];

@@ -13,6 +13,7 @@ mod buffer;
 mod device;
 mod error;
 mod frame;
+mod guard;
 mod instance;
 mod kernel;
 mod memory;

@@ -9,6 +9,7 @@ use bytemuck::Pod;
 
 use crate::device::DeviceShared;
 use crate::error::{Context, Error, Result};
+use crate::guard;
 use crate::memory::Memory;
 
 /// An array of `T` in an image, row by row. An element is one word of four bytes, or as many
@@ -20,12 +21,13 @@ pub struct Texels<T> {
 }
 
 impl<T: Pod> Texels<T> {
-    pub(crate) fn new(device: &Arc<DeviceShared>, name: &'static str, length: u64) -> Result<Self> {
+    /// Texels that have so many rows after their last one as a guard zone.
+    pub(crate) fn new(device: &Arc<DeviceShared>, name: &'static str, length: u64, guard_rows: u64) -> Result<Self> {
         let size = size_of::<T>() as u64;
         let texel_bytes = if size == 4 { 4 } else { 16 };
         assert!(size > 0 && size.is_multiple_of(texel_bytes), "an element of {name} is not made of texels");
         let texels = length.max(1).saturating_mul(size / texel_bytes);
-        let raw = RawTexels::new(device, name, texels, texel_bytes as u32)?;
+        let raw = RawTexels::new(device, name, texels, texel_bytes as u32, guard_rows)?;
         Ok(Self { raw: Arc::new(raw), length, element: PhantomData })
     }
 }
@@ -58,14 +60,22 @@ pub(crate) struct RawTexels {
     pub view: vk::ImageView,
     pub texel_bytes: u32,
     pub per_row: u32,
+    /// How many texels have elements in them.
+    texels: u64,
     memory: Option<Memory>,
     device: Arc<DeviceShared>,
 }
 
 impl RawTexels {
-    fn new(device: &Arc<DeviceShared>, name: &'static str, texels: u64, texel_bytes: u32) -> Result<Self> {
+    fn new(
+        device: &Arc<DeviceShared>,
+        name: &'static str,
+        texels: u64,
+        texel_bytes: u32,
+        guard_rows: u64,
+    ) -> Result<Self> {
         let per_row = device.texels_per_row;
-        let rows = texels.div_ceil(u64::from(per_row));
+        let rows = texels.div_ceil(u64::from(per_row)) + guard_rows;
         let bytes_per_row = u64::from(per_row) * u64::from(texel_bytes);
         let limit = u64::from(device.info.max_image_rows) * bytes_per_row;
         if rows > u64::from(device.info.max_image_rows) {
@@ -86,9 +96,9 @@ impl RawTexels {
         let image = unsafe { device.raw.create_image(&create, None) }.context("vkCreateImage")?;
         let device = Arc::clone(device);
         let view = vk::ImageView::null();
-        let mut texels = Self { name, image, view, texel_bytes, per_row, memory: None, device };
-        texels.bind(format)?;
-        Ok(texels)
+        let mut raw = Self { name, image, view, texel_bytes, per_row, texels, memory: None, device };
+        raw.bind(format)?;
+        Ok(raw)
     }
 
     fn bind(&mut self, format: vk::Format) -> Result<()> {
@@ -130,13 +140,26 @@ impl RawTexels {
             0 => ((bytes / u64::from(self.texel_bytes)) as u32, 1),
             rows => (self.per_row, rows),
         };
-        vk::BufferImageCopy::default()
-            .image_subresource(
-                vk::ImageSubresourceLayers::default().aspect_mask(vk::ImageAspectFlags::COLOR).layer_count(1),
-            )
-            .image_offset(vk::Offset3D { x: 0, y: first_row as i32, z: 0 })
-            .image_extent(vk::Extent3D { width, height, depth: 1 })
+        place(vk::Offset3D { x: 0, y: first_row as i32, z: 0 }, vk::Extent3D { width, height, depth: 1 })
     }
+
+    /// The place of its guard zone.
+    pub fn guard_regions(&self) -> Vec<vk::BufferImageCopy> {
+        guard::regions(self.texels, self.per_row, self.texel_bytes, place)
+    }
+
+    /// Bytes of its guard zone.
+    pub fn guard_bytes(&self) -> u64 {
+        let extents = self.guard_regions().into_iter().map(|region| region.image_extent);
+        extents.map(|extent| u64::from(extent.width) * u64::from(extent.height)).sum::<u64>()
+            * u64::from(self.texel_bytes)
+    }
+}
+
+/// A part of an image, and the first bytes of a buffer.
+fn place(offset: vk::Offset3D, extent: vk::Extent3D) -> vk::BufferImageCopy {
+    let layers = vk::ImageSubresourceLayers::default().aspect_mask(vk::ImageAspectFlags::COLOR).layer_count(1);
+    vk::BufferImageCopy::default().image_subresource(layers).image_offset(offset).image_extent(extent)
 }
 
 /// All of an image.

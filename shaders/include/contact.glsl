@@ -18,6 +18,14 @@ Ray free_ray(vec3 origin, vec3 direction) {
     return Ray(origin, direction);
 }
 
+Ray saved_ray(vec3 origin, vec3 direction, float begin, uint contacts) {
+    return Ray(origin, direction);
+}
+
+uint contacts_of(Ray ray) {
+    return 0u;
+}
+
 bool may_meet(Ray ray, uint material, bool leaves, float t) {
     return t > 0.0;
 }
@@ -39,6 +47,17 @@ struct Ray {
 // A ray that has left no surface in contact with others.
 Ray free_ray(vec3 origin, vec3 direction) {
     return Ray(origin, direction, 0.0, 0.0, 0u, 0u, false);
+}
+
+// What a ray may meet of surfaces in contact, in one word; and a ray from that. Layers are in the
+// upper twelve bits of a word.
+uint contacts_of(Ray ray) {
+    return ray.exits | ray.entries >> 12u | (ray.to_front ? 1u : 0u);
+}
+
+Ray saved_ray(vec3 origin, vec3 direction, float begin, uint contacts) {
+    uint layers = ~MATERIAL_MASK;
+    return Ray(origin, direction, begin, 0.0, contacts & layers, contacts << 12u & layers, (contacts & 1u) != 0u);
 }
 
 uint layer_of(uint material) {

@@ -36,7 +36,7 @@ layout(constant_id = 29) const uint FLAT_REVOLUTIONS = 0u;
 #ifdef WITHOUT_HAS_CONTACTS
 const bool HAS_CONTACTS = false;
 #else
-layout(constant_id = 71) const bool HAS_CONTACTS = true;        // surfaces of different bodies that coincide
+layout(constant_id = 72) const bool HAS_CONTACTS = true;        // surfaces of different bodies that coincide
 #endif
 // What plain scenes have none of, all at once: see SEPARATE in shaders/build.rs. The GLSL compiler
 // keeps branches on constants: code that is long is left out by the macro.
@@ -81,6 +81,13 @@ layout(constant_id = 41) const bool HAS_ALPHA = true;            // surfaces tha
 layout(constant_id = 42) const bool HAS_IMAGE_EMITTERS = true;
 layout(constant_id = 43) const bool HAS_IMAGE_TEXTURES = true;
 layout(constant_id = 44) const bool HAS_TEXTURE_TREES = true;    // textures of more than one node
+#endif
+// Kernels that follow paths: invocations go on in further dispatches where a driver limits
+// loops. Not of the scene: see interruption.glsl.
+#ifdef WITHOUT_IS_RESUMABLE
+const bool IS_RESUMABLE = false;
+#else
+layout(constant_id = 71) const bool IS_RESUMABLE = false;
 #endif
 
 // Which kind of primitive a reference names; decided at compile time where it can be. Ask

@@ -17,9 +17,12 @@ float opacity(Surface surface) {
 // A coordinate of a texel, or -1 where there is none.
 int wrapped(int i, int size, uint wrap) {
     if (wrap == WRAP_REPEAT) {
-        return i < 0 ? i + size : i >= size ? i - size : i;
+        i = i < 0 ? i + size : i >= size ? i - size : i;
+    } else if (wrap != WRAP_CLAMP && (i < 0 || i >= size)) {
+        return -1;
     }
-    return wrap == WRAP_CLAMP || (i >= 0 && i < size) ? clamp(i, 0, size - 1) : -1;
+    // Coordinates that are no numbers may come to anything.
+    return clamp(i, 0, size - 1);
 }
 
 vec3 texel(TextureNode image, int x, int y) {

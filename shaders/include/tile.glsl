@@ -10,6 +10,11 @@ uint even_bits(uint x) {
     return (x | (x >> 2u)) & 0x07u;
 }
 
+// Invocations that take the pixels of an image: whole tiles.
+uint invocations_by_tile(uint width, uint height) {
+    return ((width + 7u) >> TILE_BITS) * ((height + 7u) >> TILE_BITS) << (2u * TILE_BITS);
+}
+
 // The pixel of an invocation, or NONE: by tiles along rows, in each along a Z curve.
 uint pixel_of(uint invocation, uint width, uint height) {
     uint tiles = (width + 7u) >> TILE_BITS;

@@ -339,6 +339,45 @@ struct Counters {
     uint saturated;     // sums and terms of sums that would not fit
     uint interrupted;   // invocations that the driver ended before they were done
     uint unfinished;    // invocations that wait for another dispatch
+    uint stuck;         // invocations that wait for a dispatch in which they are alone
+    uint cut;           // paths ended because the driver cannot follow them
+};
+
+// What is next for an invocation that follows paths: see interruption.glsl.
+const uint FINISHED = 0u;
+const uint UNFINISHED = 1u;
+const uint STUCK = 2u;
+
+// Where an invocation of the photon pass has got to.
+struct PhotonPlace {
+    vec3 origin; // of the path's next ray
+    float index; // of the medium, over the one where the path began
+    vec3 direction;
+    uint depth;
+    vec3 weight;
+    uint photon; // to be started next; the path's own is the one before
+    uint state;  // FINISHED, UNFINISHED or STUCK
+    uint alive;  // 1 if there is a path
+    float begin;   // of the ray, see contact.glsl
+    uint contacts;
+};
+
+// Where an invocation of the eye pass has got to: a path that has met no diffuse surface yet.
+struct EyePlace {
+    vec3 origin;
+    float index; // of the medium, over the camera's
+    vec3 direction;
+    float travelled; // length so far
+    vec3 throughput;
+    uint depth;
+    vec3 radiance; // emission met so far, W/(m^2 sr)
+    uint path;     // of the pixel
+    vec3 last_position; // see rough_path.glsl
+    float last_pdf;
+    uint state;    // FINISHED, UNFINISHED or STUCK
+    float begin;   // of the ray, see contact.glsl
+    uint contacts;
+    uint pad0;
 };
 
 // Where a pixel's eye path ended.

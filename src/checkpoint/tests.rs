@@ -19,7 +19,7 @@ fn small() -> impl Strategy<Value = Checkpoint> {
     });
     let done = proptest::collection::btree_map(0..7_u32, any::<u32>(), 0..5);
     let radius = proptest::option::of([0.0..1e9_f32, 1e-30..1e9_f32, 1e-30..1e9_f32]);
-    let counts = vec(any::<u64>(), 17);
+    let counts = vec(any::<u64>(), 21);
     (pixels, done, radius, counts, -900..900_i32, "\\PC{0,20}").prop_map(
         |((resolution, radiance, second_half, states), done, radius, counts, exponent, scene)| {
             let iterations: u64 = done.values().map(|done| u64::from(*done)).sum();
@@ -61,6 +61,7 @@ fn tally(counts: &[u64]) -> Tally {
         absorbed: d,
         escaped: e,
         truncated: f,
+        cut: by_pass(17),
         lost_in_glass: g,
         eye_lost_in_glass: h,
         immersed: i,

@@ -5,6 +5,8 @@ mod limit;
 mod notice;
 mod progress;
 mod signal;
+#[cfg(test)]
+mod tests;
 
 use std::path::{Path, PathBuf};
 use std::rc::Rc;
@@ -22,7 +24,7 @@ use super::{Aov, Failure};
 use crate::checkpoint::{Checkpoint, CheckpointError, MadeBy};
 use crate::estimate::Estimate;
 use crate::output::{self, Channel};
-use crate::renderer::{Renderer, open_device};
+use crate::renderer::{RenderError, Renderer, open_device};
 use crate::scene::Scene;
 
 /// How a render came to its end.
@@ -34,11 +36,17 @@ pub enum End {
     Stopped,
 }
 
-/// Renders, and writes every output.
+/// Renders, and writes every output; after a failure too, with the iterations that were finished
+/// before it.
 ///
 /// # Errors
 /// The scene, an option, a checkpoint, the device or an output is at fault.
 pub fn run(args: &RenderArgs) -> Result<End, Failure> {
+    run_with(args, Renderer::step)
+}
+
+/// The same with another way to render an iteration.
+fn run_with(args: &RenderArgs, step: impl Fn(&mut Renderer) -> Result<(), RenderError>) -> Result<End, Failure> {
     let start = Instant::now();
     let signals = Signals::new()?;
     let notice = Notice::new("reading the scene", args.quiet);
@@ -63,26 +71,38 @@ pub fn run(args: &RenderArgs) -> Result<End, Failure> {
         }
     }
     let begin = Begin { iterations: renderer.iterations(), photons: renderer.photons(), time: Instant::now() };
-    let end = iterate(args, &scene, &signals, &mut renderer, &begin);
+    let outcome = iterate(args, &scene, &signals, &mut renderer, &begin, step);
     let render_time = begin.time.elapsed();
-    // Also after a failure, of which the device may know nothing; the failure is what counts.
     let saved = args.checkpoint.as_ref().map_or(Ok(()), |path| save(args, path, &renderer));
-    let end = end?;
-    let estimate = renderer.estimate()?;
-    let metadata = metadata(&scene_name(&args.scene), &MadeBy::new(renderer.device()), &estimate, renderer.photons());
-    write_images(&outputs, &estimate, &args.aov, &metadata, args.quiet)?;
-    let photons = renderer.photons() - begin.photons;
-    let stats = Stats::new(&scene, &renderer, &estimate, photons, [load_time, render_time, start.elapsed()])?;
-    for warning in stats.warnings() {
-        eprintln!("warning: {warning}");
+    let write = || {
+        let estimate = renderer.estimate()?;
+        let made_by = MadeBy::new(renderer.device());
+        let metadata = metadata(&scene_name(&args.scene), &made_by, &estimate, renderer.photons());
+        write_images(&outputs, &estimate, &args.aov, &metadata, args.quiet)?;
+        let photons = renderer.photons() - begin.photons;
+        let stats = Stats::new(&scene, &renderer, &estimate, photons, [load_time, render_time, start.elapsed()])?;
+        for warning in stats.warnings() {
+            eprintln!("warning: {warning}");
+        }
+        args.stats.as_ref().map_or(Ok(()), |path| stats.write(path))
+    };
+    match outcome {
+        Err(failure) => {
+            // The failure is what counts, whatever is still possible after it.
+            let written = if renderer.iterations() > 0 { write() } else { Ok(()) };
+            for other in [saved, written].into_iter().filter_map(Result::err) {
+                eprintln!("warning: {other}");
+            }
+            Err(failure)
+        }
+        Ok(end) => {
+            write()?;
+            // The image is written even if the checkpoint could not be.
+            saved?;
+            let messages = renderer.device().validation_messages();
+            if messages.is_empty() { Ok(end) } else { Err(Failure::Validation(messages)) }
+        }
     }
-    if let Some(path) = &args.stats {
-        stats.write(path)?;
-    }
-    // The image is written even if the checkpoint could not be.
-    saved?;
-    let messages = renderer.device().validation_messages();
-    if messages.is_empty() { Ok(end) } else { Err(Failure::Validation(messages)) }
 }
 
 /// Where this run took over.
@@ -100,6 +120,7 @@ fn iterate(
     signals: &Signals,
     renderer: &mut Renderer,
     begin: &Begin,
+    step: impl Fn(&mut Renderer) -> Result<(), RenderError>,
 ) -> Result<End, Failure> {
     let limit = Limit::new(args, scene, renderer.sequence());
     let mut progress = Progress::new(&limit, begin, args.quiet);
@@ -112,7 +133,7 @@ fn iterate(
         if signals.received() && renderer.iterations() > 0 {
             return Ok(End::Stopped);
         }
-        renderer.step()?;
+        step(renderer)?;
         if limit.wants_error(renderer.iterations(), args.quiet) {
             progress.error = renderer.estimate()?.relative_error();
         }

@@ -31,6 +31,7 @@ pub struct Stats {
     /// Estimated, of noise; null before both halves of the rounds have begun.
     relative_error: Option<f64>,
     device_memory_bytes: u64,
+    eye_paths: u64,
     #[serde(flatten)]
     tally: Tally,
 }
@@ -87,6 +88,7 @@ impl Stats {
             radius: Range { min, max },
             relative_error: estimate.relative_error(),
             device_memory_bytes: device.allocated_bytes(),
+            eye_paths: renderer.eye_paths(),
             tally: *renderer.tally(),
         })
     }
@@ -99,6 +101,16 @@ impl Stats {
         }
         for (pass, count) in self.tally.saturated.found() {
             warnings.push(format!("{pass}: {count} sums saturated: the image is too dark there"));
+        }
+        let cut = self.tally.cut;
+        if cut.photon + cut.eye > 0 {
+            let share = |count: u64, all: u64| 100.0 * count as f64 / all.max(1) as f64;
+            warnings.push(format!(
+                "{:.2} % of photon paths and {:.2} % of eye paths were cut: one segment of theirs needs more \
+                 rounds of loops than this driver allows a kernel; the image is too dark there",
+                share(cut.photon, self.tally.emitted),
+                share(cut.eye, self.eye_paths),
+            ));
         }
         warnings
     }

@@ -1,6 +1,7 @@
 //! Sizes, brightnesses, materials and counts at their ends: the image is right, or there is a
 //! clear refusal. docs/numerics.md has the table.
 
+mod bounds;
 mod camera;
 #[path = "../support/command.rs"]
 mod command;
@@ -8,6 +9,7 @@ mod film;
 mod geometry;
 mod light;
 mod optics;
+mod paths;
 mod refusals;
 mod scale;
 #[path = "../support/mod.rs"]

@@ -1,0 +1,189 @@
+//! Guard zones: on a guarded device, every array is followed by memory that holds a pattern and
+//! that kernels can reach, and every frame that dispatched something looks whether it still does.
+//! All contents begin as the pattern, too. For tests: it takes time and memory, and other devices
+//! have none of it.
+
+use std::sync::{Arc, Mutex, Weak};
+
+use ash::vk;
+
+use crate::buffer::RawBuffer;
+use crate::device::DeviceShared;
+use crate::error::Result;
+use crate::texels::RawTexels;
+use crate::{Device, Frame};
+
+/// Bytes of a guard zone after a buffer.
+pub(crate) const GUARD_BYTES: u64 = 4096;
+/// Rows of a guard zone after texels, besides what is left of their last row.
+pub(crate) const GUARD_ROWS: u64 = 1;
+/// Bytes of guard zones that are looked at in one go.
+const SCRATCH_BYTES: u64 = 8 << 20;
+
+/// Of the places that they are copied to: the bytes of the largest texel.
+const ALIGNMENT: u64 = 16;
+
+/// An array that has a guard zone.
+enum Guarded {
+    Buffer(Weak<RawBuffer>),
+    Texels(Weak<RawTexels>),
+}
+
+/// The guard zones of a device.
+pub(crate) struct Guards {
+    word: u32,
+    /// The word over and over, as long as the longest guard zone.
+    pattern: Vec<u8>,
+    /// Where guard zones are copied to, for the host to see them.
+    scratch: RawBuffer,
+    /// The pattern on the device.
+    fresh: RawBuffer,
+    arrays: Mutex<Vec<Guarded>>,
+    broken: Mutex<Vec<String>>,
+}
+
+impl Guards {
+    pub fn new(device: &Arc<DeviceShared>, word: u32) -> Result<Self> {
+        let longest = (GUARD_ROWS + 1) * u64::from(device.texels_per_row) * 16;
+        let pattern = word.to_ne_bytes().repeat(longest as usize / 4);
+        let fresh = RawBuffer::host(device, "guard pattern", longest)?;
+        fresh.map_write(&pattern);
+        let scratch = RawBuffer::host(device, "guard scratch", SCRATCH_BYTES)?;
+        Ok(Self { word, pattern, scratch, fresh, arrays: Mutex::default(), broken: Mutex::default() })
+    }
+
+    /// Fills a new buffer with the pattern, and watches its guard zone.
+    pub fn watch_buffer(&self, device: &Device, buffer: &Arc<RawBuffer>) -> Result<()> {
+        let mut frame = device.frame()?;
+        frame.fill(buffer, self.word);
+        frame.run()?;
+        self.watch(Guarded::Buffer(Arc::downgrade(buffer)));
+        Ok(())
+    }
+
+    /// Fills new texels with the pattern, and watches their guard zone.
+    pub fn watch_texels(&self, device: &Device, texels: &Arc<RawTexels>) -> Result<()> {
+        let mut frame = device.frame()?;
+        frame.fill_texels(texels, [self.word; 4]);
+        frame.run()?;
+        self.watch(Guarded::Texels(Arc::downgrade(texels)));
+        Ok(())
+    }
+
+    fn watch(&self, array: Guarded) {
+        if let Ok(mut arrays) = self.arrays.lock() {
+            arrays.push(array);
+        }
+    }
+
+    /// Makes the guard zone of texels whole again, of which all were filled with something else.
+    pub fn renew(&self, frame: &mut Frame<'_>, texels: &RawTexels) {
+        frame.copy_to_regions(&self.fresh, texels, &texels.guard_regions());
+    }
+
+    /// What has been found so far.
+    pub fn broken(&self) -> Vec<String> {
+        self.broken.lock().map(|broken| broken.clone()).unwrap_or_default()
+    }
+
+    /// Looks at all guard zones, after these passes. A broken one is watched no longer.
+    pub fn check(&self, device: &Device, passes: &[&'static str]) -> Result<()> {
+        let (Ok(mut arrays), Ok(mut broken)) = (self.arrays.lock(), self.broken.lock()) else {
+            return Ok(());
+        };
+        let zones: Vec<Zone> = arrays.drain(..).filter_map(Zone::of).collect();
+        for zones in zones.chunks((SCRATCH_BYTES / self.fresh.bytes) as usize) {
+            let mut frame = device.frame()?;
+            let mut end = 0;
+            for zone in zones {
+                zone.copy(&mut frame, &self.scratch, end);
+                end += zone.bytes.next_multiple_of(ALIGNMENT);
+            }
+            frame.submit()?;
+            let mut bytes = vec![0; end as usize];
+            self.scratch.map_read(&mut bytes);
+            let mut rest = &bytes[..];
+            for zone in zones {
+                let found = &rest[..zone.bytes as usize];
+                rest = &rest[zone.bytes.next_multiple_of(ALIGNMENT) as usize..];
+                if found == &self.pattern[..found.len()] {
+                    arrays.push(zone.array.downgrade());
+                } else {
+                    let byte = found.iter().zip(&self.pattern).position(|(a, b)| a != b).unwrap_or(0);
+                    let (passes, name) = (passes.join(", "), zone.name);
+                    broken.push(format!("{passes}: wrote {byte} bytes after the end of {name}"));
+                }
+            }
+        }
+        Ok(())
+    }
+}
+
+/// The guard zone of an array that still exists.
+struct Zone {
+    array: Array,
+    name: &'static str,
+    bytes: u64,
+}
+
+enum Array {
+    Buffer(Arc<RawBuffer>),
+    Texels(Arc<RawTexels>),
+}
+
+impl Array {
+    fn downgrade(&self) -> Guarded {
+        match self {
+            Self::Buffer(buffer) => Guarded::Buffer(Arc::downgrade(buffer)),
+            Self::Texels(texels) => Guarded::Texels(Arc::downgrade(texels)),
+        }
+    }
+}
+
+impl Zone {
+    fn of(guarded: Guarded) -> Option<Self> {
+        Some(match guarded {
+            Guarded::Buffer(buffer) => {
+                let buffer = buffer.upgrade()?;
+                Self { name: buffer.name, bytes: buffer.bytes - buffer.guard_from, array: Array::Buffer(buffer) }
+            }
+            Guarded::Texels(texels) => {
+                let texels = texels.upgrade()?;
+                Self { name: texels.name, bytes: texels.guard_bytes(), array: Array::Texels(texels) }
+            }
+        })
+    }
+
+    /// Copies it to a place in a buffer.
+    fn copy(&self, frame: &mut Frame<'_>, to: &RawBuffer, offset: u64) {
+        match &self.array {
+            Array::Buffer(buffer) => frame.copy(buffer, buffer.guard_from, to, offset, self.bytes),
+            Array::Texels(texels) => {
+                let moved = |region: vk::BufferImageCopy| region.buffer_offset(region.buffer_offset + offset);
+                let regions: Vec<_> = texels.guard_regions().into_iter().map(moved).collect();
+                frame.copy_from_regions(texels, to, &regions);
+            }
+        }
+    }
+}
+
+/// Where the guard zone of an image is, that has elements in its first `texels`: what is left of
+/// the row that they end in, then whole rows.
+pub(crate) fn regions(
+    texels: u64,
+    per_row: u32,
+    texel_bytes: u32,
+    region: impl Fn(vk::Offset3D, vk::Extent3D) -> vk::BufferImageCopy,
+) -> Vec<vk::BufferImageCopy> {
+    let used = (texels % u64::from(per_row)) as u32;
+    let rows = texels.div_ceil(u64::from(per_row)) as i32;
+    let rest = if used == 0 { 0 } else { per_row - used };
+    let part =
+        region(vk::Offset3D { x: used as i32, y: rows - 1, z: 0 }, vk::Extent3D { width: rest, height: 1, depth: 1 });
+    let whole = region(
+        vk::Offset3D { x: 0, y: rows, z: 0 },
+        vk::Extent3D { width: per_row, height: GUARD_ROWS as u32, depth: 1 },
+    );
+    let whole = whole.buffer_offset(u64::from(rest) * u64::from(texel_bytes));
+    [part, whole].into_iter().filter(|region| region.image_extent.width > 0).collect()
+}
