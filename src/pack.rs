@@ -256,8 +256,9 @@ impl Packer {
             let [a, b, c] = vertices;
             let normal = (points[b] - points[a]).cross(points[c] - points[a]);
             // As pbrt: shading normals decide which side is out, where there are any.
-            let flip = match &normals {
-                Some(normals) => normal.dot(normals[a] + normals[b] + normals[c]) < 0.0,
+            let shading = normals.as_ref().map(|normals| vertices.map(|vertex| normals[vertex])).filter(are_normals);
+            let flip = match shading {
+                Some([a, b, c]) => normal.dot(a + b + c) < 0.0,
                 None => shape.reverse_orientation ^ mirrored,
             };
             let order = corner_order(vertices.map(|vertex| points[vertex]), flip);
@@ -272,10 +273,10 @@ impl Packer {
                 Some(emission) => self.add_emitter(&emission, reference, 0.5 * normal.length(), &bounds),
                 None => NONE,
             };
-            let attributes = match &normals {
+            let attributes = match shading {
                 Some(normals) => {
-                    let corner = |index: usize| normals[index].as_vec3().extend(0.0).to_array();
-                    self.triangle_normals.push(TriangleNormals { n0: corner(a), n1: corner(b), n2: corner(c) });
+                    let [n0, n1, n2] = order.map(|corner| normals[corner].as_vec3().extend(0.0).to_array());
+                    self.triangle_normals.push(TriangleNormals { n0, n1, n2 });
                     self.triangle_normals.len() as u32 - 1
                 }
                 None => NONE,
@@ -424,11 +425,20 @@ fn corner_order(corners: [DVec3; 3], flip: bool) -> [usize; 3] {
     order
 }
 
-/// A mesh's normals in world space, or `None` if it has none.
+/// Whether a triangle has shading normals: where pbrt's sum of them is 0 or no number, it falls
+/// back on the triangle's own normal.
+fn are_normals(normals: &[DVec3; 3]) -> bool {
+    normals.iter().all(|normal| normal.is_finite()) && normals.iter().any(|normal| *normal != DVec3::ZERO)
+}
+
+/// A mesh's normals in world space, or `None` if it has none; NaN where they are not finite.
 fn mesh_normals(shape: &Shape, mesh: &Mesh) -> Option<Vec<DVec3>> {
     let cofactors = shape.world_from_object.matrix3.inverse().transpose();
     let sign = if shape.reverse_orientation { -1.0 } else { 1.0 };
-    let transform = |normal: &DVec3| sign * (cofactors * *normal).normalize_or_zero();
+    let transform = |normal: &DVec3| {
+        // `normalize_or_zero` takes what is not finite to 0.
+        if normal.is_finite() { sign * (cofactors * *normal).normalize_or_zero() } else { DVec3::NAN }
+    };
     (!mesh.normals.is_empty()).then(|| mesh.normals.iter().map(transform).collect())
 }
 

@@ -279,7 +279,8 @@ pub enum Material {
 pub struct Shape {
     /// Its form, in object space.
     pub geometry: Geometry,
-    /// From its object space to world space, or that of its instances; invertible.
+    /// From its object space to world space, or that of its instances; invertible, but for meshes
+    /// without normals.
     pub world_from_object: DAffine3,
     /// Set where it is part of an object, of which there are [`Scene::instances`] or none.
     /// Such a shape does not emit.
@@ -345,12 +346,14 @@ pub struct Profile {
     pub segments: Vec<Curve>,
 }
 
-/// Triangles with shared vertices. All numbers are finite, all indices in range.
+/// Triangles with shared vertices. All numbers but those of normals are finite, all indices in
+/// range.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Mesh {
     /// Vertex positions in object space.
     pub positions: Vec<DVec3>,
-    /// Vertex normals in object space: one per position, or none at all.
+    /// Vertex normals in object space: one per position, or none at all. Those of a triangle
+    /// count unless one of them is not finite, or all are 0.
     pub normals: Vec<DVec3>,
     /// Texture coordinates: one per position, or none at all.
     pub uvs: Vec<DVec2>,

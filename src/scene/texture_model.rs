@@ -77,6 +77,15 @@ pub struct ImageTexture {
     pub range: [f64; 2],
 }
 
+impl ImageTexture {
+    /// The mean over the image.
+    pub(super) fn mean(&self) -> Rgb {
+        let [least, most] = self.range.map(Rgb::splat);
+        let value = |pixel: &[f32; 3]| (self.offset + self.factor * Rgb::from(pixel.map(f64::from))).clamp(least, most);
+        self.image.pixels.iter().map(value).sum::<Rgb>() / self.image.pixels.len() as f64
+    }
+}
+
 /// What an image has beyond its edges.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Wrap {
