@@ -53,12 +53,14 @@ pub struct Settings {
     pub unit: f64,
     /// Which light the image has.
     pub contribution: Contribution,
+    /// Whether there is a light, and a surface for its photons to meet.
+    pub has_photons: bool,
 }
 
 impl Settings {
-    /// Photons to emit: none where nobody wants to see what they bring.
+    /// Photons to emit: none where they would bring nothing, or nobody wants to see it.
     pub fn wanted_photons(&self) -> u64 {
-        if self.contribution == Contribution::Direct { 0 } else { self.photons }
+        if self.has_photons && self.contribution != Contribution::Direct { self.photons } else { 0 }
     }
 
     /// Pixels of the image.

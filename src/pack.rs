@@ -45,15 +45,9 @@ use crate::scene::{AreaLight, Geometry, Input, Mesh, Rgb, Scene, Shape};
 /// Why a scene that was read cannot be rendered.
 #[derive(Debug, thiserror::Error)]
 pub enum PackError {
-    /// Every shape is empty or a point.
-    #[error("the scene has no surface: expected at least one shape with an extent")]
-    NoSurface,
     /// Something is absurdly far away.
     #[error("the scene has a radius of {0:e}; expected at most {MAX_EXTENT:e}")]
     TooLarge(f64),
-    /// Nothing emits.
-    #[error("the scene has no light: expected a LightSource or AreaLightSource that is not black")]
-    NoLight,
     /// Light that fp32 cannot tell from none, or from what is infinitely bright.
     #[error(
         "the power of all lights over the square of the scene's size is {0:e} W/m^2; expected {least:e} to {most:e}",
@@ -82,7 +76,8 @@ pub enum PackError {
 pub struct PackedScene {
     /// Where render space is.
     pub space: RenderSpace,
-    /// Bounding volume hierarchies; the scene's root is the first pair.
+    /// Bounding volume hierarchies; the scene's root is the first pair. None where there is no
+    /// surface.
     pub bvh_pairs: Vec<BvhPair>,
     /// Primitive references in the order of the leaves.
     pub primitives: Vec<u32>,
@@ -124,7 +119,7 @@ pub struct PackedScene {
     pub direct_table: Vec<AliasEntry>,
     /// Radiance from infinitely far away.
     pub infinite: Rgb,
-    /// Power of all lights, mean of channels, W at render scale.
+    /// Power of all lights, mean of channels, W at render scale; 0 where there is none.
     pub mean_power: f64,
     /// What the kernels are specialised to.
     pub specialization: Specialization,
@@ -142,19 +137,20 @@ const MAX_FLAT_REVOLUTIONS: usize = 16;
 /// Packs a scene for a solver.
 ///
 /// # Errors
-/// The scene has no surface or no light, or too many primitives.
+/// The scene is too large or has too many primitives, or its lights are out of fp32's range.
 pub fn pack(scene: &Scene, solver: RevolutionSolver) -> Result<PackedScene, PackError> {
     let mut placed = Placed::of(scene)?;
-    let space = RenderSpace::of(&placed.bounds())?;
+    let space = RenderSpace::of(&placed.bounds())?.unwrap_or_else(|| {
+        // Only the sky is seen, from anywhere alike: any size will do.
+        placed = Placed::default();
+        RenderSpace::around(scene.camera.world_from_camera.translation, scene.integrator.radius.unwrap_or(1.0))
+    });
     let mut packer = Packer { render_from_world: space.from_world(), solver, ..Packer::default() };
     packer.add_lights(&scene.lights, &space);
     packer.textures = PackedTextures::new(scene, &packer.render_from_world);
     packer.dress(scene, &mut placed)?;
     let bvh = packer.add_surfaces(&placed)?;
     let mean_power: f64 = packer.powers.iter().sum();
-    if mean_power <= 0.0 {
-        return Err(PackError::NoLight);
-    }
     packer.check_brightness(mean_power)?;
     let (emission_table, direct_table) = packer.choose_lights();
     let specialization = packer.specialization(scene, &direct_table);
@@ -351,7 +347,7 @@ impl Packer {
     }
 
     fn check_brightness(&self, mean_power: f64) -> Result<(), PackError> {
-        if !POWERS.contains(&mean_power) {
+        if mean_power != 0.0 && !POWERS.contains(&mean_power) {
             return Err(PackError::Power(mean_power));
         }
         match self.lights.iter().flat_map(|light| light.emission).find(|emission| !emission.is_finite()) {
@@ -367,12 +363,16 @@ impl Packer {
         let whole = |quadric: &Quadric| {
             quadric.z_min <= -1.0 && quadric.z_max >= 1.0 && quadric.phi_max >= std::f32::consts::TAU
         };
-        let is_flat = self.triangles.len() + self.quadrics.len() <= MAX_FLAT
-            && self.revolutions.len() <= MAX_FLAT_REVOLUTIONS
-            && self.instances.is_empty()
-            && self.solver == RevolutionSolver::Certified
-            // Without a hierarchy, every primitive is tested.
-            && !self.has_invisible;
+        // There is no hierarchy of nothing.
+        let is_empty = self.references.is_empty();
+        let is_flat = is_empty
+            || self.triangles.len() + self.quadrics.len() <= MAX_FLAT
+                && self.revolutions.len() <= MAX_FLAT_REVOLUTIONS
+                && self.instances.is_empty()
+                && self.solver == RevolutionSolver::Certified
+                // Without a hierarchy, every primitive is tested.
+                && !self.has_invisible;
+        let flat = |count: usize| if is_flat && !is_empty { count as u32 } else { 0 };
         let of_materials = specialize(&self.materials);
         let has_light_images = !self.light_images.is_empty();
         Specialization {
@@ -402,9 +402,9 @@ impl Packer {
             has_disk_lights: shines(DISK),
             has_revolution_lights: shines(REVOLUTION),
             is_flat,
-            flat_triangles: if is_flat { self.triangles.len() as u32 } else { 0 },
-            flat_quadrics: if is_flat { self.quadrics.len() as u32 } else { 0 },
-            flat_revolutions: if is_flat { self.revolutions.len() as u32 } else { 0 },
+            flat_triangles: flat(self.triangles.len()),
+            flat_quadrics: flat(self.quadrics.len()),
+            flat_revolutions: flat(self.revolutions.len()),
             has_textures: !self.textures.nodes.is_empty(),
             has_image_textures: self.textures.has_images(),
             has_texture_trees: self.textures.has_trees(),

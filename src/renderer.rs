@@ -80,6 +80,7 @@ pub struct Renderer {
 struct Base {
     space: RenderSpace,
     mean_power: f64,
+    has_surfaces: bool,
     specialization: Specialization,
 }
 
@@ -129,8 +130,9 @@ impl Base {
             sequence: resolved.sequence,
             mean_power: self.mean_power,
             // What all lights would make of the inside of a sphere as large as the scene.
-            unit: self.mean_power.log2().ceil().exp2(),
+            unit: if self.mean_power > 0.0 { self.mean_power.log2().ceil().exp2() } else { 1.0 },
             contribution: options.contribution,
+            has_photons: self.mean_power > 0.0 && self.has_surfaces,
         }
     }
 
@@ -153,12 +155,17 @@ impl Renderer {
     /// Prepares a scene for rendering: builds the hierarchy, uploads, compiles.
     ///
     /// # Errors
-    /// The scene has nothing to render, an option is out of range, or the device has not
+    /// The scene is beyond what can be rendered, an option is out of range, or the device has not
     /// enough memory.
     pub fn new(device: Rc<Device>, scene: &Scene, options: &Options) -> Result<Self, RenderError> {
         let start = Instant::now();
         let packed = pack(scene, options.revolution_solver)?;
-        let base = Base { space: packed.space, mean_power: packed.mean_power, specialization: packed.specialization };
+        let base = Base {
+            space: packed.space,
+            mean_power: packed.mean_power,
+            has_surfaces: !packed.primitives.is_empty(),
+            specialization: packed.specialization,
+        };
         let (resolved, view) = base.resolve(scene, options)?;
         let sizes = Sizes::new(resolved.resolution, resolved.photons, resolved.max_depth);
         let identity = Identity::new(scene, &packed, &view, options, &resolved);

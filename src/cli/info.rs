@@ -31,7 +31,8 @@ struct Info {
 struct Contents {
     /// Counts by type.
     scene: BTreeMap<&'static str, u64>,
-    bounds: Bounds,
+    /// None where there is no surface.
+    bounds: Option<Bounds>,
     /// W, the mean of red, green and blue, by kind of light.
     light_power: BTreeMap<&'static str, f64>,
     film: Film,
@@ -125,7 +126,8 @@ impl Contents {
         let Resolved { resolution, photons, max_depth, .. } = resolved;
         Ok(Self {
             scene: count(scene),
-            bounds: Bounds { center: packed.space.center.to_array(), radius: size },
+            bounds: (!packed.primitives.is_empty())
+                .then(|| Bounds { center: packed.space.center.to_array(), radius: size }),
             light_power: light_power(&packed),
             film: Film {
                 resolution: scene.film.resolution,

@@ -21,16 +21,22 @@ pub struct RenderSpace {
 }
 
 impl RenderSpace {
-    pub(super) fn of(bounds: &Bounds) -> Result<Self, PackError> {
+    /// Around what is in some bounds; nothing where that has no extent.
+    pub(super) fn of(bounds: &Bounds) -> Result<Option<Self>, PackError> {
         let half_diagonal = bounds.half_extent().length();
         if bounds.is_empty() || half_diagonal == 0.0 {
-            return Err(PackError::NoSurface);
+            return Ok(None);
         }
         if half_diagonal.is_nan() || half_diagonal > MAX_EXTENT {
             return Err(PackError::TooLarge(half_diagonal));
         }
-        let scale = (-half_diagonal.log2().ceil()).exp2();
-        Ok(Self { center: bounds.center(), scale, radius: half_diagonal * scale })
+        Ok(Some(Self::around(bounds.center(), half_diagonal)))
+    }
+
+    /// Around a sphere, in scene units.
+    pub(super) fn around(center: DVec3, radius: f64) -> Self {
+        let scale = (-radius.log2().ceil()).exp2();
+        Self { center, scale, radius: radius * scale }
     }
 
     /// The transform from world space.
