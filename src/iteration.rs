@@ -8,7 +8,7 @@ use bytemuck::{Pod, Zeroable};
 use goblet_host::{Device, Frame, Pass};
 
 use crate::buffers::{Buffers, invocations_by_tile};
-use crate::film::LUMINANCE;
+use crate::film::{LUMINANCE, Window};
 use crate::kernels::{
     Counters, Eye, EyePush, Photon, PhotonPush, Radius, RadiusPush, Specialization, Update, UpdatePush,
 };
@@ -35,6 +35,8 @@ pub struct Passes {
 pub struct Settings {
     /// Width and height of the image.
     pub resolution: [u32; 2],
+    /// Where it lies in what the camera sees.
+    pub window: Window,
     /// Photons to emit.
     pub photons: u64,
     /// Eye paths of a pixel.

@@ -98,7 +98,7 @@ struct Compiled {
 impl Base {
     fn resolve(&self, scene: &Scene, options: &Options) -> Result<(Resolved, View), RenderError> {
         let resolved = options.resolve(scene, self.space.radius / self.space.scale)?;
-        let view = pack_camera(&scene.camera, &scene.film, resolved.full_resolution, &self.space.from_world());
+        let view = pack_camera(&scene.camera, &scene.film, resolved.window.full, &self.space.from_world());
         Ok((resolved, view))
     }
 
@@ -122,6 +122,7 @@ impl Base {
     fn settings(&self, options: &Options, resolved: &Resolved, view: &View) -> Settings {
         Settings {
             resolution: resolved.resolution,
+            window: resolved.window,
             photons: resolved.photons,
             eye_paths: resolved.eye_paths,
             alpha: resolved.alpha,
@@ -262,6 +263,7 @@ impl Renderer {
         let [red, green, blue, second] = self.buffers.sums().map(|sums| self.device.read_first_texels(sums, pixels));
         Ok(Estimate {
             resolution: self.settings.resolution,
+            window: self.settings.window,
             unit: self.settings.unit * self.exposure,
             halves: self.settings.sequence.halves(self.progress.done),
             radiance: [red?, green?, blue?],

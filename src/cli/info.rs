@@ -122,7 +122,7 @@ impl Contents {
         let packed = pack(scene, options.revolution_solver)?;
         let size = packed.space.radius / packed.space.scale;
         let resolved = options.resolve(scene, size)?;
-        let view = pack_camera(&scene.camera, &scene.film, resolved.full_resolution, &packed.space.from_world());
+        let view = pack_camera(&scene.camera, &scene.film, resolved.window.full, &packed.space.from_world());
         let Resolved { resolution, photons, max_depth, .. } = resolved;
         Ok(Self {
             scene: count(scene),

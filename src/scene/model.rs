@@ -10,7 +10,7 @@ use std::sync::Arc;
 use glam::{DAffine3, DMat3, DVec2, DVec3};
 
 use crate::bezier::Curve;
-use crate::film::Image;
+use crate::film::{Image, Window};
 
 use super::texture_model::Texture;
 
@@ -79,6 +79,12 @@ impl Film {
         let pixel = |fraction: f64, side: u32| (fraction * f64::from(side) - SLACK).ceil() as u32;
         let first = [pixel(x0, width).min(width - 1), pixel(y0, height).min(height - 1)];
         [first, [pixel(x1, width).max(first[0] + 1), pixel(y1, height).max(first[1] + 1)]]
+    }
+
+    /// Where what is rendered lies in what the camera sees, in so many pixels.
+    pub fn part(&self, resolution: [u32; 2]) -> Window {
+        let [first, _] = self.bounds(resolution);
+        Window { first: first.map(|side| side as i32), full: resolution }
     }
 }
 

@@ -10,7 +10,7 @@ use super::model::{Input, Rgb};
 use super::registry::{Family, Kind, ParamSpec, full, ignored, not_yet, supported};
 use super::texture_model::{ImageTexture, Mapping, Texture, TextureKind, Wrap};
 use super::transform::is_invertible;
-use crate::output::Transfer;
+use crate::output::{Transfer, Use};
 pub(super) use named::{Declaration, Textures, Values};
 
 const FLOAT: &[Kind] = &[Kind::Float];
@@ -229,7 +229,8 @@ impl Maker<'_> {
         }
         let (mapping, scale, invert) = (self.mapping()?, self.float("scale", 1.0)?, self.place.params.flag("invert")?);
         let encoding = self.encoding()?;
-        let image = self.textures.image(self.textures.directory.join(name), encoding, self.place.values, file)?;
+        let (path, of) = (self.textures.directory.join(name), (self.place.values, Use::Reflectance));
+        let image = self.textures.image(path, encoding, of, file)?;
         let least = if self.place.values == Values::Colors || invert { 0.0 } else { f64::NEG_INFINITY };
         let most = if self.place.values == Values::Colors { 1.0 } else { f64::INFINITY };
         Ok(ImageTexture {

@@ -15,7 +15,7 @@ use super::super::spectrum::Spectrum;
 use super::super::texture_model::{ImageTexture, Mapping, Texture, TextureKind, Wrap};
 use super::{FLOAT_FAMILY, Maker, SPECTRUM_FAMILY};
 use crate::film::Image;
-use crate::output::{ImageError, Transfer, read_layers};
+use crate::output::{ImageError, Transfer, Use, read_layers};
 
 /// Pixels of all images together, at most; what a device can hold in one table.
 const MAX_TEXELS: u64 = 1 << 27;
@@ -65,7 +65,7 @@ pub(in crate::scene) struct Textures {
     waiting: Vec<Declaration>,
     pub made: Vec<Texture>,
     /// Each file is read once for each way to decode it.
-    images: HashMap<(PathBuf, String, Values), Arc<Image>>,
+    images: HashMap<(PathBuf, String, Values, Use), Arc<Image>>,
     texels: u64,
 }
 
@@ -201,7 +201,7 @@ impl Textures {
 
     /// An image as an area light shows it.
     pub fn emission(&mut self, path: PathBuf, param: &Param) -> Result<EmissionImage, SceneError> {
-        let image = self.image(path, ("sRGB".to_string(), Transfer::Srgb), Values::Colors, param)?;
+        let image = self.image(path, ("sRGB".to_string(), Transfer::Srgb), (Values::Colors, Use::Light), param)?;
         let sum: Rgb = image.pixels.iter().map(|pixel| Rgb::from(pixel.map(f64::from)).max(Rgb::ZERO)).sum();
         let mean = sum / image.pixels.len() as f64;
         let shown = ImageTexture {
@@ -242,14 +242,14 @@ impl Textures {
         &mut self,
         path: PathBuf,
         encoding: (String, Transfer),
-        values: Values,
+        (values, of): (Values, Use),
         param: &Param,
     ) -> Result<Arc<Image>, SceneError> {
-        let key = (path, encoding.0, values);
+        let key = (path, encoding.0, values, of);
         if let Some(image) = self.images.get(&key) {
             return Ok(Arc::clone(image));
         }
-        let layers = read_layers(&key.0, encoding.1).map_err(|error| match error {
+        let layers = read_layers(&key.0, encoding.1, of).map_err(|error| match error {
             ImageError::Read { path, reason } => {
                 SceneError::Unreadable { path, location: Some(param.location.clone()), source: reason }
             }
