@@ -149,7 +149,14 @@ mod tests {
     fn estimate(halves: [u64; 2], radiance: [&[u128]; 3], second_half: &[u128]) -> Estimate {
         let sums = |values: &[u128]| values.iter().map(|value| sum(*value)).collect::<Vec<_>>();
         let resolution = [second_half.len() as u32, 1];
-        Estimate { resolution, window: Window::whole(resolution), unit: 4.0, halves, radiance: radiance.map(sums), second_half: sums(second_half) }
+        Estimate {
+            resolution,
+            window: Window::whole(resolution),
+            unit: 4.0,
+            halves,
+            radiance: radiance.map(sums),
+            second_half: sums(second_half),
+        }
     }
 
     /// All channels alike, so that they are the luminance.

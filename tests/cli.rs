@@ -376,7 +376,8 @@ fn crops_keep_their_place() {
         assert_eq!(window(&bench, "large.exr"), (first.map(|at| 2 * at), [32, 24]));
     }
     // They are compared where both have pixels.
-    for (image, reference, size) in [("middle", "whole", "4x4"), ("middle", "left", "3x4"), ("right", "middle", "1x4")] {
+    for (image, reference, size) in [("middle", "whole", "4x4"), ("middle", "left", "3x4"), ("right", "middle", "1x4")]
+    {
         let run = bench.run(&["compare", &format!("{image}.exr"), &format!("{reference}.exr"), "--diff", "d.png"]);
         assert!(run.code == 0 && run.stdout.contains(&format!("size       {size}\n")), "{run:?}");
         assert!(run.stderr.contains("compared where both have pixels"), "{run:?}");
@@ -406,7 +407,9 @@ fn scenes_of_nothing_are_rendered() {
     ] {
         bench.write("scene.pbrt", text);
         for options in [&[][..], &["--direct", "photons"], &["--lookup", "kd-tree", "--radius-schedule", "global"]] {
-            let run = bench.rendered(&[&["-o", "x.exr", "--stats", "s.json", "--checkpoint", "a.ckpt", "--validate"], options].concat());
+            let run = bench.rendered(
+                &[&["-o", "x.exr", "--stats", "s.json", "--checkpoint", "a.ckpt", "--validate"], options].concat(),
+            );
             assert!(run.stderr.contains(warning), "{what}: {run:?}");
             let image = bench.image("x.exr");
             assert!(image.pixels.iter().all(|it| *it == pixel), "{what} {options:?}: {:?}", image.pixels[0]);

@@ -111,9 +111,10 @@ pub fn read(path: &Path) -> Result<Image, ImageError> {
 /// As [`read`].
 pub fn read_layers(path: &Path, transfer: Transfer, of: Use) -> Result<Layers, ImageError> {
     let (decode, expected): (Decode, _) = match extension(path).as_str() {
-        "exr" => {
-            (|bytes, _, of| exr::decode(bytes, of), "an OpenEXR image with the channels R, G, B, or X, Y, Z, or a single one")
-        }
+        "exr" => (
+            |bytes, _, of| exr::decode(bytes, of),
+            "an OpenEXR image with the channels R, G, B, or X, Y, Z, or a single one",
+        ),
         "png" => (|bytes, transfer, _| decode_integers(bytes, ImageFormat::Png, transfer), "a PNG image"),
         "jpg" | "jpeg" => (|bytes, transfer, _| decode_integers(bytes, ImageFormat::Jpeg, transfer), "a JPEG image"),
         "tga" => (|bytes, transfer, _| decode_integers(bytes, ImageFormat::Tga, transfer), "a TGA image"),

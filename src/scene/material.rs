@@ -299,7 +299,8 @@ fn coat(
     let scattered = mean * albedo.element_sum() / 3.0;
     if let Some(param) = params.get("albedo").filter(|_| scattered > 0.0) {
         if scattered > MOST_SCATTERED {
-            let what = format!("{param} that scatters {scattered:.2} of the light in a coat, by thickness times albedo,");
+            let what =
+                format!("{param} that scatters {scattered:.2} of the light in a coat, by thickness times albedo,");
             return Err(param.location.unsupported(&what, &format!("coats that scatter up to {MOST_SCATTERED}")));
         }
         warnings.push(format!("light that {param} scatters inside the coat is taken to go straight on"));

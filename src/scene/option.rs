@@ -47,7 +47,8 @@ fn declared(stream: &mut TokenStream, declaration: &str, location: Location) -> 
 
 /// As in pbrt, neither case nor `-` and `_` matter.
 fn find(name: &str) -> Option<&'static (&'static str, Kind)> {
-    let plain: String = name.trim().chars().filter(|c| !matches!(c, '-' | '_')).map(|c| c.to_ascii_lowercase()).collect();
+    let plain: String =
+        name.trim().chars().filter(|c| !matches!(c, '-' | '_')).map(|c| c.to_ascii_lowercase()).collect();
     OPTIONS.iter().find(|(known, _)| *known == plain)
 }
 

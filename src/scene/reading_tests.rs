@@ -35,7 +35,8 @@ fn normals_that_are_none_leave_the_triangle_its_own() {
         let faces = "element face 1\nproperty list uchar int vertex_indices\nend_header\n";
         let file = format!("ply\nformat ascii 1.0\nelement vertex 3\n{properties}{faces}{vertices}3 0 1 2\n");
         fs::write(folder.path().join("m.ply"), file).unwrap();
-        let text = format!("WorldBegin LightSource \"infinite\" {before} Shape \"plymesh\" \"string filename\" \"m.ply\"");
+        let text =
+            format!("WorldBegin LightSource \"infinite\" {before} Shape \"plymesh\" \"string filename\" \"m.ply\"");
         packed(&Scene::parse(&text, "t.pbrt", folder.path()).unwrap())
     };
     for before in ["", "ReverseOrientation", "Scale -1 1 1"] {
@@ -43,7 +44,8 @@ fn normals_that_are_none_leave_the_triangle_its_own() {
         for bad in ["nan nan nan", "0 inf 0", "-nan(ind) 0 1", "NaN 0 1"] {
             let packed = pack_with([bad, "0 0 -1", "0 0 -1"], before);
             assert!(packed.triangle_normals.is_empty() && !packed.specialization.has_shading_normals, "{bad}");
-            let [a, b, c] = [packed.triangles[0].p0, packed.triangles[0].p1, packed.triangles[0].p2].map(DVec3::from_f32);
+            let [a, b, c] =
+                [packed.triangles[0].p0, packed.triangles[0].p1, packed.triangles[0].p2].map(DVec3::from_f32);
             assert_eq!((b - a).cross(c - a).z < 0.0, turned, "{bad} after {before:?}");
         }
         let packed = pack_with(["0 0 0"; 3], before);
@@ -81,7 +83,9 @@ fn transforms_that_cannot_be_inverted_matter_only_to_what_needs_them() {
     let undone = in_world(&format!("{singular} Identity Shape \"disk\""));
     assert_eq!(undone.shapes.len(), 2);
     // No ray meets a quadric there, in pbrt either.
-    for shape in ["sphere", "disk", "cylinder", "revolution\" \"integer degree\" 1 \"point2 P\" [ 1 0 0 1 ] \"float alpha"] {
+    for shape in
+        ["sphere", "disk", "cylinder", "revolution\" \"integer degree\" 1 \"point2 P\" [ 1 0 0 1 ] \"float alpha"]
+    {
         let alpha = if shape.starts_with("rev") { " 1" } else { "" };
         let scene = in_world(&format!("{singular}\nShape \"{shape}\"{alpha}"));
         assert_eq!(scene.shapes.len(), 1, "{shape}");
@@ -98,7 +102,8 @@ fn transforms_that_cannot_be_inverted_matter_only_to_what_needs_them() {
     assert!(matches!(light.lights[1], Light::Point { position, .. } if position == DVec3::new(2.0, 4.0, 5.0)));
     // A texture is mapped from the surface wherever it is declared.
     let texture = |mapping: &str| {
-        let made = format!("{singular} Texture \"t\" \"float\" \"checkerboard\" \"string mapping\" \"{mapping}\" Identity");
+        let made =
+            format!("{singular} Texture \"t\" \"float\" \"checkerboard\" \"string mapping\" \"{mapping}\" Identity");
         format!("WorldBegin {made} Shape \"disk\" \"texture alpha\" \"t\" LightSource \"infinite\"")
     };
     assert!(parse(&texture("uv")).is_ok());
@@ -156,7 +161,10 @@ fn coats_take_the_means_of_textures() {
     let (textured, warnings) = coat("\"texture thickness\" \"t\" \"texture g\" \"t\"");
     assert!((textured.thickness - 0.02).abs() < 1e-15, "{}", textured.thickness);
     assert_eq!(warnings.len(), plain + 1, "{warnings:#?}");
-    assert!(warnings.iter().any(|w| w.contains("\"texture thickness\" is rendered as its mean, 0.0200")), "{warnings:#?}");
+    assert!(
+        warnings.iter().any(|w| w.contains("\"texture thickness\" is rendered as its mean, 0.0200")),
+        "{warnings:#?}"
+    );
     // 0.3 is the mean of the corners 1, 0, 0, 0.2; light that is scattered is not lost.
     let (scattering, warnings) = coat("\"float thickness\" 0.1 \"texture albedo\" \"b\"");
     assert!((scattering.thickness - 0.1 * 0.7).abs() < 1e-15, "{}", scattering.thickness);
@@ -206,7 +214,10 @@ fn textures_may_be_declared_after_what_names_them() {
     let backward: Vec<&str> = textures.iter().rev().copied().collect();
     assert_eq!(bytes(&[&users[..], &backward].concat()), in_order);
     let error = parse("WorldBegin Material \"diffuse\" \"texture reflectance\" \"x\"").unwrap_err().to_string();
-    assert!(error.starts_with("t.pbrt:1:31: \"texture reflectance\" is [\"x\"]; expected the name of a Texture"), "{error}");
+    assert!(
+        error.starts_with("t.pbrt:1:31: \"texture reflectance\" is [\"x\"]; expected the name of a Texture"),
+        "{error}"
+    );
 }
 
 #[test]

@@ -378,7 +378,11 @@ mod tests {
     #[test]
     fn black_bodies_reflect_as_pbrt_has_them() {
         for (kelvin, nm, value) in [(5000.0, 579.55, 1.0), (6504.0, 445.54, 1.0), (2000.0, 700.0, 0.186098)] {
-            assert!((Spectrum::Blackbody(kelvin).at(nm) - value).abs() < 1e-4, "{}", Spectrum::Blackbody(kelvin).at(nm));
+            assert!(
+                (Spectrum::Blackbody(kelvin).at(nm) - value).abs() < 1e-4,
+                "{}",
+                Spectrum::Blackbody(kelvin).at(nm)
+            );
         }
         // Nearly all of the visible light at 5500 K, redder and darker below that.
         let warm = Spectrum::Blackbody(2500.0).reflectance();

@@ -429,7 +429,8 @@ impl SceneBuilder {
 }
 
 /// What is said of a shape or an instance that its transform leaves no volume.
-const FLATTENED: &str = "its transform takes it to a plane, a line or a point, where, as in pbrt, no ray meets it: it is left out";
+const FLATTENED: &str =
+    "its transform takes it to a plane, a line or a point, where, as in pbrt, no ray meets it: it is left out";
 
 /// Fails where a transform has become too large for numbers.
 fn check_finite(transform: &DAffine3, location: &Location) -> Result<(), SceneError> {

@@ -130,7 +130,10 @@ impl Maker<'_> {
         let world_from_texture = &self.place.world_from_texture;
         if !is_invertible(world_from_texture) {
             let what = "a texture in a space that cannot be inverted, by its transform,";
-            return Err(self.place.location.unsupported(what, "transforms that can be inverted, or \"string mapping\" \"uv\""));
+            return Err(self
+                .place
+                .location
+                .unsupported(what, "transforms that can be inverted, or \"string mapping\" \"uv\""));
         }
         Ok(world_from_texture.inverse())
     }

@@ -56,7 +56,9 @@ pub(super) fn decode(bytes: &[u8], of: Use) -> Result<Layers, String> {
 /// The first part with channels that make an image, and which they are.
 fn choose<'a>(headers: &[&'a Header]) -> Result<(&'a Header, Channels), String> {
     let with = |names: [&str; 3]| {
-        headers.iter().find_map(|header| Some((*header, three(header, |name| names.iter().position(|it| name == *it))?)))
+        headers
+            .iter()
+            .find_map(|header| Some((*header, three(header, |name| names.iter().position(|it| name == *it))?)))
     };
     if let Some((header, names)) = with(["R", "G", "B"]) {
         return Ok((header, Channels::Rgb(names, find(header, "A"))));

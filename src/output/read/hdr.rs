@@ -46,7 +46,9 @@ fn conversion(header: &str, of: Use) -> Result<Option<DMat3>, String> {
     }
     let Some((_, primaries)) = value("PRIMARIES") else { return Ok(None) };
     let numbers: Result<Vec<f64>, _> = primaries.split_whitespace().map(str::parse).collect();
-    let Ok([rx, ry, gx, gy, bx, by, wx, wy]) = numbers.as_deref().map_err(drop).and_then(|n| <[f64; 8]>::try_from(n).map_err(drop)) else {
+    let Ok([rx, ry, gx, gy, bx, by, wx, wy]) =
+        numbers.as_deref().map_err(drop).and_then(|n| <[f64; 8]>::try_from(n).map_err(drop))
+    else {
         return Err(format!("its primaries are {primaries:?}, not eight numbers"));
     };
     let [red, green, blue, white] = [[rx, ry], [gx, gy], [bx, by], [wx, wy]].map(DVec2::from);

@@ -81,7 +81,12 @@ fn chromaticities_count() {
     let light = decode([1.0; 3], aces(), Use::Light);
     assert!(light[0] > 1.03 && light[2] < 0.95, "{light:?}");
     // What is sRGB already keeps its bits.
-    let srgb = Chromaticities { red: Vec2(0.64, 0.33), green: Vec2(0.3, 0.6), blue: Vec2(0.15, 0.06), white: Vec2(0.3127, 0.329) };
+    let srgb = Chromaticities {
+        red: Vec2(0.64, 0.33),
+        green: Vec2(0.3, 0.6),
+        blue: Vec2(0.15, 0.06),
+        white: Vec2(0.3127, 0.329),
+    };
     assert_eq!(decode([0.1, 0.2, 0.3], srgb, Use::Light), [0.1, 0.2, 0.3]);
     let none = Chromaticities { green: Vec2(0.64, 0.33), ..srgb };
     let error = super::exr::decode(&exr_file_with(colour(names, [0.1; 3]), Some(none)), Use::Light).unwrap_err();
@@ -134,10 +139,21 @@ fn radiance_files_of_all_kinds_are_read() {
         assert_eq!(decode(header).unwrap(), [r, g, b], "{header:?}");
     }
     // The matrix of IEC 61966-2-1 again.
-    let xyz = [3.2406 * r - 1.5372 * g - 0.4986 * b, -0.9689 * r + 1.8758 * g + 0.0415 * b, 0.0557 * r - 0.204 * g + 1.057 * b];
+    let xyz = [
+        3.2406 * r - 1.5372 * g - 0.4986 * b,
+        -0.9689 * r + 1.8758 * g + 0.0415 * b,
+        0.0557 * r - 0.204 * g + 1.057 * b,
+    ];
     assert_near(decode("#?RADIANCE\nFORMAT=32-bit_rle_xyze\n\n").unwrap(), xyz);
     let wide = decode("#?RGBE\nPRIMARIES=0.708 0.292 0.17 0.797 0.131 0.046 0.3127 0.329\n\n").unwrap();
-    assert_near(wide, [1.6605 * r - 0.5876 * g - 0.0728 * b, -0.1246 * r + 1.1329 * g - 0.0083 * b, -0.0182 * r - 0.1006 * g + 1.1187 * b]);
+    assert_near(
+        wide,
+        [
+            1.6605 * r - 0.5876 * g - 0.0728 * b,
+            -0.1246 * r + 1.1329 * g - 0.0083 * b,
+            -0.0182 * r - 0.1006 * g + 1.1187 * b,
+        ],
+    );
     for (header, expected) in [
         ("#?LIGHT\n\n", "begins neither with #?RADIANCE nor"),
         ("#?RGBE\nFORMAT=32-bit_rle_yuv\n\n", "its format is \"32-bit_rle_yuv\""),

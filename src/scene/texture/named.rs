@@ -34,7 +34,10 @@ type Key = (Values, String);
 #[derive(Debug)]
 enum Slot {
     Made(Input<Rgb>),
-    Unsupported { location: Location, message: String },
+    Unsupported {
+        location: Location,
+        message: String,
+    },
     /// It takes values of one that is not there yet: its place among the declarations that wait.
     Waiting(usize),
     /// It has a fault that has been told.
