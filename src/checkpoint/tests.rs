@@ -35,7 +35,7 @@ fn small() -> impl Strategy<Value = Checkpoint> {
                 tally: tally(&counts),
                 estimate: Estimate {
                     resolution,
-                    window: if iterations % 2 == 0 {
+                    window: if iterations.is_multiple_of(2) {
                         Window::whole(resolution)
                     } else {
                         Window { first: [3, 0], full: [resolution[0] + 3, resolution[1] + 9] }

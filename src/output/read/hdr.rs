@@ -36,9 +36,8 @@ pub(super) fn decode(bytes: &[u8], of: Use) -> Result<Image, String> {
 
 /// From the file's colours to linear sRGB, if they are others, by the lines of its header.
 fn conversion(header: &str, of: Use) -> Result<Option<DMat3>, String> {
-    let value = |name: &str| {
-        header.lines().filter_map(|line| line.split_once('=')).filter(|(key, _)| key.trim() == name).last()
-    };
+    let value =
+        |name: &str| header.lines().rev().filter_map(|line| line.split_once('=')).find(|(key, _)| key.trim() == name);
     match value("FORMAT").map(|(_, format)| format.trim()) {
         Some("32-bit_rle_xyze") => return Ok(Some(srgb_from_xyz())),
         Some("32-bit_rle_rgbe") | None => {}

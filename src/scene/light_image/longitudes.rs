@@ -61,7 +61,7 @@ impl<'a> Quarter<'a> {
         let turn = |column: u32| (4.0 * f64::from(column) / f64::from(width) - f64::from(quarter)).clamp(0.0, 1.0);
         let column = |i: u32| {
             let [start, end] = [turn(i), turn(i + 1)];
-            (i, if quarter % 2 == 0 { [start, end] } else { [1.0 - end, 1.0 - start] })
+            (i, if quarter.is_multiple_of(2) { [start, end] } else { [1.0 - end, 1.0 - start] })
         };
         let radius = |row: u32| SQRT_2 * (0.5 * (PI * f64::from(row) / f64::from(height)).min(FRAC_PI_2)).sin();
         let row = |j: u32| (j, [radius(j), radius(j + 1)]);
