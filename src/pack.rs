@@ -143,7 +143,8 @@ pub fn pack(scene: &Scene, solver: RevolutionSolver) -> Result<PackedScene, Pack
     let space = RenderSpace::of(&placed.bounds())?.unwrap_or_else(|| {
         // Only the sky is seen, from anywhere alike: any size will do.
         placed = Placed::default();
-        RenderSpace::around(scene.camera.world_from_camera.translation, scene.integrator.radius.unwrap_or(1.0))
+        let size = DVec3::splat(scene.integrator.radius.unwrap_or(1.0));
+        RenderSpace::around(scene.camera.world_from_camera.translation, size)
     });
     let mut packer = Packer { render_from_world: space.from_world(), solver, ..Packer::default() };
     packer.add_lights(&scene.lights, &space);
@@ -347,7 +348,8 @@ impl Packer {
     }
 
     fn check_brightness(&self, mean_power: f64) -> Result<(), PackError> {
-        if mean_power != 0.0 && !POWERS.contains(&mean_power) {
+        // Without surfaces there are no photons, nor are there without light.
+        if mean_power != 0.0 && !self.references.is_empty() && !POWERS.contains(&mean_power) {
             return Err(PackError::Power(mean_power));
         }
         match self.lights.iter().flat_map(|light| light.emission).find(|emission| !emission.is_finite()) {

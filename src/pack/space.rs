@@ -30,13 +30,14 @@ impl RenderSpace {
         if half_diagonal.is_nan() || half_diagonal > MAX_EXTENT {
             return Err(PackError::TooLarge(half_diagonal));
         }
-        Ok(Some(Self::around(bounds.center(), half_diagonal)))
+        Ok(Some(Self::around(bounds.center(), bounds.half_extent())))
     }
 
-    /// Around a sphere, in scene units.
-    pub(super) fn around(center: DVec3, radius: f64) -> Self {
-        let scale = (-radius.log2().ceil()).exp2();
-        Self { center, scale, radius: radius * scale }
+    /// Around a box, in scene units.
+    pub(super) fn around(center: DVec3, half_extent: DVec3) -> Self {
+        let half_diagonal = half_extent.length();
+        let scale = (-half_diagonal.log2().ceil()).exp2();
+        Self { center, scale, radius: half_diagonal * scale }
     }
 
     /// The transform from world space.

@@ -299,6 +299,8 @@ pub struct Shape {
     pub alpha: Input<f64>,
     /// Set where an `AreaLightSource` was in force.
     pub emission: Option<AreaLight>,
+    /// Of `Shape "revolution"`: how many such directives stand before its own.
+    pub revolution: Option<usize>,
     /// `file:line:column` of the directive, for messages.
     pub location: String,
 }

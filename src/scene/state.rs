@@ -112,6 +112,8 @@ pub(super) struct SceneBuilder {
     slots: Vec<MaterialSlot>,
     named: HashMap<Arc<str>, usize>,
     shapes: Vec<PendingShape>,
+    /// How many `Shape "revolution"` there were so far.
+    revolutions: usize,
     objects: Objects,
     lights: Vec<Light>,
     files: MeshFiles,
@@ -149,6 +151,7 @@ impl SceneBuilder {
             slots: vec![default_material],
             named: HashMap::new(),
             shapes: Vec::new(),
+            revolutions: 0,
             objects: Objects::default(),
             lights: Vec::new(),
             files: MeshFiles::new(directory),
@@ -392,6 +395,8 @@ impl SceneBuilder {
         directive: &Location,
     ) -> Result<(), SceneError> {
         self.warn_of_motion(location);
+        let revolution = (name == "revolution").then_some(self.revolutions);
+        self.revolutions += usize::from(revolution.is_some());
         shape::FAMILY.check(name, location, &mut params, &self.state.shape_defaults)?;
         let waits = !self.textures.has_all(&params);
         let alpha = if waits { Input::Constant(1.0) } else { shape::alpha(&params, &self.textures)? };
@@ -420,10 +425,13 @@ impl SceneBuilder {
             material: 0,
             emission,
             object: self.objects.open(),
+            revolution,
             location: directive.to_string(),
         };
         let material = self.state.material.clone();
-        self.shapes.push(PendingShape { shape, material, alpha: waits.then_some(params) });
+        // The rest of them may be large.
+        let alpha = params.take("alpha").filter(|_| waits).map(|alpha| ParamList { items: vec![alpha] });
+        self.shapes.push(PendingShape { shape, material, alpha });
         Ok(())
     }
 }

@@ -58,6 +58,25 @@ pub enum TextureKind {
     },
 }
 
+impl TextureKind {
+    /// The textures that it is made of.
+    pub(super) fn inputs(&self) -> Vec<usize> {
+        fn index<T>(input: &Input<T>) -> Option<usize> {
+            match input {
+                Input::Constant(_) => None,
+                Input::Texture(index) => Some(*index),
+            }
+        }
+        let (textures, number) = match self {
+            Self::Image(_) | Self::Bilerp { .. } => return Vec::new(),
+            Self::Checkerboard { textures, .. } | Self::DirectionMix { textures, .. } => (&textures[..], None),
+            Self::Mix { textures, amount } => (&textures[..], Some(amount)),
+            Self::Scale { texture, factor } => (std::slice::from_ref(texture), Some(factor)),
+        };
+        textures.iter().filter_map(index).chain(number.and_then(index)).collect()
+    }
+}
+
 /// An image on a surface. Coordinates (0, 0) are its lower left corner, (1, 1) its upper right.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ImageTexture {

@@ -296,16 +296,24 @@ fn mean(textures: &[Texture], input: Input<Rgb>) -> Rgb {
         Input::Constant(value) => return value,
         Input::Texture(index) => index,
     };
-    // What a texture is made of comes before it: all means up to it are found one by one, since
-    // textures may be deep, and share what they are made of.
+    // What a texture is made of comes before it. Textures may be deep, and share what they are
+    // made of: so the means of what is needed are found one by one.
+    let mut needed = vec![false; index + 1];
+    needed[index] = true;
+    for i in (0..=index).rev() {
+        if needed[i] {
+            textures[i].kind.inputs().into_iter().for_each(|input| needed[input] = true);
+        }
+    }
     let mut means: Vec<Rgb> = Vec::with_capacity(index + 1);
-    for texture in &textures[..=index] {
+    for (texture, is_needed) in textures.iter().zip(needed) {
         let of = |input: &Input<Rgb>| match *input {
             Input::Constant(value) => value,
-            Input::Texture(index) => means.get(index).copied().unwrap_or(Rgb::ZERO),
+            Input::Texture(index) => means[index],
         };
         let number = |input: &Input<f64>| of(&as_color(*input));
         let mean = match &texture.kind {
+            _ if !is_needed => Rgb::ZERO,
             TextureKind::Image(image) => image.mean(),
             TextureKind::Bilerp { corners, .. } => corners.iter().sum::<Rgb>() / 4.0,
             TextureKind::Checkerboard { textures: [a, b], .. } | TextureKind::DirectionMix { textures: [a, b], .. } => {
