@@ -73,6 +73,10 @@ impl Bounds {
     }
 
     fn add(&mut self, point: DVec3) {
+        if point.is_nan() {
+            // Transformed beyond all numbers; `min` and `max` would pass over it.
+            *self = Self { lower: DVec3::NEG_INFINITY, upper: DVec3::INFINITY };
+        }
         self.lower = self.lower.min(point);
         self.upper = self.upper.max(point);
     }

@@ -111,6 +111,17 @@ fn transforms_that_cannot_be_inverted_matter_only_to_what_needs_them() {
     assert!(error.contains("a texture in a space that cannot be inverted"), "{error}");
 }
 
+/// A transform may be finite and take points beyond all numbers.
+#[test]
+fn points_that_are_no_numbers_are_refused() {
+    let huge = "Transform [ 1e100 1e100 0 0  -1e100 -2e100 0 0  0 0 1 0  0 0 0 1 ] Shape \"trianglemesh\" \"point3 P\"";
+    for points in ["1e250 1e250 0 1e250 1e250 0 0 0 0", "1e250 1e250 0 1e250 1e250 0 1e250 1e250 0"] {
+        let scene = in_world(&format!("{huge} [ {points} ]"));
+        let error = pack(&scene, RevolutionSolver::default()).err().unwrap().to_string();
+        assert!(error.contains("expected at most 1e30"), "{error}");
+    }
+}
+
 #[test]
 fn of_a_parameter_that_is_given_twice_the_first_counts() {
     let scene = in_world(
@@ -248,6 +259,7 @@ fn scenes_of_pbrt_v3_are_told_so() {
         "WorldBegin Texture \"a\" \"spectrum\" \"uv\"",
         "WorldBegin LightSource \"point\" \"point from\" [ 1 1 1 ]",
         "WorldBegin LightSource \"infinite\" \"string mapname\" \"a.exr\"",
+        "WorldBegin LightSource \"point\" \"blackbody I\" [ 6500 2 ]",
         "WorldBegin Shape \"heightfield\"",
         "WorldBegin Shape \"nurbs\"",
     ] {

@@ -11,6 +11,7 @@ use super::model::Rgb;
 use super::params::Param;
 use super::registry::Kind;
 use super::spectrum_data::{DAYLIGHT, FIRST, GLASSES, Glass, LAST, METALS, OBSERVER, SAMPLES};
+use super::version3;
 
 /// A spectrum that a parameter gives.
 #[derive(Clone, Debug)]
@@ -45,9 +46,12 @@ impl Spectrum {
                 (rgb, ColorSpace::Srgb) => Ok(Spectrum::Rgb(rgb.into())),
                 (rgb, space) => Ok(Spectrum::OtherRgb(rgb.into(), space)),
             },
-            (Kind::Blackbody, _) => match param.one()? {
-                [kelvin] if (100.0..=1e6).contains(&kelvin) => Ok(Spectrum::Blackbody(kelvin)),
-                _ => Err(param.bad_value("a temperature from 100 to 1000000 K")),
+            (Kind::Blackbody, _) => match param.numbers() {
+                [kelvin] if (100.0..=1e6).contains(kelvin) => Ok(Spectrum::Blackbody(*kelvin)),
+                values => {
+                    let hint = version3::hint_at_blackbody(values.len());
+                    Err(param.bad_value(&format!("one temperature from 100 to 1000000 K{hint}")))
+                }
             },
             (_, Some(name)) => Self::named(name)
                 .ok_or_else(|| param.location.unsupported(&format!("the spectrum {name:?} of {param}"), NAMES)),

@@ -275,7 +275,7 @@ fn broken_directives_are_refused_with_a_reason() {
         ("LightSource \"point\" \"rgb I\" [1e308 1 1] \"float scale\" 1e308", "expected a smaller value"),
         ("LightSource \"spot\" \"point3 to\" [0 0 0]", "are the same point"),
         ("LightSource \"spot\" \"float coneangle\" 0", "expected an angle above 0"),
-        ("LightSource \"infinite\" \"blackbody L\" 0", "expected a temperature"),
+        ("LightSource \"infinite\" \"blackbody L\" 0", "expected one temperature"),
         (
             "AreaLightSource \"diffuse\" \"integer L\" 3",
             "\"integer L\" has the wrong type; AreaLightSource \"diffuse\" accepts: \"rgb L\"",

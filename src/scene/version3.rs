@@ -77,6 +77,11 @@ pub(super) fn hint_at_values(name: &str) -> &'static str {
     hint(name == "color")
 }
 
+/// The hint for a `blackbody` of so many values, or nothing: it had a scale, too.
+pub(super) fn hint_at_blackbody(values: usize) -> &'static str {
+    hint(values == 2)
+}
+
 fn hint(applies: bool) -> &'static str {
     if applies { HINT } else { "" }
 }
