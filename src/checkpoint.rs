@@ -18,8 +18,10 @@ use goblet_host::Device;
 use serde::{Deserialize, Serialize};
 
 use crate::estimate::Estimate;
+use crate::film::Window;
 use crate::identity::Identity;
 use crate::kernels::PixelState;
+use crate::options::MAX_SIDE;
 use crate::output::Replacement;
 use crate::radius::FirstRadius;
 use crate::sequence::Shard;
@@ -140,6 +142,9 @@ struct Header {
     first_radius: Option<[f32; 3]>,
     tally: Tally,
     resolution: [u32; 2],
+    /// Of a part of an image: its first pixel, and the size of the whole.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    window: Option<[[u32; 2]; 2]>,
     unit: f64,
     halves: [u64; 2],
     has_states: bool,
@@ -150,7 +155,12 @@ impl Header {
     fn pixels(&self) -> Option<u64> {
         let [width, height] = self.resolution.map(u64::from);
         let iterations: u64 = self.done.values().map(|done| u64::from(*done)).sum();
-        let sensible = self.shards <= Shard::MAX_COUNT
+        let fits = |[first, full]: [[u32; 2]; 2], side: usize| {
+            let end = first[side].checked_add(self.resolution[side]);
+            full[side] <= MAX_SIDE && end.is_some_and(|end| end <= full[side])
+        };
+        let sensible = self.window.is_none_or(|window| fits(window, 0) && fits(window, 1))
+            && self.shards <= Shard::MAX_COUNT
             && width * height > 0
             && width * height <= MAX_PIXELS
             && self.unit.is_finite()
@@ -252,6 +262,7 @@ impl Checkpoint {
             first_radius: self.first_radius.map(|radius| [radius.per_length, radius.least, radius.most]),
             tally: self.tally,
             resolution: self.estimate.resolution,
+            window: window_of(&self.estimate),
             unit: self.estimate.unit,
             halves: self.estimate.halves,
             has_states: !self.states.is_empty(),
@@ -297,8 +308,15 @@ impl Checkpoint {
         if source.read(&mut [0]).map_err(torn)? > 0 {
             return Err(CheckpointError::Format("more data than expected".to_owned()));
         }
-        let estimate =
-            Estimate { resolution: header.resolution, unit: header.unit, halves: header.halves, radiance, second_half };
+        let whole = Window::whole(header.resolution);
+        let estimate = Estimate {
+            resolution: header.resolution,
+            window: header.window.map_or(whole, |[first, full]| Window { first: first.map(|side| side as i32), full }),
+            unit: header.unit,
+            halves: header.halves,
+            radiance,
+            second_half,
+        };
         Ok(Self {
             identity: header.identity,
             scene: header.scene,
@@ -311,6 +329,12 @@ impl Checkpoint {
             states,
         })
     }
+}
+
+/// A window that is not the whole image, as a header has it.
+fn window_of(estimate: &Estimate) -> Option<[[u32; 2]; 2]> {
+    let Window { first, full } = estimate.window;
+    (estimate.window != Window::whole(estimate.resolution)).then(|| [first.map(i32::cast_unsigned), full])
 }
 
 #[derive(Deserialize)]

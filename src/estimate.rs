@@ -1,6 +1,6 @@
 //! The image as it stands: exact sums over iterations, their mean, and how far it may be off.
 
-use crate::film::{Image, LUMINANCE};
+use crate::film::{Image, LUMINANCE, Window};
 
 /// Sums are in units of 2^-56 of [`Estimate::unit`]: `shaders/include/sum.glsl`.
 const FRACTION_BITS: i32 = 56;
@@ -17,6 +17,8 @@ pub type Sum = [u32; 4];
 pub struct Estimate {
     /// Width and height in pixels.
     pub resolution: [u32; 2],
+    /// Where the pixels lie in what the camera sees.
+    pub window: Window,
     /// Unit of the sums, W/(m² sr): a power of two times the film's exposure.
     pub unit: f64,
     /// Iterations in the sums, by half: [`crate::sequence::Place::half`].
@@ -147,7 +149,14 @@ mod tests {
     fn estimate(halves: [u64; 2], radiance: [&[u128]; 3], second_half: &[u128]) -> Estimate {
         let sums = |values: &[u128]| values.iter().map(|value| sum(*value)).collect::<Vec<_>>();
         let resolution = [second_half.len() as u32, 1];
-        Estimate { resolution, unit: 4.0, halves, radiance: radiance.map(sums), second_half: sums(second_half) }
+        Estimate {
+            resolution,
+            window: Window::whole(resolution),
+            unit: 4.0,
+            halves,
+            radiance: radiance.map(sums),
+            second_half: sums(second_half),
+        }
     }
 
     /// All channels alike, so that they are the luminance.

@@ -12,6 +12,53 @@ pub struct Image {
     pub pixels: Vec<[f32; 3]>,
 }
 
+/// Where an image lies in a larger one, of which it is a part.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Window {
+    /// The place of its first pixel, from the upper left corner; may lie outside of the larger
+    /// image.
+    pub first: [i32; 2],
+    /// Width and height of the larger image, in pixels.
+    pub full: [u32; 2],
+}
+
+impl Window {
+    /// Of an image that is no part.
+    #[must_use]
+    pub fn whole(resolution: [u32; 2]) -> Self {
+        Self { first: [0; 2], full: resolution }
+    }
+}
+
+/// What two parts of one image both show; nothing where they are no such parts, or show the same.
+///
+/// # Errors
+/// They have no pixel in common.
+pub fn common_part(a: (&Image, Window), b: (&Image, Window)) -> Result<Option<[Image; 2]>, Apart> {
+    let [from, to] = [a, b].map(|(image, window)| {
+        let [x, y] = window.first.map(i64::from);
+        [[x, x + i64::from(image.width)], [y, y + i64::from(image.height)]]
+    });
+    if a.1.full != b.1.full || from == to {
+        return Ok(None);
+    }
+    let common = [0, 1].map(|axis| [from[axis][0].max(to[axis][0]), from[axis][1].min(to[axis][1])]);
+    if common.iter().any(|[low, high]| low >= high) {
+        return Err(Apart);
+    }
+    // Within both images, whose sides are of 32 bits.
+    let size = common.map(|[low, high]| (high - low) as u32);
+    let part = |image: &Image, place: [[i64; 2]; 2]| {
+        image.part([0, 1].map(|axis| (common[axis][0] - place[axis][0]) as u32), size)
+    };
+    Ok(Some([part(a.0, from), part(b.0, to)]))
+}
+
+/// Two parts of one image have no pixel in common.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("the images are parts of one image that have no pixel in common")]
+pub struct Apart;
+
 /// The number of pixels does not fit the size that was stated, or the image is empty.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("an image of {width}x{height} cannot have {pixels} pixels")]
@@ -40,6 +87,13 @@ impl Image {
         let image = Self { width, height, pixels };
         image.check_shape()?;
         Ok(image)
+    }
+
+    /// The part from a pixel on, of a size; both in pixels, and within the image.
+    fn part(&self, [x, y]: [u32; 2], [width, height]: [u32; 2]) -> Self {
+        let rows = self.pixels.chunks_exact(self.width as usize).skip(y as usize).take(height as usize);
+        let pixels = rows.flat_map(|row| &row[x as usize..(x + width) as usize]).copied().collect();
+        Self { width, height, pixels }
     }
 
     /// Whether the pixels still fill the size: the fields are public.
@@ -97,6 +151,30 @@ mod tests {
         assert!(Image::from_pixels(2, 3, vec![[1.0; 3]; 5]).is_err());
         assert!(Image::from_pixels(0, 3, vec![]).is_err());
         assert_eq!(Image::new(2, 3), Image::from_pixels(2, 3, vec![[0.0; 3]; 6]).unwrap());
+    }
+
+    #[test]
+    fn parts_have_in_common_what_both_show() {
+        let image = |width: u32, height: u32, first: [i32; 2]| {
+            let value = |i: u32| [(i % width) as f32 + first[0] as f32, (i / width) as f32 + first[1] as f32, 0.0];
+            let image = Image::from_pixels(width, height, (0..width * height).map(value).collect()).unwrap();
+            (image, Window { first, full: [8, 6] })
+        };
+        let common = |a: &(Image, Window), b: &(Image, Window)| common_part((&a.0, a.1), (&b.0, b.1));
+        let whole = image(8, 6, [0, 0]);
+        for (a, b, size, first) in [
+            (&whole, &image(3, 2, [4, 1]), [3, 2], [4.0, 1.0, 0.0]),
+            (&image(4, 4, [1, 1]), &image(4, 4, [3, 0]), [2, 3], [3.0, 1.0, 0.0]),
+            (&image(4, 4, [-1, 2]), &whole, [3, 4], [0.0, 2.0, 0.0]),
+        ] {
+            let [x, y] = common(a, b).unwrap().unwrap();
+            assert_eq!(([x.width, x.height], x.pixels[0]), (size, first));
+            assert_eq!(x, y);
+        }
+        assert_eq!(common(&whole, &whole), Ok(None));
+        assert_eq!(common(&image(2, 2, [0, 0]), &image(2, 2, [2, 0])), Err(Apart));
+        let other = (Image::new(8, 6), Window::whole([9, 6]));
+        assert_eq!(common(&whole, &other), Ok(None));
     }
 
     #[test]

@@ -8,7 +8,7 @@ use bytemuck::{Pod, Zeroable};
 use goblet_host::{Device, Frame, Pass};
 
 use crate::buffers::{Buffers, invocations_by_tile};
-use crate::film::LUMINANCE;
+use crate::film::{LUMINANCE, Window};
 use crate::kernels::{Counters, EyePush, PhotonPush, Radius, RadiusPush, Specialization, Update, UpdatePush};
 use crate::lookup::Lookup;
 use crate::options::{Contribution, LookupKind};
@@ -35,6 +35,8 @@ pub struct Passes {
 pub struct Settings {
     /// Width and height of the image.
     pub resolution: [u32; 2],
+    /// Where it lies in what the camera sees.
+    pub window: Window,
     /// Photons to emit.
     pub photons: u64,
     /// Eye paths of a pixel.
@@ -53,12 +55,14 @@ pub struct Settings {
     pub unit: f64,
     /// Which light the image has.
     pub contribution: Contribution,
+    /// Whether there is a light, and a surface for its photons to meet.
+    pub has_photons: bool,
 }
 
 impl Settings {
-    /// Photons to emit: none where nobody wants to see what they bring.
+    /// Photons to emit: none where they would bring nothing, or nobody wants to see it.
     pub fn wanted_photons(&self) -> u64 {
-        if self.contribution == Contribution::Direct { 0 } else { self.photons }
+        if self.has_photons && self.contribution != Contribution::Direct { self.photons } else { 0 }
     }
 
     /// Pixels of the image.

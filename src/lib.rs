@@ -30,6 +30,7 @@ mod bvh;
 pub mod chart;
 pub mod checkpoint;
 pub mod cli;
+mod color;
 pub mod compare;
 pub mod estimate;
 pub mod film;

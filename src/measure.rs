@@ -22,7 +22,7 @@ use std::time::Duration;
 
 use goblet_host::Device;
 
-use crate::film::Image;
+use crate::film::{Image, Window};
 use crate::renderer::RenderError;
 use crate::scene::Scene;
 
@@ -138,11 +138,14 @@ impl<'a> Measurement<'a> {
         Results::new(conditions, measured.collect())
     }
 
-    /// The last image of each setting, and where it is off; `None` before the first turn.
-    pub fn images(&self) -> impl Iterator<Item = (Option<&Image>, Option<Image>)> {
-        self.known.iter().map(|known| {
-            let image = known.last_image.as_ref();
-            (image, image.and_then(|image| self.reference.difference_image(image).ok()))
+    /// The last image of each setting, where it lies in what the camera sees, and where it is
+    /// off; `None` before the first turn.
+    pub fn images(&self) -> impl Iterator<Item = Option<(&Image, Window, Option<Image>)>> {
+        self.known.iter().zip(self.settings).map(|(known, setting)| {
+            let image = known.last_image.as_ref()?;
+            let film = &self.scene.film;
+            let window = film.part(setting.args.resolution.unwrap_or(film.resolution));
+            Some((image, window, self.reference.difference_image(image).ok()))
         })
     }
 }

@@ -2,6 +2,7 @@
 
 use std::ops::RangeInclusive;
 
+use crate::film::Window;
 use crate::pack::RevolutionSolver;
 use crate::radius::RadiusSchedule;
 use crate::renderer::RenderError;
@@ -12,6 +13,8 @@ use crate::sequence::{Sequence, Shard};
 const MAX_PHOTONS: u64 = 1 << 31;
 /// Pixels of an image, at most.
 const MAX_PIXELS: u64 = 1 << 28;
+/// Pixels along a side of an image before it is cropped, at most: what EXR can say.
+pub(crate) const MAX_SIDE: u32 = 1 << 29;
 /// Initial radii, in radii of the scene's bounding sphere. Positions are rounded to 6e-8 of that.
 const RADIUS_RANGE: [f64; 2] = [1e-7, 1e4];
 /// Iterations of a round of progressive photon mapping where nobody says how many photons
@@ -168,8 +171,8 @@ impl Default for Options {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Resolved {
     pub resolution: [u32; 2],
-    /// Before it was cropped.
-    pub full_resolution: [u32; 2],
+    /// Where it lies in what the camera sees.
+    pub window: Window,
     pub photons: u64,
     pub eye_paths: u32,
     /// Scene units.
@@ -204,6 +207,9 @@ impl Options {
     pub(crate) fn resolve(&self, scene: &Scene, size: f64) -> Result<Resolved, RenderError> {
         let full_resolution = self.resolution.unwrap_or(scene.film.resolution);
         check(full_resolution.iter().all(|side| *side > 0), || "an image without pixels: expected 1 or more".into())?;
+        check(full_resolution.iter().all(|side| *side <= MAX_SIDE), || {
+            format!("an image of more than {MAX_SIDE} pixels along a side: expected fewer")
+        })?;
         let [first, end] = scene.film.bounds(full_resolution);
         let resolution = [end[0] - first[0], end[1] - first[1]];
         let pixels: u64 = resolution.map(u64::from).iter().product();
@@ -250,7 +256,7 @@ impl Options {
         })?;
         Ok(Resolved {
             resolution,
-            full_resolution,
+            window: scene.film.part(full_resolution),
             photons,
             eye_paths,
             radius,

@@ -18,12 +18,13 @@ use std::time::{SystemTime, UNIX_EPOCH};
 
 use exr::meta::attribute::AttributeValue;
 use exr::prelude::{
-    AnyChannel, AnyChannels, Encoding, FlatSamples, Layer, LayerAttributes, SmallVec, Text, WritableImage,
+    AnyChannel, AnyChannels, Encoding, FlatSamples, IntegerBounds, Layer, LayerAttributes, SmallVec, Text, Vec2,
+    WritableImage,
 };
 use image::{ExtendedColorType, ImageEncoder, codecs::png::PngEncoder};
 
-use crate::film::{Image, picture};
-pub use read::{Layers, Transfer, read, read_layers};
+use crate::film::{Image, Window, picture};
+pub use read::{Layers, Transfer, Use, read, read_layers};
 
 /// Why an image file could not be read or written; says which file.
 #[derive(Debug, thiserror::Error)]
@@ -137,22 +138,25 @@ pub struct Channel {
 /// When the extension is unknown, the image's shape or a metadata key cannot be
 /// expressed, or the file cannot be written.
 pub fn write(path: &Path, image: &Image, metadata: &[(String, String)]) -> Result<(), ImageError> {
-    write_channels(path, image, &[], metadata)
+    write_part(path, image, &Window::whole([image.width, image.height]), &[], metadata)
 }
 
-/// As [`write`], with further channels for EXR; PNG leaves them out.
+/// As [`write`], of an image that may be a part of a larger one, and with further channels. EXR
+/// has both: the part is its data window, the larger image its display window, as pbrt writes
+/// them. PNG leaves them out.
 ///
 /// # Errors
 /// As [`write`].
-pub fn write_channels(
+pub fn write_part(
     path: &Path,
     image: &Image,
+    window: &Window,
     channels: &[Channel],
     metadata: &[(String, String)],
 ) -> Result<(), ImageError> {
     let format = WriteFormat::of(path)?;
     let encoded = image.check_shape().map_err(|shape| shape.to_string()).and_then(|()| match format {
-        WriteFormat::Exr => encode_exr(image, channels, metadata),
+        WriteFormat::Exr => encode_exr(image, window, channels, metadata),
         WriteFormat::Png => encode_png(image),
     });
     let bytes = encoded.map_err(|reason| ImageError::Encode { path: path.to_owned(), reason })?;
@@ -166,8 +170,14 @@ fn write_error(path: &Path, reason: io::Error) -> ImageError {
     ImageError::Write { path, reason }
 }
 
-fn encode_exr(image: &Image, extra: &[Channel], metadata: &[(String, String)]) -> Result<Vec<u8>, String> {
-    let mut attributes = LayerAttributes::default();
+fn encode_exr(
+    image: &Image,
+    window: &Window,
+    extra: &[Channel],
+    metadata: &[(String, String)],
+) -> Result<Vec<u8>, String> {
+    let [x, y] = window.first;
+    let mut attributes = LayerAttributes { layer_position: Vec2(x, y), ..LayerAttributes::default() };
     attributes.other.extend(exr_attributes(metadata)?);
     let size = (image.width as usize, image.height as usize);
     if extra.iter().any(|channel| channel.values.len() != image.pixels.len()) {
@@ -179,7 +189,9 @@ fn encode_exr(image: &Image, extra: &[Channel], metadata: &[(String, String)]) -
     let layer = Layer::new(size, attributes, Encoding::SMALL_LOSSLESS, channels);
 
     let mut file = Cursor::new(Vec::new());
-    exr::prelude::Image::from_layer(layer).write().to_buffered(&mut file).map_err(|error| error.to_string())?;
+    let mut exr = exr::prelude::Image::from_layer(layer);
+    exr.attributes.display_window = IntegerBounds::new((0, 0), (window.full[0] as usize, window.full[1] as usize));
+    exr.write().to_buffered(&mut file).map_err(|error| error.to_string())?;
     let mut bytes = file.into_inner();
     sort_exr_attributes(&mut bytes).ok_or("the EXR header is malformed")?;
     Ok(bytes)
@@ -384,10 +396,24 @@ mod tests {
     #[test]
     fn the_same_image_gives_the_same_bytes() {
         let keys: Vec<_> = (0..12).map(|i| (format!("key{i}"), i.to_string())).collect();
-        let first = encode_exr(&extreme_image(), &[], &keys).unwrap();
+        let first = encode_exr(&extreme_image(), &Window::whole([3, 2]), &[], &keys).unwrap();
         for _ in 0..8 {
-            assert!(encode_exr(&extreme_image(), &[], &keys).unwrap() == first);
+            assert!(encode_exr(&extreme_image(), &Window::whole([3, 2]), &[], &keys).unwrap() == first);
         }
+    }
+
+    #[test]
+    fn an_exr_of_a_part_says_which_part() {
+        let directory = tempfile::tempdir().unwrap();
+        let path = directory.path().join("x.exr");
+        let window = Window { first: [5, 7], full: [64, 48] };
+        write_part(&path, &extreme_image(), &window, &[], &[]).unwrap();
+        let header = exr::meta::MetaData::read_from_file(&path, true).unwrap().headers.remove(0);
+        assert_eq!(header.own_attributes.layer_position, Vec2(5, 7));
+        assert_eq!(header.layer_size, Vec2(3, 2));
+        assert_eq!(header.shared_attributes.display_window, IntegerBounds::new((0, 0), (64, 48)));
+        let back = read_layers(&path, Transfer::Srgb, Use::Light).unwrap();
+        assert_eq!((bits(&back.image), back.window), (bits(&extreme_image()), Some(window)));
     }
 
     #[test]
@@ -395,7 +421,7 @@ mod tests {
         let long = "k".repeat(256);
         for keys in [&[""][..], &["a\0b"], &[&long], &["a", "a"], &["compression"]] {
             let metadata: Vec<_> = keys.iter().map(|&key| (key, "v")).collect();
-            assert!(encode_exr(&extreme_image(), &[], &pairs(&metadata)).is_err(), "{keys:?}");
+            assert!(encode_exr(&extreme_image(), &Window::whole([3, 2]), &[], &pairs(&metadata)).is_err(), "{keys:?}");
         }
     }
 

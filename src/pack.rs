@@ -48,15 +48,9 @@ use crate::scene::{AreaLight, Geometry, Input, Mesh, Rgb, Scene, Shape};
 /// Why a scene that was read cannot be rendered.
 #[derive(Debug, thiserror::Error)]
 pub enum PackError {
-    /// Every shape is empty or a point.
-    #[error("the scene has no surface: expected at least one shape with an extent")]
-    NoSurface,
     /// Something is absurdly far away.
     #[error("the scene has a radius of {0:e}; expected at most {MAX_EXTENT:e}")]
     TooLarge(f64),
-    /// Nothing emits.
-    #[error("the scene has no light: expected a LightSource or AreaLightSource that is not black")]
-    NoLight,
     /// Light that fp32 cannot tell from none, or from what is infinitely bright.
     #[error(
         "the power of all lights over the square of the scene's size is {0:e} W/m^2; expected {least:e} to {most:e}",
@@ -85,7 +79,8 @@ pub enum PackError {
 pub struct PackedScene {
     /// Where render space is.
     pub space: RenderSpace,
-    /// Bounding volume hierarchies; the scene's root is the first pair.
+    /// Bounding volume hierarchies; the scene's root is the first pair. None where there is no
+    /// surface.
     pub bvh_pairs: Vec<BvhPair>,
     /// Primitive references in the order of the leaves.
     pub primitives: Vec<u32>,
@@ -127,7 +122,7 @@ pub struct PackedScene {
     pub direct_table: Vec<AliasEntry>,
     /// Radiance from infinitely far away.
     pub infinite: Rgb,
-    /// Power of all lights, mean of channels, W at render scale.
+    /// Power of all lights, mean of channels, W at render scale; 0 where there is none.
     pub mean_power: f64,
     /// What the kernels are specialised to.
     pub specialization: Specialization,
@@ -147,10 +142,15 @@ const MAX_FLAT_REVOLUTIONS: usize = 16;
 /// Packs a scene for a solver.
 ///
 /// # Errors
-/// The scene has no surface or no light, or too many primitives.
+/// The scene is too large or has too many primitives, or its lights are out of fp32's range.
 pub fn pack(scene: &Scene, solver: RevolutionSolver) -> Result<PackedScene, PackError> {
     let mut placed = Placed::of(scene)?;
-    let space = RenderSpace::of(&placed.bounds())?;
+    let space = RenderSpace::of(&placed.bounds())?.unwrap_or_else(|| {
+        // Only the sky is seen, from anywhere alike: any size will do.
+        placed = Placed::default();
+        let size = DVec3::splat(scene.integrator.radius.unwrap_or(1.0));
+        RenderSpace::around(scene.camera.world_from_camera.translation, size)
+    });
     let mut packer = Packer { render_from_world: space.from_world(), solver, ..Packer::default() };
     packer.add_lights(&scene.lights, &space);
     packer.textures = PackedTextures::new(scene, &packer.render_from_world);
@@ -158,9 +158,6 @@ pub fn pack(scene: &Scene, solver: RevolutionSolver) -> Result<PackedScene, Pack
     let bvh = packer.add_surfaces(&placed)?;
     let contacts = packer.find_contacts(&placed, &bvh);
     let mean_power: f64 = packer.powers.iter().sum();
-    if mean_power <= 0.0 {
-        return Err(PackError::NoLight);
-    }
     packer.check_brightness(mean_power)?;
     let (emission_table, direct_table) = packer.choose_lights();
     let specialization =
@@ -270,8 +267,9 @@ impl Packer {
             let [a, b, c] = vertices;
             let normal = (points[b] - points[a]).cross(points[c] - points[a]);
             // As pbrt: shading normals decide which side is out, where there are any.
-            let flip = match &normals {
-                Some(normals) => normal.dot(normals[a] + normals[b] + normals[c]) < 0.0,
+            let shading = normals.as_ref().map(|normals| vertices.map(|vertex| normals[vertex])).filter(are_normals);
+            let flip = match shading {
+                Some([a, b, c]) => normal.dot(a + b + c) < 0.0,
                 None => shape.reverse_orientation ^ mirrored,
             };
             let order = corner_order(vertices.map(|vertex| points[vertex]), flip);
@@ -286,10 +284,10 @@ impl Packer {
                 Some(emission) => self.add_emitter(&emission, reference, 0.5 * normal.length(), &bounds),
                 None => NONE,
             };
-            let attributes = match &normals {
+            let attributes = match shading {
                 Some(normals) => {
-                    let corner = |index: usize| normals[index].as_vec3().extend(0.0).to_array();
-                    self.triangle_normals.push(TriangleNormals { n0: corner(a), n1: corner(b), n2: corner(c) });
+                    let [n0, n1, n2] = order.map(|corner| normals[corner].as_vec3().extend(0.0).to_array());
+                    self.triangle_normals.push(TriangleNormals { n0, n1, n2 });
                     self.triangle_normals.len() as u32 - 1
                 }
                 None => NONE,
@@ -364,7 +362,8 @@ impl Packer {
     }
 
     fn check_brightness(&self, mean_power: f64) -> Result<(), PackError> {
-        if !POWERS.contains(&mean_power) {
+        // Without surfaces there are no photons, nor are there without light.
+        if mean_power != 0.0 && !self.references.is_empty() && !POWERS.contains(&mean_power) {
             return Err(PackError::Power(mean_power));
         }
         match self.lights.iter().flat_map(|light| light.emission).find(|emission| !emission.is_finite()) {
@@ -380,12 +379,16 @@ impl Packer {
         let whole = |quadric: &Quadric| {
             quadric.z_min <= -1.0 && quadric.z_max >= 1.0 && quadric.phi_max >= std::f32::consts::TAU
         };
-        let is_flat = self.triangles.len() + self.quadrics.len() <= MAX_FLAT
-            && self.revolutions.len() <= MAX_FLAT_REVOLUTIONS
-            && self.instances.is_empty()
-            && self.solver == RevolutionSolver::Certified
-            // Without a hierarchy, every primitive is tested.
-            && !self.has_invisible;
+        // There is no hierarchy of nothing.
+        let is_empty = self.references.is_empty();
+        let is_flat = is_empty
+            || self.triangles.len() + self.quadrics.len() <= MAX_FLAT
+                && self.revolutions.len() <= MAX_FLAT_REVOLUTIONS
+                && self.instances.is_empty()
+                && self.solver == RevolutionSolver::Certified
+                // Without a hierarchy, every primitive is tested.
+                && !self.has_invisible;
+        let flat = |count: usize| if is_flat && !is_empty { count as u32 } else { 0 };
         let of_materials = specialize(&self.materials);
         let has_light_images = !self.light_images.is_empty();
         Specialization {
@@ -415,9 +418,9 @@ impl Packer {
             has_disk_lights: shines(DISK),
             has_revolution_lights: shines(REVOLUTION),
             is_flat,
-            flat_triangles: if is_flat { self.triangles.len() as u32 } else { 0 },
-            flat_quadrics: if is_flat { self.quadrics.len() as u32 } else { 0 },
-            flat_revolutions: if is_flat { self.revolutions.len() as u32 } else { 0 },
+            flat_triangles: flat(self.triangles.len()),
+            flat_quadrics: flat(self.quadrics.len()),
+            flat_revolutions: flat(self.revolutions.len()),
             has_textures: !self.textures.nodes.is_empty(),
             has_image_textures: self.textures.has_images(),
             has_texture_trees: self.textures.has_trees(),
@@ -438,11 +441,20 @@ fn corner_order(corners: [DVec3; 3], flip: bool) -> [usize; 3] {
     order
 }
 
-/// A mesh's normals in world space, or `None` if it has none.
+/// Whether a triangle has shading normals: where pbrt's sum of them is 0 or no number, it falls
+/// back on the triangle's own normal.
+fn are_normals(normals: &[DVec3; 3]) -> bool {
+    normals.iter().all(|normal| normal.is_finite()) && normals.iter().any(|normal| *normal != DVec3::ZERO)
+}
+
+/// A mesh's normals in world space, or `None` if it has none; NaN where they are not finite.
 fn mesh_normals(shape: &Shape, mesh: &Mesh) -> Option<Vec<DVec3>> {
     let cofactors = shape.world_from_object.matrix3.inverse().transpose();
     let sign = if shape.reverse_orientation { -1.0 } else { 1.0 };
-    let transform = |normal: &DVec3| sign * (cofactors * *normal).normalize_or_zero();
+    let transform = |normal: &DVec3| {
+        // `normalize_or_zero` takes what is not finite to 0.
+        if normal.is_finite() { sign * (cofactors * *normal).normalize_or_zero() } else { DVec3::NAN }
+    };
     (!mesh.normals.is_empty()).then(|| mesh.normals.iter().map(transform).collect())
 }
 

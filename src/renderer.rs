@@ -80,6 +80,7 @@ pub struct Renderer {
 struct Base {
     space: RenderSpace,
     mean_power: f64,
+    has_surfaces: bool,
     specialization: Specialization,
 }
 
@@ -97,7 +98,7 @@ struct Compiled {
 impl Base {
     fn resolve(&self, scene: &Scene, options: &Options) -> Result<(Resolved, View), RenderError> {
         let resolved = options.resolve(scene, self.space.radius / self.space.scale)?;
-        let view = pack_camera(&scene.camera, &scene.film, resolved.full_resolution, &self.space.from_world());
+        let view = pack_camera(&scene.camera, &scene.film, resolved.window.full, &self.space.from_world());
         Ok((resolved, view))
     }
 
@@ -121,6 +122,7 @@ impl Base {
     fn settings(&self, options: &Options, resolved: &Resolved, view: &View) -> Settings {
         Settings {
             resolution: resolved.resolution,
+            window: resolved.window,
             photons: resolved.photons,
             eye_paths: resolved.eye_paths,
             alpha: resolved.alpha,
@@ -129,8 +131,9 @@ impl Base {
             sequence: resolved.sequence,
             mean_power: self.mean_power,
             // What all lights would make of the inside of a sphere as large as the scene.
-            unit: self.mean_power.log2().ceil().exp2(),
+            unit: if self.mean_power > 0.0 { self.mean_power.log2().ceil().exp2() } else { 1.0 },
             contribution: options.contribution,
+            has_photons: self.mean_power > 0.0 && self.has_surfaces,
         }
     }
 
@@ -153,12 +156,17 @@ impl Renderer {
     /// Prepares a scene for rendering: builds the hierarchy, uploads, compiles.
     ///
     /// # Errors
-    /// The scene has nothing to render, an option is out of range, or the device has not
+    /// The scene is beyond what can be rendered, an option is out of range, or the device has not
     /// enough memory.
     pub fn new(device: Rc<Device>, scene: &Scene, options: &Options) -> Result<Self, RenderError> {
         let start = Instant::now();
         let packed = pack(scene, options.revolution_solver)?;
-        let base = Base { space: packed.space, mean_power: packed.mean_power, specialization: packed.specialization };
+        let base = Base {
+            space: packed.space,
+            mean_power: packed.mean_power,
+            has_surfaces: !packed.primitives.is_empty(),
+            specialization: packed.specialization,
+        };
         let (resolved, view) = base.resolve(scene, options)?;
         let sizes = Sizes::new(resolved.resolution, resolved.photons, resolved.max_depth);
         let identity = Identity::new(scene, &packed, &view, options, &resolved);
@@ -256,6 +264,7 @@ impl Renderer {
         let [red, green, blue, second] = self.buffers.sums().map(|sums| self.device.read_first_texels(sums, pixels));
         Ok(Estimate {
             resolution: self.settings.resolution,
+            window: self.settings.window,
             unit: self.settings.unit * self.exposure,
             halves: self.settings.sequence.halves(self.progress.done),
             radiance: [red?, green?, blue?],

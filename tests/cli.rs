@@ -21,13 +21,8 @@ fn assert_finite_and_lit(image: &Image) {
 
 #[test]
 fn a_wrong_scene_is_refused_at_its_place() {
-    let black = r#"LightSource "point" "rgb I" [ 0 0 0 ]"#;
-    let lamp = r#"AreaLightSource "diffuse" "rgb L" [ 0 0 0 ]"#;
     let texture = r#"Texture "t" "spectrum" "marble" Material "diffuse" "texture reflectance" "t""#;
     let cases: &[(&str, &str, &str, &[&str])] = &[
-        (LIGHT, "", "14:1", &["no light", "expected a LightSource or AreaLightSource"]),
-        (LIGHT, black, "14:1", &["no light", "not black"]),
-        (LIGHT, lamp, "14:1", &["no light", "not black"]),
         (LIGHT, r#"Include "scene.pbrt""#, "7:1", &["Include", "includes itself"]),
         (LIGHT, r#"Include "absent.pbrt""#, "7:9", &["cannot read absent.pbrt"]),
         (LIGHT, r#"LightSource "point" "rgb I" [ -1 0 0 ]"#, "7:21", &["\"rgb I\" is", "0 or more"]),
@@ -346,6 +341,87 @@ fn devices_are_listed() {
     assert_eq!((run.code, run.stderr.as_str()), (0, ""), "{run:?}");
     assert!(run.stdout.starts_with("0  ") && run.stdout.contains("driver ") && run.stdout.contains("GiB"), "{run:?}");
     assert!(run.stdout.contains("; fits\n"), "{run:?}");
+}
+
+/// The window of an EXR: its first pixel, and the size of the whole.
+fn window(bench: &Bench, name: &str) -> ([i32; 2], [u32; 2]) {
+    let layers = output::read_layers(&bench.path(name), output::Transfer::Srgb, output::Use::Light).unwrap();
+    let window = layers.window.unwrap();
+    (window.first, window.full)
+}
+
+/// What pbrt writes of a crop: its place in the whole image, whoever writes it.
+#[test]
+fn crops_keep_their_place() {
+    let bench = Bench::new();
+    bench.rendered(&["-o", "whole.exr"]);
+    assert_eq!(window(&bench, "whole.exr"), ([0, 0], [16, 12]));
+    for (name, crop, first, size) in [
+        ("left", "\"float cropwindow\" [0 .5 0 1]", [0, 0], [8, 12]),
+        ("right", "\"integer pixelbounds\" [8 16 0 12]", [8, 0], [8, 12]),
+        ("middle", "\"integer pixelbounds\" [5 9 3 7]", [5, 3], [4, 4]),
+    ] {
+        bench.write("scene.pbrt", scene("\"string filename\"", &format!("{crop} \"string filename\"")));
+        let (exr, png, checkpoint) = (format!("{name}.exr"), format!("{name}.png"), format!("{name}.ckpt"));
+        bench.rendered(&["-o", &exr, "-o", &png, "--checkpoint", &checkpoint]);
+        let image = bench.image(&exr);
+        assert_eq!((window(&bench, &exr), [image.width, image.height]), ((first, [16, 12]), size));
+        assert_eq!(bench.image(&png).width, size[0]);
+        // Without the scene, the checkpoint has to know.
+        assert_eq!(bench.run(&["merge", &checkpoint, "-o", "merged.exr"]).code, 0);
+        assert!(bench.bytes("merged.exr") == bench.bytes(&exr), "{name}");
+        bench.rendered(&["--resume", &checkpoint, "--iterations", "3", "-o", "more.exr"]);
+        assert_eq!(window(&bench, "more.exr"), (first, [16, 12]));
+        bench.rendered(&["--resolution", "32x24", "-o", "large.exr"]);
+        assert_eq!(window(&bench, "large.exr"), (first.map(|at| 2 * at), [32, 24]));
+    }
+    // They are compared where both have pixels.
+    for (image, reference, size) in [("middle", "whole", "4x4"), ("middle", "left", "3x4"), ("right", "middle", "1x4")]
+    {
+        let run = bench.run(&["compare", &format!("{image}.exr"), &format!("{reference}.exr"), "--diff", "d.png"]);
+        assert!(run.code == 0 && run.stdout.contains(&format!("size       {size}\n")), "{run:?}");
+        assert!(run.stderr.contains("compared where both have pixels"), "{run:?}");
+    }
+    let run = bench.run(&["compare", "left.exr", "right.exr"]);
+    assert!(run.code == 2 && run.stderr.contains("no pixel in common"), "{run:?}");
+    let run = bench.run(&["compare", "left.exr", "left.png"]);
+    assert!(run.code == 0 && run.stderr.is_empty(), "{run:?}");
+}
+
+#[test]
+fn scenes_of_nothing_are_rendered() {
+    let bench = Bench::new();
+    let sky = "LightSource \"infinite\" \"rgb L\" [ .25 .5 1 ]\n";
+    let head = &SCENE[..SCENE.find("LightSource").unwrap()];
+    let invisible = "AreaLightSource \"diffuse\" Shape \"sphere\" \"float alpha\" 0\n";
+    let lamp = r#"AreaLightSource "diffuse" "rgb L" [ 0 0 0 ]"#;
+    let speck = "Shape \"trianglemesh\" \"point3 P\" [ 1 1 1 1 1 1 1 1 1 ]\n";
+    for (what, text, pixel, warning) in [
+        ("no light", SCENE.replace(LIGHT, ""), [0.0; 3], "the scene has no light that is not black"),
+        ("a black light", SCENE.replace("5 5 5", "0 0 0"), [0.0; 3], "the scene has no light that is not black"),
+        ("a black lamp", SCENE.replace(LIGHT, lamp), [0.0; 3], "the scene has no light that is not black"),
+        ("no shape", format!("{head}{sky}"), [0.25, 0.5, 1.0], "the scene has no shape"),
+        ("nothing", head.to_owned(), [0.0; 3], "the scene has no shape"),
+        ("an invisible lamp", format!("{head}{sky}{invisible}"), [0.25, 0.5, 1.0], ""),
+        ("a point", format!("{head}{sky}{speck}"), [0.25, 0.5, 1.0], ""),
+    ] {
+        bench.write("scene.pbrt", text);
+        for options in [&[][..], &["--direct", "photons"], &["--lookup", "kd-tree", "--radius-schedule", "global"]] {
+            let run = bench.rendered(
+                &[&["-o", "x.exr", "--stats", "s.json", "--checkpoint", "a.ckpt", "--validate"], options].concat(),
+            );
+            assert!(run.stderr.contains(warning), "{what}: {run:?}");
+            let image = bench.image("x.exr");
+            assert!(image.pixels.iter().all(|it| *it == pixel), "{what} {options:?}: {:?}", image.pixels[0]);
+            let stats = bench.json("s.json");
+            assert_eq!((&stats["emitted"], &stats["photons"]), (&0.into(), &0.into()), "{what}");
+        }
+        assert_eq!(bench.run(&["merge", "a.ckpt", "-o", "x.exr"]).code, 0, "{what}");
+        assert_eq!(bench.image("x.exr").pixels[0], pixel, "{what}");
+        assert_eq!(bench.run(&["info", "scene.pbrt"]).code, 0, "{what}");
+    }
+    let advice = bench.run(&["advise", "scene.pbrt", "--time", "1", "--probe", "1"]);
+    assert_eq!(advice.code, 0, "{advice:?}");
 }
 
 #[test]

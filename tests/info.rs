@@ -44,13 +44,64 @@ fn everything_unsupported_is_listed() {
         assert!(found, "{what}: {unsupported:#?}");
     }
     assert_eq!(info["scene"]["spheres"], 2);
-    // What is simply wrong is so here too, after what was found before it.
+    // What is simply wrong is so here too, beside what is not supported.
     bench.write("scene.pbrt", scene(LIGHT, "Shape \"curve\" Shape \"cube\""));
     let run = bench.run(&["info", "scene.pbrt"]);
     assert_eq!(run.code, 2);
     assert!(run.stdout.contains("curve") && run.stdout.contains("unknown Shape \"cube\""), "{run:?}");
     let run = bench.run(&["info", "absent.pbrt"]);
     assert!(run.code == 2 && run.stderr.contains("cannot read absent.pbrt"), "{run:?}");
+}
+
+/// Also after a missing file, a fault in the text, or a fault that shows at the end.
+#[test]
+fn everything_wrong_is_listed() {
+    let bench = Bench::new();
+    let faults = "Shape \"plymesh\" \"string filename\" \"none.ply\"
+Texture \"t\" \"spectrum\" \"imagemap\" \"string filename\" \"none.png\"
+Material \"diffuse\" \"texture reflectance\" \"t\" Shape \"disk\"
+Include \"none.pbrt\"
+Translate 1 2 x
+NamedMaterial \"none\" Shape \"disk\"
+Shape \"sphere\" \"float radius\" 1.2.3 \"float zmin\" 0
+LightSource \"infinite\" \"string filename\" \"none.exr\"
+Shape \"cube\" Shape \"curve\" Shape \"sphere\" \"float radius\" -1
+ObjectInstance \"none\"
+LightSource \"point\" \"string name";
+    bench.write("scene.pbrt", scene(LIGHT, &format!("{faults}\n{LIGHT}")));
+    let info = info(&bench, 2);
+    let list = |key: &str| -> Vec<String> { serde_json::from_value(info[key].clone()).unwrap() };
+    let (errors, unsupported) = (list("errors"), list("unsupported"));
+    for (line, what) in [
+        (7, "none.ply"),
+        (8, "none.png"),
+        (10, "none.pbrt"),
+        (11, "found `x`; expected 3 numbers"),
+        (12, "unknown material \"none\""),
+        (13, "`1.2.3` is not a number"),
+        (14, "none.exr"),
+        (15, "unknown Shape \"cube\""),
+        (15, "\"float radius\" is -1"),
+        (16, "unknown object \"none\""),
+        (17, "unterminated string"),
+    ] {
+        let found = errors.iter().any(|it| it.starts_with(&format!("scene.pbrt:{line}:")) && it.contains(what));
+        assert!(found, "{line} {what}: {errors:#?}");
+    }
+    assert_eq!((errors.len(), unsupported.len()), (11, 1), "{errors:#?} {unsupported:#?}");
+    assert_eq!(info["scene"]["spheres"], 1);
+    let text = bench.run(&["info", "scene.pbrt"]);
+    assert!(text.code == 2 && text.stdout.contains("none.ply") && text.stdout.contains("none.exr"), "{text:?}");
+    assert!(text.stderr.contains("scene.pbrt cannot be rendered as it is"), "{text:?}");
+}
+
+#[test]
+fn scenes_of_nothing_are_described() {
+    let bench = Bench::new();
+    bench.write("scene.pbrt", "WorldBegin\n");
+    let info = info(&bench, 0);
+    assert_eq!((&info["bounds"], &info["errors"]), (&Value::Null, &serde_json::json!([])));
+    assert_eq!(info["warnings"].as_array().unwrap().len(), 3);
 }
 
 /// The estimate counts what a renderer allocates.

@@ -300,3 +300,27 @@ fn what_cannot_be_done_is_refused() {
         bench.assert_refused(&["scene.pbrt", "-o", "z.pbrt", "--tolerance", "1e-7"], 2, words);
     }
 }
+
+/// Each mesh takes the place of its own body, whatever is left out before it, and whatever else
+/// is kept as a profile.
+#[test]
+fn bodies_that_are_not_rendered_keep_their_places() {
+    let other = r#"Shape "revolution" "integer degree" 1 "point2 P" [ 5 0  5 7 ]"#;
+    for left_out in [
+        format!("Material \"interface\" {other} Material \"diffuse\""),
+        format!("{other} \"float alpha\" 0"),
+        format!("AttributeBegin Scale 1 1 0 {other} AttributeEnd"),
+        "Shape \"cylinder\" \"float radius\" 5".to_owned(),
+    ] {
+        let bench = Bench::new(&scene(&format!("{left_out}\n{BODY}")));
+        let scene = bench.tessellated("1e-3");
+        let mesh = scene.shapes.iter().find_map(|shape| match &shape.geometry {
+            Geometry::Mesh(mesh) => Some(mesh),
+            _ => None,
+        });
+        let top = mesh.expect("a mesh").positions.iter().map(|p| p.z).fold(0.0, f64::max);
+        assert_eq!(top, 3.0, "{left_out}");
+        let text = bench.text("x.pbrt");
+        assert!(text.contains(&left_out) && text.matches("plymesh").count() == 1, "{text}");
+    }
+}

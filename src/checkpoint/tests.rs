@@ -35,6 +35,11 @@ fn small() -> impl Strategy<Value = Checkpoint> {
                 tally: tally(&counts),
                 estimate: Estimate {
                     resolution,
+                    window: if iterations.is_multiple_of(2) {
+                        Window::whole(resolution)
+                    } else {
+                        Window { first: [3, 0], full: [resolution[0] + 3, resolution[1] + 9] }
+                    },
                     unit: f64::from(exponent).exp2(),
                     halves: [iterations / 3, iterations - iterations / 3],
                     radiance,

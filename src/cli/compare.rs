@@ -7,7 +7,8 @@ use serde::Serialize;
 
 use super::CompareArgs;
 use crate::compare::{Comparison, Gates, SizeMismatch, compare, difference_image};
-use crate::output::{self, ImageError};
+use crate::film::{Apart, Image, Window, common_part};
+use crate::output::{self, ImageError, Layers, Transfer, Use};
 
 /// Why two images could not be compared.
 #[derive(Debug, thiserror::Error)]
@@ -18,6 +19,9 @@ pub enum CompareError {
     /// The images have different sizes.
     #[error(transparent)]
     Size(#[from] SizeMismatch),
+    /// The images are of different places.
+    #[error(transparent)]
+    Apart(#[from] Apart),
 }
 
 /// What is printed.
@@ -41,8 +45,7 @@ pub fn run(args: &CompareArgs) -> Result<bool, CompareError> {
     if let Some(diff) = &args.diff {
         output::check_writable(diff)?;
     }
-    let image = output::read(&args.image)?;
-    let reference = output::read(&args.reference)?;
+    let (image, reference) = read_both(args)?;
     let comparison = compare(&image, &reference)?;
     if let Some(diff) = &args.diff {
         output::write(diff, &difference_image(&image, &reference)?, &[])?;
@@ -62,6 +65,23 @@ pub fn run(args: &CompareArgs) -> Result<bool, CompareError> {
     // A reader that has gone away must not change the verdict.
     let _ = std::io::stdout().write_all(text.as_bytes());
     Ok(report.passed)
+}
+
+/// Reads both images. Of parts of one image, as crops are, it is what both show.
+fn read_both(args: &CompareArgs) -> Result<(Image, Image), CompareError> {
+    let read = |path: &Path| {
+        let Layers { image, window, .. } = output::read_layers(path, Transfer::Srgb, Use::Light)?;
+        let whole = Window::whole([image.width, image.height]);
+        Ok::<_, ImageError>((image, window.unwrap_or(whole)))
+    };
+    let (image, reference) = (read(&args.image)?, read(&args.reference)?);
+    match common_part((&image.0, image.1), (&reference.0, reference.1))? {
+        Some([image, reference]) => {
+            eprintln!("compared where both have pixels: {}x{} of them", image.width, image.height);
+            Ok((image, reference))
+        }
+        None => Ok((image.0, reference.0)),
+    }
 }
 
 impl Report<'_> {
@@ -118,7 +138,6 @@ fn digits(value: f64) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::film::Image;
 
     /// The result of comparing a grey image with a slightly darker one.
     fn compare_files(change: impl Fn(&mut CompareArgs)) -> Result<bool, CompareError> {

@@ -23,15 +23,16 @@ struct Info {
     /// What was ignored or is rendered differently than asked for.
     warnings: Vec<String>,
     unsupported: Vec<String>,
-    /// Any other fault.
-    error: Option<String>,
+    /// All other faults.
+    errors: Vec<String>,
 }
 
 #[derive(Serialize)]
 struct Contents {
     /// Counts by type.
     scene: BTreeMap<&'static str, u64>,
-    bounds: Bounds,
+    /// None where there is no surface.
+    bounds: Option<Bounds>,
     /// W, the mean of red, green and blue, by kind of light.
     light_power: BTreeMap<&'static str, f64>,
     film: Film,
@@ -90,16 +91,17 @@ struct Memory {
 /// # Errors
 /// The scene cannot be rendered; what can be told of it is printed nevertheless.
 pub fn run(args: &InfoArgs) -> Result<(), Failure> {
-    let Survey { scene, unsupported, error } = Scene::survey(&args.scene);
-    let (contents, error) = match (scene.as_ref().map(Contents::new).transpose(), error) {
-        (Ok(contents), error) => (contents, error.map(Failure::from)),
-        (Err(failure), _) => (None, Some(failure.into())),
-    };
+    let Survey { scene, unsupported, errors } = Scene::survey(&args.scene);
+    let mut errors: Vec<Failure> = errors.into_iter().map(Failure::from).collect();
+    let contents = scene.as_ref().map(Contents::new).transpose().unwrap_or_else(|error| {
+        errors.push(error.into());
+        None
+    });
     let info = Info {
         contents,
         warnings: scene.map(|scene| scene.warnings).unwrap_or_default(),
         unsupported: unsupported.iter().map(ToString::to_string).collect(),
-        error: error.as_ref().map(ToString::to_string),
+        errors: errors.iter().map(ToString::to_string).collect(),
     };
     let value = serde_json::to_value(&info).map_err(|error| Failure::Info(error.to_string()))?;
     if args.json {
@@ -107,9 +109,9 @@ pub fn run(args: &InfoArgs) -> Result<(), Failure> {
     } else {
         print(&value, 0);
     }
-    match error {
-        Some(error) if unsupported.is_empty() => Err(error),
+    match errors.pop() {
         None if unsupported.is_empty() => Ok(()),
+        Some(error) if unsupported.is_empty() && errors.is_empty() => Err(error),
         _ => Err(Failure::Unrenderable(args.scene.display().to_string())),
     }
 }
@@ -120,11 +122,12 @@ impl Contents {
         let packed = pack(scene, options.revolution_solver)?;
         let size = packed.space.radius / packed.space.scale;
         let resolved = options.resolve(scene, size)?;
-        let view = pack_camera(&scene.camera, &scene.film, resolved.full_resolution, &packed.space.from_world());
+        let view = pack_camera(&scene.camera, &scene.film, resolved.window.full, &packed.space.from_world());
         let Resolved { resolution, photons, max_depth, .. } = resolved;
         Ok(Self {
             scene: count(scene),
-            bounds: Bounds { center: packed.space.center.to_array(), radius: size },
+            bounds: (!packed.primitives.is_empty())
+                .then(|| Bounds { center: packed.space.center.to_array(), radius: size }),
             light_power: light_power(&packed),
             film: Film {
                 resolution: scene.film.resolution,

@@ -172,7 +172,7 @@ fn own_reference(args: &MeasureArgs, device: &Rc<Device>, scene: &Scene) -> Resu
     let estimate = renderer.estimate()?;
     let image = estimate.image();
     let path = args.output.join("reference.exr");
-    output::write(&path, &image, &[])?;
+    output::write_part(&path, &image, &estimate.window, &[], &[])?;
     let source = Source {
         path: path.display().to_string(),
         resolution: [image.width, image.height],
@@ -212,10 +212,14 @@ fn write(folder: &Path, measurement: &Measurement, conditions: Conditions) -> Re
     save("results.json", serde_json::to_string_pretty(&results).map_err(|error| failed(folder, error))? + "\n")?;
     save("results.csv", results.csv())?;
     let mut differences = Vec::new();
-    for (i, (image, difference)) in measurement.images().enumerate() {
-        if let Some(image) = image {
-            output::write(&folder.join(format!("setting-{}.exr", i + 1)), image, &[])?;
-        }
+    for (i, images) in measurement.images().enumerate() {
+        let difference = match images {
+            Some((image, window, difference)) => {
+                output::write_part(&folder.join(format!("setting-{}.exr", i + 1)), image, &window, &[], &[])?;
+                difference
+            }
+            None => None,
+        };
         if let Some(difference) = &difference {
             output::write(&folder.join(format!("setting-{}-difference.png", i + 1)), difference, &[])?;
         }

@@ -241,7 +241,7 @@ pub fn write_images(
     let channels: Vec<Channel> = aovs.iter().map(|aov| channel(estimate, *aov)).collect();
     let image = estimate.image();
     for path in paths {
-        output::write_channels(path, &image, &channels, metadata)?;
+        output::write_part(path, &image, &estimate.window, &channels, metadata)?;
         if !quiet {
             eprintln!("wrote {}", path.display());
         }

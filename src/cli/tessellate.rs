@@ -58,7 +58,8 @@ pub fn run(args: &TessellateArgs) -> Result<(), Failure> {
     let files = mesh_files(&args.output, meshes.len())?;
     let folder = way_back(args)?;
     let names: Vec<&str> = files.iter().filter_map(|file| file.file_name()?.to_str()).collect();
-    let rewrite = Rewrite { meshes: bodies.mesh_of.iter().map(|mesh| names[*mesh]).collect(), folder: &folder };
+    let mesh_of = |mesh: &Option<usize>| mesh.map(|mesh| names[mesh]);
+    let rewrite = Rewrite { meshes: bodies.mesh_of.iter().map(mesh_of).collect(), folder: &folder };
     let rewritten = rewrite.apply(&source.text)?;
 
     let named = rewritten.files.iter().map(|file| scene::identity(&scene::directory(&args.scene).join(file)));
@@ -88,8 +89,9 @@ fn write(output: &Path, text: &str, files: &[PathBuf], meshes: &[Tessellation]) 
 struct Bodies<'a> {
     /// What is to become a mesh, with where it is first asked for. Equal ones are here once.
     distinct: Vec<(&'a Profile, bool, &'a str)>,
-    /// The place among these of each body, in the order of the scene's shapes.
-    mesh_of: Vec<usize>,
+    /// The place among these of each `Shape "revolution"` in the text; none for those that are
+    /// no part of what is rendered.
+    mesh_of: Vec<Option<usize>>,
 }
 
 impl<'a> Bodies<'a> {
@@ -97,7 +99,9 @@ impl<'a> Bodies<'a> {
         let mut bodies = Self { distinct: Vec::new(), mesh_of: Vec::new() };
         let mut places = HashMap::new();
         for shape in &scene.shapes {
-            let Geometry::Revolution(profile) = &shape.geometry else { continue };
+            let (Geometry::Revolution(profile), Some(directive)) = (&shape.geometry, shape.revolution) else {
+                continue;
+            };
             let location = shape.location.as_str();
             if shape.emission.is_some_and(|emission| emission.power.is_some()) {
                 return Err(TessellateError::Power { location: location.to_owned() });
@@ -109,7 +113,8 @@ impl<'a> Bodies<'a> {
             if place == bodies.distinct.len() {
                 bodies.distinct.push((&**profile, mirrored, location));
             }
-            bodies.mesh_of.push(place);
+            bodies.mesh_of.resize(bodies.mesh_of.len().max(directive + 1), None);
+            bodies.mesh_of[directive] = Some(place);
         }
         Ok(bodies)
     }

@@ -26,6 +26,7 @@ const COVER_LEVELS: u32 = 5;
 const ROUNDING: f64 = 0.5 * f32::EPSILON as f64;
 
 /// The surfaces of a scene where they stand.
+#[derive(Default)]
 pub(super) struct Placed<'a> {
     /// Those in the world itself, copies included.
     shapes: Vec<Cow<'a, Shape>>,
@@ -72,11 +73,8 @@ impl<'a> Placed<'a> {
         }
         let mut bounds = Bounds::default();
         shapes.iter().for_each(|shape| bounds.add_shape(shape));
-        let space = match RenderSpace::of(&bounds) {
-            // Nothing of it can be seen.
-            Err(PackError::NoSurface) => return Ok(()),
-            space => space?,
-        };
+        // Without an extent, nothing of it can be seen.
+        let Some(space) = RenderSpace::of(&bounds)? else { return Ok(()) };
         let shapes = shapes.into_iter().map(Cow::Borrowed).collect();
         self.objects.push(Object { shapes, world_from_instance, bounds, space });
         Ok(())
@@ -159,7 +157,7 @@ impl Packer {
             self.add_primitive(INSTANCE << KIND_SHIFT | index as u32, *bounds);
         }
         if self.boxes.is_empty() {
-            return Err(PackError::NoSurface);
+            return Ok(Bvh { pairs: Vec::new(), primitives: Vec::new(), depth: 0 });
         }
         // A ray has its way through an object on the stack above that through the scene.
         let deepest = hierarchies.iter().map(|hierarchy| hierarchy.depth).max().unwrap_or(0);

@@ -96,7 +96,7 @@ impl Packer {
         let located_powers: Vec<f64> = located.iter().map(|index| self.powers[*index as usize]).collect();
         let total: f64 = self.powers.iter().sum();
         let located_total: f64 = located_powers.iter().sum();
-        for (light, power) in self.lights.iter_mut().zip(&self.powers) {
+        for (light, power) in self.lights.iter_mut().zip(&self.powers).filter(|_| total > 0.0) {
             light.emission_pmf = (power / total) as f32;
             if light.kind != INFINITE && located_total > 0.0 {
                 light.direct_pmf = (power / located_total) as f32;

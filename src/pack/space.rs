@@ -21,16 +21,23 @@ pub struct RenderSpace {
 }
 
 impl RenderSpace {
-    pub(super) fn of(bounds: &Bounds) -> Result<Self, PackError> {
+    /// Around what is in some bounds; nothing where that has no extent.
+    pub(super) fn of(bounds: &Bounds) -> Result<Option<Self>, PackError> {
         let half_diagonal = bounds.half_extent().length();
         if bounds.is_empty() || half_diagonal == 0.0 {
-            return Err(PackError::NoSurface);
+            return Ok(None);
         }
         if half_diagonal.is_nan() || half_diagonal > MAX_EXTENT {
             return Err(PackError::TooLarge(half_diagonal));
         }
+        Ok(Some(Self::around(bounds.center(), bounds.half_extent())))
+    }
+
+    /// Around a box, in scene units.
+    pub(super) fn around(center: DVec3, half_extent: DVec3) -> Self {
+        let half_diagonal = half_extent.length();
         let scale = (-half_diagonal.log2().ceil()).exp2();
-        Ok(Self { center: bounds.center(), scale, radius: half_diagonal * scale })
+        Self { center, scale, radius: half_diagonal * scale }
     }
 
     /// The transform from world space.
@@ -103,6 +110,10 @@ impl Bounds {
 
     /// Widens it by a point.
     pub fn add(&mut self, point: DVec3) {
+        if point.is_nan() {
+            // Transformed beyond all numbers; `min` and `max` would pass over it.
+            *self = Self { lower: DVec3::NEG_INFINITY, upper: DVec3::INFINITY };
+        }
         self.lower = self.lower.min(point);
         self.upper = self.upper.max(point);
     }

@@ -5,7 +5,7 @@ use glam::{DAffine3, DMat4};
 use super::error::SceneError;
 use super::model::{Camera, Projection};
 use super::params::ParamList;
-use super::registry::{Family, Kind, ParamSpec, full, not_yet, supported};
+use super::registry::{Family, Kind, ParamSpec, full, ignored, not_yet, supported};
 use super::transform;
 
 const FLOAT: &[Kind] = &[Kind::Float];
@@ -37,7 +37,18 @@ pub(super) const FAMILY: Family = Family {
             "orthographic",
             &[SCREEN_WINDOW, FRAME_ASPECT_RATIO, LENS_RADIUS, FOCAL_DISTANCE, SHUTTER_OPEN, SHUTTER_CLOSE],
         ),
-        supported("spherical", &[full("mapping", &[Kind::String]), SHUTTER_OPEN, SHUTTER_CLOSE]),
+        supported(
+            "spherical",
+            &[
+                full("mapping", &[Kind::String]),
+                ignored("screenwindow", FLOAT),
+                ignored("frameaspectratio", FLOAT),
+                ignored("lensradius", FLOAT),
+                ignored("focaldistance", FLOAT),
+                SHUTTER_OPEN,
+                SHUTTER_CLOSE,
+            ],
+        ),
         not_yet("realistic"),
     ],
 };

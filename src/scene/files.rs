@@ -71,6 +71,6 @@ fn is_file(name: &str) -> bool {
 
 /// The numbers of a file of pbrt's, with # comments.
 fn numbers(text: &str) -> Option<Vec<f64>> {
-    let lines = text.lines().map(|line| line.split('#').next().unwrap_or_default());
+    let lines = text.split(['\n', '\r']).map(|line| line.split('#').next().unwrap_or_default());
     lines.flat_map(str::split_whitespace).map(|word| word.parse().ok().filter(|v: &f64| v.is_finite())).collect()
 }

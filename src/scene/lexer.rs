@@ -23,7 +23,7 @@ pub(super) enum TokenKind {
     /// A quoted string, escapes resolved.
     Text(String),
     /// A finite number; `integer` is set where it was written as one.
-    Number { value: f64, integer: Option<i64> },
+    Number { value: f64, integer: Option<i64>, written: Box<str> },
     /// `[`
     Open,
     /// `]`
@@ -35,10 +35,7 @@ impl fmt::Display for Token {
         match &self.kind {
             TokenKind::Word(word) => write!(f, "`{}`", shorten(word)),
             TokenKind::Text(text) => write!(f, "\"{}\"", shorten(text)),
-            TokenKind::Number { value, integer } => match integer {
-                Some(integer) => write!(f, "`{integer}`"),
-                None => write!(f, "`{value}`"),
-            },
+            TokenKind::Number { written, .. } => write!(f, "`{}`", shorten(written)),
             TokenKind::Open => f.write_str("`[`"),
             TokenKind::Close => f.write_str("`]`"),
         }
@@ -81,8 +78,9 @@ impl Lexer {
 
     fn bump(&mut self) -> Option<char> {
         let c = self.peek()?;
+        let ends_line = ends_line(self.text.as_bytes(), self.at);
         self.at += c.len_utf8();
-        if c == '\n' {
+        if ends_line {
             self.location.line = self.location.line.saturating_add(1);
             self.location.column = 1;
         } else {
@@ -93,13 +91,15 @@ impl Lexer {
 
     fn skip_blank(&mut self) {
         let mut in_comment = false;
-        for byte in &self.text.as_bytes()[self.at..] {
-            in_comment = (in_comment || *byte == b'#') && *byte != b'\n';
+        let bytes = self.text.as_bytes();
+        while let Some(byte) = bytes.get(self.at) {
+            in_comment = (in_comment || *byte == b'#') && !matches!(byte, b'\n' | b'\r');
             if !in_comment && !is_blank(*byte) {
                 return;
             }
+            let ends_line = ends_line(bytes, self.at);
             self.at += 1;
-            if *byte == b'\n' {
+            if ends_line {
                 self.location.line = self.location.line.saturating_add(1);
                 self.location.column = 1;
             } else if byte & 0xc0 != 0x80 {
@@ -162,7 +162,9 @@ impl Lexer {
             return Ok(TokenKind::Word(word));
         }
         match word.parse::<f64>() {
-            Ok(value) if value.is_finite() => Ok(TokenKind::Number { value, integer: word.parse().ok() }),
+            Ok(value) if value.is_finite() => {
+                Ok(TokenKind::Number { value, integer: word.parse().ok(), written: word.into() })
+            }
             Ok(_) => Err(location.invalid(format!(
                 "`{}` is not a finite number; expected one below 1.8e308 in magnitude",
                 shorten(&word)
@@ -179,7 +181,7 @@ impl Lexer {
             match self.bump() {
                 Some('"') => return Ok(text),
                 Some('\\') => text.push(self.escape(&here)?),
-                Some('\n') | None => {
+                Some('\n' | '\r') | None => {
                     return Err(location.invalid(format!(
                         "unterminated string \"{}; expected a closing \" on the same line",
                         shorten(&text)
@@ -205,6 +207,11 @@ impl Lexer {
             None => Err(location.invalid("the file ends inside a string")),
         }
     }
+}
+
+/// Whether a line ends with the byte at an offset: by LF, by CR LF, or by CR alone, as on old Macs.
+fn ends_line(text: &[u8], at: usize) -> bool {
+    text[at] == b'\n' || text[at] == b'\r' && text.get(at + 1) != Some(&b'\n')
 }
 
 fn is_blank(byte: u8) -> bool {
@@ -407,93 +414,4 @@ impl TokenStream {
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-    use proptest::prelude::*;
-
-    fn tokens(text: &str) -> Result<Vec<Token>, SceneError> {
-        let mut stream = TokenStream::new(text.to_string(), "t.pbrt", None);
-        std::iter::from_fn(|| stream.next().transpose()).collect()
-    }
-
-    #[test]
-    fn words_strings_numbers_and_brackets() {
-        let kinds: Vec<TokenKind> =
-            tokens("# comment\nShape\"a\\\"b\"[-1 .5e1]true").unwrap().into_iter().map(|t| t.kind).collect();
-        let number = |value, integer| TokenKind::Number { value, integer };
-        assert_eq!(
-            kinds,
-            [
-                TokenKind::Word("Shape".into()),
-                TokenKind::Text("a\"b".into()),
-                TokenKind::Open,
-                number(-1.0, Some(-1)),
-                number(5.0, None),
-                TokenKind::Close,
-                TokenKind::Word("true".into()),
-            ]
-        );
-    }
-
-    #[test]
-    fn columns_count_characters() {
-        let tokens = tokens("\u{feff}Ä \"ö\" x\r\n  y").unwrap();
-        let places: Vec<(u32, u32)> = tokens.iter().map(|t| (t.location.line, t.location.column)).collect();
-        assert_eq!(places, [(1, 1), (1, 3), (1, 7), (2, 3)]);
-    }
-
-    #[test]
-    fn number_lists_end_where_a_token_must_tell() {
-        let parse = |word: &str| word.parse().ok().filter(|value: &f64| value.is_finite());
-        for (text, numbers, next) in [
-            (" 1 -2.5\n+3e1 # 4 \u{e4}\n 5]", 4, "3:3 `]`"),
-            ("1 2 \u{b2}", 2, "1:5 `\u{b2}`"),
-            ("1\"a\"", 1, "1:2 \"a\""),
-            ("[1", 0, "1:1 `[`"),
-            ("", 0, "the end"),
-            ("7 1e999", 1, "1:3: `1e999` is not a finite number"),
-            ("7 1.2.3", 1, "1:3: `1.2.3` is not a number"),
-        ] {
-            let mut stream = TokenStream::new(text.to_string(), "t", None);
-            let mut values = Vec::new();
-            stream.number_list(parse, &mut values);
-            let then = match stream.next() {
-                Ok(Some(token)) => format!("{}:{} {token}", token.location.line, token.location.column),
-                Ok(None) => "the end".to_string(),
-                Err(error) => error.to_string(),
-            };
-            assert!(values.len() == numbers && then.contains(next), "{text:?}: {values:?}, then {then}");
-        }
-    }
-
-    #[test]
-    fn bad_text_names_its_place() {
-        for (text, expected) in [
-            ("a \"b\nc\"", "t.pbrt:1:3: unterminated string"),
-            ("a \"b", "t.pbrt:1:3: unterminated string"),
-            ("\"\\q\"", "t.pbrt:1:2: unknown escape"),
-            (" 1e999", "t.pbrt:1:2: `1e999` is not a finite number"),
-            ("1.2.3", "t.pbrt:1:1: `1.2.3` is not a number"),
-            ("-inf", "not a finite number"),
-        ] {
-            let error = tokens(text).unwrap_err().to_string();
-            assert!(error.contains(expected), "{text:?}: {error}");
-        }
-    }
-
-    proptest! {
-        #[test]
-        fn never_panics(text in "\\PC{0,200}") {
-            let _ = tokens(&text);
-        }
-
-        #[test]
-        fn numbers_survive(value in proptest::num::f64::NORMAL) {
-            let read = tokens(&format!("{value:?}")).unwrap();
-            let TokenKind::Number { value: read, .. } = read[0].kind else {
-                panic!("not a number");
-            };
-            prop_assert_eq!(read, value);
-        }
-    }
-}
+mod tests;

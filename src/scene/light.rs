@@ -12,12 +12,12 @@ use std::path::Path;
 use glam::{DAffine3, DVec3};
 
 use super::error::{Location, SceneError};
-use super::light_image;
 use super::model::{AreaLight, EmissionImage, Light, Rgb};
 use super::params::ParamList;
 use super::registry::{Family, Kind, ParamSpec, full, ignored, later, supported};
 use super::spectrum::{Spectrum, optional};
 use super::texture::Textures;
+use super::{light_image, transform};
 use crate::film::LUMINANCE;
 
 const COLOUR: &[Kind] = &[Kind::Rgb, Kind::Spectrum, Kind::Blackbody];
@@ -160,6 +160,9 @@ fn spot(params: &ParamList, world_from_light: DAffine3, location: &Location) -> 
     // The integral over directions of the cone with its smooth edge.
     let cone = PI * (falloff_start + falloff_end);
     let (from, to) = (from(params)?, to(params)?);
+    if !transform::is_invertible(&world_from_light) {
+        return Err(location.invalid("the transform of the spot light is singular; expected one that can be inverted"));
+    }
     Ok(Light::Spot {
         position: world_from_light.transform_point3(from),
         direction: direction(to - from, world_from_light, location)?,
@@ -212,10 +215,11 @@ fn to(params: &ParamList) -> Result<DVec3, SceneError> {
 
 /// Unit length, world space.
 fn direction(axis: DVec3, world_from_light: DAffine3, location: &Location) -> Result<DVec3, SceneError> {
-    let direction = axis.try_normalize().map(|a| world_from_light.transform_vector3(a));
-    direction
-        .and_then(DVec3::try_normalize)
-        .ok_or_else(|| location.invalid("\"point3 from\" and \"point3 to\" are the same point; expected two"))
+    let axis = axis
+        .try_normalize()
+        .ok_or_else(|| location.invalid("\"point3 from\" and \"point3 to\" are the same point; expected two"))?;
+    let turned = world_from_light.transform_vector3(axis).try_normalize();
+    turned.ok_or_else(|| location.invalid("the transform takes the light's direction to 0; expected another one"))
 }
 
 /// The light's colour, `scale` included.

@@ -2,14 +2,17 @@
 //!
 //! Images of skies and goniometric lights are square, by the equal-area map of `octahedral`:
 //! +z of the light's space is up in a sky, +y is up in a goniometric light. A sky of twice the
-//! width, with longitude and latitude, is resampled as pbrt's own converter does it: +z is the
-//! top row, and the azimuth from +x to +y grows from left to right. The colour of a direction
-//! is that of the texel it falls into, without interpolation.
+//! width, with longitude and latitude, is resampled with the axes of pbrt's own converter: +z is
+//! the top row, and the azimuth from +x to +y grows from left to right; no texel's power changes
+//! (see `longitudes`). The colour of a direction is that of the texel it falls into, without
+//! interpolation.
 //!
 //! The RGB of a file reaches the film as it is, times `scale`. A `power` is the one of all that
 //! a light emits, by luminance (goniometric lights are grey: by the mean of channels).
 
-use std::f64::consts::{FRAC_1_PI, PI, TAU};
+mod longitudes;
+
+use std::f64::consts::{PI, TAU};
 use std::path::Path;
 use std::sync::Arc;
 
@@ -68,7 +71,7 @@ pub(super) fn read(
                 "{file} is taken for longitude and latitude, with +z of the light's space at the top, \
                  and is resampled to a square; pbrt would refuse it"
             ));
-            Ok(Arc::new(from_longitudes(&image)))
+            Ok(Arc::new(longitudes::equal_area(&image)))
         }
         _ => Err(not_square(param, &image)),
     }
@@ -81,31 +84,6 @@ fn not_square(param: &Param, image: &Image) -> SceneError {
 fn grey(image: &Image) -> Image {
     let pixels = image.pixels.iter().map(|[r, g, b]| [(r + g + b) / 3.0; 3]).collect();
     Image { pixels, ..*image }
-}
-
-/// The equal-area square of an image over longitude and latitude. Each texel is the mean of
-/// points in it, close enough that they miss no pixel: the square's texels are about as large
-/// as those on the image's equator.
-fn from_longitudes(image: &Image) -> Image {
-    const POINTS: u32 = 4;
-    let side = (f64::from(image.width) * FRAC_1_PI.sqrt()).ceil() as u32;
-    let place = |i: u32| (f64::from(i) + 0.5) / f64::from(side * POINTS);
-    let pixel = |across: f64, down: f64| {
-        let x = ((across * f64::from(image.width)) as u32).min(image.width - 1);
-        let y = ((down * f64::from(image.height)) as u32).min(image.height - 1);
-        Rgb::from(image.pixels[(y * image.width + x) as usize].map(f64::from))
-    };
-    let texel = |i: u32| {
-        let mut sum = Rgb::ZERO;
-        for point in 0..POINTS * POINTS {
-            let x = place(i % side * POINTS + point % POINTS);
-            let y = place(i / side * POINTS + point / POINTS);
-            let w = octahedral::direction(DVec2::new(x, y));
-            sum += pixel(w.y.atan2(w.x).rem_euclid(TAU) / TAU, w.z.clamp(-1.0, 1.0).acos() / PI);
-        }
-        (sum / f64::from(POINTS * POINTS)).as_vec3().to_array()
-    };
-    Image { width: side, height: side, pixels: (0..side * side).map(texel).collect() }
 }
 
 /// A sky; `illuminance` is what a patch that looks along +z of the light's space receives. As

@@ -8,10 +8,10 @@ use super::spectrum::{Spectrum, conductor, conductor_from_reflectance, copper, o
 use super::texture::Textures;
 
 const FLOAT: &[Kind] = &[Kind::Float];
-const COLOUR: &[Kind] = &[Kind::Rgb, Kind::Spectrum];
-const TEXTURED: &[Kind] = &[Kind::Rgb, Kind::Spectrum, Kind::Texture];
+const COLOUR: &[Kind] = &[Kind::Rgb, Kind::Spectrum, Kind::Blackbody];
+const TEXTURED: &[Kind] = &[Kind::Rgb, Kind::Spectrum, Kind::Blackbody, Kind::Texture];
 const NUMBER: &[Kind] = &[Kind::Float, Kind::Texture];
-const INDEX: &[Kind] = &[Kind::Float, Kind::Spectrum];
+const INDEX: &[Kind] = &[Kind::Float, Kind::Spectrum, Kind::Blackbody];
 
 const DISPLACEMENT: ParamSpec = later("displacement", &[Kind::Float, Kind::Texture]);
 const NORMAL_MAP: ParamSpec = later("normalmap", &[Kind::String]);
@@ -20,9 +20,10 @@ const U_ROUGHNESS: ParamSpec = full("uroughness", NUMBER);
 const V_ROUGHNESS: ParamSpec = full("vroughness", NUMBER);
 const REMAP_ROUGHNESS: ParamSpec = full("remaproughness", &[Kind::Bool]);
 const REFLECTANCE: ParamSpec = full("reflectance", TEXTURED);
-/// Coats scatter nothing inside, and are followed in closed form.
-const ALBEDO: ParamSpec = full("albedo", COLOUR);
-const PHASE: ParamSpec = ignored("g", FLOAT);
+/// Coats are followed in closed form: what little they scatter inside goes straight on.
+const ALBEDO: ParamSpec = full("albedo", TEXTURED);
+const PHASE: ParamSpec = ignored("g", NUMBER);
+const THICKNESS: ParamSpec = full("thickness", NUMBER);
 const LAYER_DEPTH: ParamSpec = ignored("maxdepth", &[Kind::Integer]);
 const LAYER_SAMPLES: ParamSpec = ignored("nsamples", &[Kind::Integer]);
 
@@ -73,7 +74,7 @@ pub(super) const FAMILY: Family = Family {
                 V_ROUGHNESS,
                 REMAP_ROUGHNESS,
                 full("eta", INDEX),
-                full("thickness", FLOAT),
+                THICKNESS,
                 ALBEDO,
                 PHASE,
                 LAYER_DEPTH,
@@ -96,7 +97,7 @@ pub(super) const FAMILY: Family = Family {
                 full("interface.vroughness", NUMBER),
                 full("interface.eta", INDEX),
                 REMAP_ROUGHNESS,
-                full("thickness", FLOAT),
+                THICKNESS,
                 ALBEDO,
                 PHASE,
                 LAYER_DEPTH,
@@ -118,19 +119,21 @@ pub(super) fn default() -> Material {
     Material::Diffuse { reflectance: Input::Constant(Rgb::splat(0.5)) }
 }
 
-/// Makes a material, other than a mix, from parameters that [`FAMILY`] has checked.
+/// Makes a material, other than a mix, from parameters that [`FAMILY`] has checked; also gives
+/// warnings.
 pub(super) fn material(
     name: &str,
     params: &ParamList,
     textures: &Textures,
     location: &Location,
-) -> Result<Material, SceneError> {
+) -> Result<(Material, Vec<String>), SceneError> {
+    let mut warnings = Vec::new();
     let color = |name, default| match params.get(name) {
         Some(param) => textures.color(param),
         None => Ok(Input::Constant(Rgb::splat(default))),
     };
     let roughness = |prefix| roughness(params, prefix, textures);
-    Ok(match name {
+    let material = match name {
         "conductor" => {
             let metal = metal(params, ["eta", "k"], 1.0, textures, location)?;
             Material::Conductor { metal, roughness: roughness("")? }
@@ -144,16 +147,17 @@ pub(super) fn material(
         },
         "coateddiffuse" => Material::CoatedDiffuse {
             reflectance: color("reflectance", 0.5)?,
-            coat: coat(params, "eta", roughness("")?)?,
+            coat: coat(params, "eta", roughness("")?, textures, &mut warnings)?,
         },
         "coatedconductor" => {
-            let coat = coat(params, "interface.eta", roughness("interface.")?)?;
+            let coat = coat(params, "interface.eta", roughness("interface.")?, textures, &mut warnings)?;
             let metal = metal(params, ["conductor.eta", "conductor.k"], coat.eta, textures, location)?;
             Material::CoatedConductor { metal, roughness: roughness("conductor.")?, coat }
         }
         "interface" => Material::Interface,
         _ => Material::Diffuse { reflectance: color("reflectance", 0.5)? },
-    })
+    };
+    Ok((material, warnings))
 }
 
 /// The names of the two materials that a mix is of, and the chance of the second.
@@ -246,7 +250,7 @@ fn metal(
 /// An index of refraction.
 fn index(params: &ParamList, name: &str) -> Result<f64, SceneError> {
     let eta = match params.get(name) {
-        Some(param) if param.kind == Kind::Spectrum => Spectrum::from_param(param)?.photopic_mean(),
+        Some(param) if param.kind != Kind::Float => Spectrum::from_param(param)?.photopic_mean(),
         _ => params.float(name)?.unwrap_or(1.5),
     };
     match params.get(name) {
@@ -263,12 +267,43 @@ fn dielectric(params: &ParamList, roughness: Roughness) -> Result<Material, Scen
     Ok(Material::Dielectric { eta, transmittance, roughness })
 }
 
-fn coat(params: &ParamList, eta: &str, roughness: Roughness) -> Result<Coat, SceneError> {
-    if let (Some(param), Some(albedo)) = (params.get("albedo"), fraction(params, "albedo")?)
-        && albedo != Rgb::ZERO
-    {
-        return Err(param.location.unsupported(&format!("{param} that is not 0"), "coats that scatter nothing"));
+/// The most that a coat may scatter: its albedo times its optical thickness. Up to that, it
+/// matters little where the scattered light goes.
+const MOST_SCATTERED: f64 = 0.1;
+
+/// A coat; textures of its inside are taken for their means.
+fn coat(
+    params: &ParamList,
+    eta: &str,
+    roughness: Roughness,
+    textures: &Textures,
+    warnings: &mut Vec<String>,
+) -> Result<Coat, SceneError> {
+    let mut mean_of = |name: &str, mean: Option<Rgb>| {
+        if let (Some(param), Some(mean)) = (params.get(name), mean) {
+            let mean = mean.element_sum() / 3.0;
+            warnings.push(format!("{param} is rendered as its mean, {mean:.4}: coats are the same everywhere inside"));
+        }
+    };
+    let thickness = number(params, "thickness", textures, 0.01)?;
+    let (mean, is_texture) = textures.mean_number(thickness);
+    mean_of("thickness", is_texture.then_some(Rgb::splat(mean)));
+    if let Some(param) = params.get("thickness").filter(|_| mean < 0.0) {
+        return Err(param.bad_value("0 or a number above it"));
     }
-    let thickness = params.not_negative("thickness", 0.01)?;
-    Ok(Coat { eta: index(params, eta)?, thickness, roughness })
+    let albedo = params.get("albedo").map_or(Ok(Input::Constant(Rgb::ZERO)), |param| textures.color(param))?;
+    let (albedo, is_texture) = textures.mean_color(albedo);
+    mean_of("albedo", is_texture.then_some(albedo));
+    // Nothing comes of it, but a texture must be there.
+    number(params, "g", textures, 0.0)?;
+    let scattered = mean * albedo.element_sum() / 3.0;
+    if let Some(param) = params.get("albedo").filter(|_| scattered > 0.0) {
+        if scattered > MOST_SCATTERED {
+            let what =
+                format!("{param} that scatters {scattered:.2} of the light in a coat, by thickness times albedo,");
+            return Err(param.location.unsupported(&what, &format!("coats that scatter up to {MOST_SCATTERED}")));
+        }
+        warnings.push(format!("light that {param} scatters inside the coat is taken to go straight on"));
+    }
+    Ok(Coat { eta: index(params, eta)?, thickness: mean - scattered, roughness })
 }

@@ -26,9 +26,12 @@ mod material;
 mod material_tests;
 mod model;
 mod object;
+mod option;
 mod params;
 mod parser;
 mod ply;
+#[cfg(test)]
+mod reading_tests;
 mod registry;
 mod rewrite;
 mod shape;
@@ -42,6 +45,7 @@ mod texture_model;
 #[cfg(test)]
 mod texture_tests;
 mod transform;
+mod version3;
 
 pub(crate) use camera::default_window;
 pub use error::{Location, SceneError};

@@ -10,7 +10,7 @@ use std::sync::Arc;
 use glam::{DAffine3, DMat3, DVec2, DVec3};
 
 use crate::bezier::Curve;
-use crate::film::Image;
+use crate::film::{Image, Window};
 
 use super::texture_model::Texture;
 
@@ -79,6 +79,12 @@ impl Film {
         let pixel = |fraction: f64, side: u32| (fraction * f64::from(side) - SLACK).ceil() as u32;
         let first = [pixel(x0, width).min(width - 1), pixel(y0, height).min(height - 1)];
         [first, [pixel(x1, width).max(first[0] + 1), pixel(y1, height).max(first[1] + 1)]]
+    }
+
+    /// Where what is rendered lies in what the camera sees, in so many pixels.
+    pub fn part(&self, resolution: [u32; 2]) -> Window {
+        let [first, _] = self.bounds(resolution);
+        Window { first: first.map(|side| side as i32), full: resolution }
     }
 }
 
@@ -279,7 +285,8 @@ pub enum Material {
 pub struct Shape {
     /// Its form, in object space.
     pub geometry: Geometry,
-    /// From its object space to world space, or that of its instances; invertible.
+    /// From its object space to world space, or that of its instances; invertible, but for meshes
+    /// without normals.
     pub world_from_object: DAffine3,
     /// Set where it is part of an object, of which there are [`Scene::instances`] or none.
     /// Such a shape does not emit.
@@ -292,6 +299,8 @@ pub struct Shape {
     pub alpha: Input<f64>,
     /// Set where an `AreaLightSource` was in force.
     pub emission: Option<AreaLight>,
+    /// Of `Shape "revolution"`: how many such directives stand before its own.
+    pub revolution: Option<usize>,
     /// `file:line:column` of the directive, for messages.
     pub location: String,
 }
@@ -345,12 +354,14 @@ pub struct Profile {
     pub segments: Vec<Curve>,
 }
 
-/// Triangles with shared vertices. All numbers are finite, all indices in range.
+/// Triangles with shared vertices. All numbers but those of normals are finite, all indices in
+/// range.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Mesh {
     /// Vertex positions in object space.
     pub positions: Vec<DVec3>,
-    /// Vertex normals in object space: one per position, or none at all.
+    /// Vertex normals in object space: one per position, or none at all. Those of a triangle
+    /// count unless one of them is not finite, or all are 0.
     pub normals: Vec<DVec3>,
     /// Texture coordinates: one per position, or none at all.
     pub uvs: Vec<DVec2>,

@@ -70,22 +70,22 @@ impl Objects {
         Ok(())
     }
 
-    /// The instances of objects that have shapes.
-    pub fn resolve(self, shapes: &[Shape]) -> Result<Vec<Instance>, SceneError> {
+    /// The instances of objects that have shapes, and what is wrong with others.
+    pub fn resolve(self, shapes: &[Shape]) -> (Vec<Instance>, Vec<SceneError>) {
         let mut has_shapes = vec![false; self.named.len()];
         shapes.iter().filter_map(|shape| shape.object).for_each(|object| has_shapes[object] = true);
         let mut instances = Vec::with_capacity(self.uses.len());
+        let mut errors = Vec::new();
         for (name, location, world_from_instance) in self.uses {
-            let Some(object) = self.named.get(&name).copied() else {
-                return Err(location.invalid(format!(
+            match self.named.get(&name).copied() {
+                Some(object) if has_shapes[object] => instances.push(Instance { object, world_from_instance }),
+                Some(_) => {}
+                None => errors.push(location.invalid(format!(
                     "unknown object \"{}\"; expected one that ObjectBegin has named",
                     shorten(&name)
-                )));
-            };
-            if has_shapes[object] {
-                instances.push(Instance { object, world_from_instance });
+                ))),
             }
         }
-        Ok(instances)
+        (instances, errors)
     }
 }

@@ -1,5 +1,6 @@
 //! Typed parameter lists.
 
+use std::collections::HashMap;
 use std::ops::Range;
 
 use glam::{DVec2, DVec3};
@@ -8,6 +9,7 @@ use super::color::ColorSpace;
 use super::error::{Location, SceneError};
 use super::lexer::{Token, TokenKind, TokenStream, shorten};
 use super::registry::Kind;
+use super::version3;
 
 /// One parameter as the file has it.
 #[derive(Clone, Debug)]
@@ -47,7 +49,27 @@ fn number(word: &str) -> Option<f64> {
 }
 
 impl Param {
-    fn read(stream: &mut TokenStream, declaration: &str, location: Location) -> Result<Self, SceneError> {
+    /// One without a value so far.
+    fn new(kind: Kind, name: &str, location: Location) -> Self {
+        let (values, color_space) = (Values::Numbers(Vec::new()), ColorSpace::default());
+        Param { kind, name: name.to_string(), location, span: 0..0, values, color_space }
+    }
+
+    /// Reads the one value of a parameter whose type is known without a declaration.
+    pub fn read_undeclared(
+        stream: &mut TokenStream,
+        kind: Kind,
+        name: &str,
+        location: Location,
+    ) -> Result<Self, SceneError> {
+        let mut param = Self::new(kind, name, location);
+        let value = stream.required(&format!("the value of \"{}\"", shorten(name)))?;
+        param.add(value)?;
+        Ok(param)
+    }
+
+    /// Reads the values of a parameter that is declared by its type and name.
+    pub fn read(stream: &mut TokenStream, declaration: &str, location: Location) -> Result<Self, SceneError> {
         let mut words = declaration.split([' ', '\t']).filter(|w| !w.is_empty());
         let (Some(kind), Some(name), None) = (words.next(), words.next(), words.next()) else {
             return Err(location.invalid(format!(
@@ -58,14 +80,13 @@ impl Param {
         let Some(kind) = Kind::from_word(kind) else {
             let all: Vec<&str> = Kind::ALL.iter().map(|(_, word)| *word).collect();
             return Err(location.invalid(format!(
-                "unknown parameter type `{}`; expected one of: {}",
+                "unknown parameter type `{}`; expected one of: {}{}",
                 shorten(kind),
-                all.join(", ")
+                all.join(", "),
+                version3::hint_at_type(kind)
             )));
         };
-        let values = Values::Numbers(Vec::new());
-        let color_space = ColorSpace::default();
-        let mut param = Param { kind, name: name.to_string(), location, span: 0..0, values, color_space };
+        let mut param = Param::new(kind, name, location);
         param.read_values(stream)?;
         param.check_group()?;
         Ok(param)
@@ -216,7 +237,7 @@ pub(super) struct ParamList {
 }
 
 impl ParamList {
-    /// Reads parameters for as long as quoted strings follow.
+    /// Reads parameters for as long as quoted strings follow; any of them may be there twice.
     pub fn read(stream: &mut TokenStream) -> Result<Self, SceneError> {
         let mut list = ParamList::default();
         while let Some(Token { kind: TokenKind::Text(_), span, .. }) = stream.peek()? {
@@ -224,12 +245,33 @@ impl ParamList {
             let (declaration, location) = stream.string("a parameter")?;
             let mut param = Param::read(stream, &declaration, location)?;
             param.span = start..stream.at();
-            if list.get(&param.name).is_some() {
-                return Err(param.location.invalid(format!("{param} is given twice; expected it once")));
-            }
             list.items.push(param);
         }
         Ok(list)
+    }
+
+    /// Takes out what is given again with the same type and name: the first counts.
+    ///
+    /// # Errors
+    /// Something is given with two types.
+    pub fn take_repeated(&mut self) -> Result<Vec<Param>, SceneError> {
+        let mut kinds = HashMap::with_capacity(self.items.len());
+        let mut repeated = Vec::new();
+        for param in std::mem::take(&mut self.items) {
+            match kinds.get(&param.name) {
+                None => {
+                    kinds.insert(param.name.clone(), param.kind);
+                    self.items.push(param);
+                }
+                Some(kind) if *kind == param.kind => repeated.push(param),
+                Some(kind) => {
+                    let first = kind.word();
+                    let what = format!("{param} is given a second time, before as \"{first}\"; expected one of them");
+                    return Err(param.location.invalid(what));
+                }
+            }
+        }
+        Ok(repeated)
     }
 
     pub fn get(&self, name: &str) -> Option<&Param> {

@@ -10,10 +10,9 @@ use super::files::{directory, identity, read_spectra, read_text};
 use super::lexer::{FlatText, Token, TokenKind, TokenStream, shorten};
 use super::model::Scene;
 use super::params::ParamList;
-use super::registry::Kind;
-use super::state::{ActiveTimes, SceneBuilder};
+use super::state::{ActiveTimes, Collected, SceneBuilder};
 use super::texture::Values;
-use super::transform;
+use super::{option, transform, version3};
 
 /// Every directive of pbrt-v4.
 const DIRECTIVES: &[&str] = &[
@@ -75,27 +74,25 @@ pub(crate) fn load_with_text(path: &Path) -> Result<(Scene, FlatText), SceneErro
 /// What a scene file holds, as far as it can be told.
 #[derive(Debug)]
 pub struct Survey {
-    /// The scene without what is not supported, if that makes one.
+    /// The scene without what is wrong, if that makes one.
     pub scene: Option<Scene>,
     /// Everything that is not supported.
     pub unsupported: Vec<SceneError>,
-    /// What is wrong besides; it may be for want of what is not supported.
-    pub error: Option<SceneError>,
+    /// Everything else that is wrong.
+    pub errors: Vec<SceneError>,
 }
 
-/// Reads the scene file at `path`, and goes on where something is not supported.
+/// Reads the scene file at `path`, and goes on where something is wrong.
 pub(super) fn survey(path: &Path) -> Survey {
     let mut parser = match open(path) {
         Ok(stream) => Parser::new(stream, directory(path)),
-        Err(error) => return Survey { scene: None, unsupported: Vec::new(), error: Some(error) },
+        Err(error) => return Survey { scene: None, unsupported: Vec::new(), errors: vec![error] },
     };
-    parser.scene.collect_unsupported();
+    parser.scene.collect_errors();
     let read = parser.directives();
-    let (scene, unsupported) = parser.scene.finish_collecting(parser.stream.end());
-    match read.and(scene) {
-        Ok(scene) => Survey { scene: Some(scene), unsupported, error: None },
-        Err(error) => Survey { scene: None, unsupported, error: Some(error) },
-    }
+    let (scene, Collected { unsupported, mut errors }) = parser.scene.finish_collecting(parser.stream.end());
+    errors.extend(read.err());
+    Survey { scene, unsupported, errors }
 }
 
 fn open(path: &Path) -> Result<TokenStream, SceneError> {
@@ -124,29 +121,26 @@ impl Parser {
     }
 
     fn directives(&mut self) -> Result<(), SceneError> {
-        while let Some(token) = self.stream.next()? {
-            match &token.kind {
-                TokenKind::Word(word) => {
-                    let outcome = self.directive(word, &token.location);
-                    if self.scene.notes(outcome)? {
-                        self.skip_to_directive()?;
-                    }
-                }
-                _ => {
-                    return Err(token.location.invalid(format!("found {token}; expected a directive")));
-                }
+        loop {
+            let outcome = match self.stream.next() {
+                Ok(None) => return Ok(()),
+                Ok(Some(Token { kind: TokenKind::Word(word), location, .. })) => self.directive(&word, &location),
+                Ok(Some(token)) => Err(token.location.invalid(format!("found {token}; expected a directive"))),
+                Err(error) => Err(error),
+            };
+            if self.scene.notes(outcome)? {
+                self.skip_to_directive();
             }
         }
-        Ok(())
     }
 
-    /// Passes over what an unsupported directive has left unread.
-    fn skip_to_directive(&mut self) -> Result<(), SceneError> {
+    /// Passes over what a directive with an error has left unread.
+    fn skip_to_directive(&mut self) {
         let begins = |token: &Token| matches!(&token.kind, TokenKind::Word(word) if DIRECTIVES.contains(&&**word));
-        while self.stream.peek()?.is_some_and(|token| !begins(token)) {
-            self.stream.next()?;
+        // What is no token is left unread, too.
+        while self.stream.peek().map_or(true, |token| token.is_some_and(|token| !begins(token))) {
+            drop(self.stream.next());
         }
-        Ok(())
     }
 
     fn directive(&mut self, word: &str, at: &Location) -> Result<(), SceneError> {
@@ -178,7 +172,7 @@ impl Parser {
                 self.stream.import(text, &file, identity);
                 Ok(())
             }
-            "Option" => self.renderer_option(at),
+            "Option" => option::read(&mut self.stream, &mut self.scene.options),
             "ColorSpace" => self.color_space(),
             "Attribute" => {
                 let (target, target_at) = self.stream.string("the target of Attribute")?;
@@ -191,9 +185,10 @@ impl Parser {
             }
             "MediumInterface" => self.medium_interface(at),
             _ => Err(at.invalid(format!(
-                "unknown directive `{}`; expected one of: {}",
+                "unknown directive `{}`; expected one of: {}{}",
                 shorten(word),
-                DIRECTIVES.join(", ")
+                DIRECTIVES.join(", "),
+                version3::hint_at_directive(word)
             ))),
         }
     }
@@ -260,6 +255,9 @@ impl Parser {
     /// force, and the values of spectra that are in files.
     fn params(&mut self) -> Result<ParamList, SceneError> {
         let mut params = ParamList::read(&mut self.stream)?;
+        for param in params.take_repeated()? {
+            self.scene.warn(&param.location, &format!("{param} is given again; the first one counts"));
+        }
         for param in &mut params.items {
             param.color_space = self.scene.color_space();
         }
@@ -272,11 +270,11 @@ impl Parser {
         self.apply(word, &name, &name_at, &name_at)
     }
 
-    /// Reads the parameters of a directive, and does what it says. Where all that is not
-    /// supported is to be found, the directive is tried again without a parameter that is not.
+    /// Reads the parameters of a directive, and does what it says. Where all that is wrong is
+    /// to be found, the directive is tried again without a parameter that is not.
     fn apply(&mut self, word: &str, name: &str, name_at: &Location, at: &Location) -> Result<(), SceneError> {
         let mut params = self.params()?;
-        if !self.scene.collects_unsupported() {
+        if !self.scene.collects_errors() {
             return self.perform(word, name, params, name_at, at);
         }
         let mut has_all = true;
@@ -351,13 +349,14 @@ impl Parser {
                     "float" => Values::Numbers,
                     "spectrum" => Values::Colors,
                     _ => {
+                        let hint = version3::hint_at_values(&values);
                         let what = format!("unknown type \"{}\" of Texture", shorten(&values));
-                        return Err(values_at.invalid(format!("{what}; expected \"float\" or \"spectrum\"")));
+                        return Err(values_at.invalid(format!("{what}; expected \"float\" or \"spectrum\"{hint}")));
                     }
                 };
                 let (class, class_at) = self.stream.string("the texture's class")?;
                 let params = self.params()?;
-                return self.scene.texture(&name, values, &class, params, &class_at);
+                return self.scene.texture(name, values, class, params, &class_at);
             }
             _ => {}
         }
@@ -374,45 +373,6 @@ impl Parser {
         let text = read_text(&path, Some(&name_at))?;
         self.scene.included.push(path.clone());
         Ok((text, path.to_string_lossy().into_owned(), identity))
-    }
-
-    /// `Option`: most steer pbrt itself.
-    fn renderer_option(&mut self, at: &Location) -> Result<(), SceneError> {
-        let params = ParamList::read(&mut self.stream)?;
-        let [option] = &params.items[..] else {
-            return Err(at.invalid("expected one parameter after Option"));
-        };
-        match (option.name.as_str(), option.kind) {
-            ("forcediffuse", Kind::Bool) => {
-                if params.flag("forcediffuse")? {
-                    let what = format!("{option} true");
-                    return Err(option.location.unsupported(&what, "false"));
-                }
-                Ok(())
-            }
-            ("disablepixeljitter", Kind::Bool) => {
-                self.scene.options.without_jitter = params.flag("disablepixeljitter")?;
-                Ok(())
-            }
-            ("seed", Kind::Integer) => {
-                self.scene.options.seed = params.integer("seed", 0, u32::MAX)?;
-                Ok(())
-            }
-            (
-                "disabletexturefiltering"
-                | "disablewavelengthjitter"
-                | "displacementedgescale"
-                | "msereferenceimage"
-                | "msereferenceout"
-                | "pixelstats"
-                | "rendercoordsys"
-                | "wavefront",
-                _,
-            ) => Ok(()),
-            _ => Err(option
-                .location
-                .invalid(format!("unknown Option {option}; expected one of pbrt-v4's, such as \"integer seed\""))),
-        }
     }
 
     fn color_space(&mut self) -> Result<(), SceneError> {

@@ -103,6 +103,10 @@ impl Body<'_> {
     fn scalar(&mut self, scalar: Scalar, during: &str) -> Result<f64, PlyError> {
         if self.format == Format::Ascii {
             let word = self.source.word(during)?;
+            // As C libraries may write what is no number.
+            if word.trim_start_matches(['-', '+']).to_ascii_lowercase().starts_with("nan(") {
+                return Ok(f64::NAN);
+            }
             return word
                 .parse()
                 .map_err(|_| self.source.invalid(format!("`{}` is not a number, in {during}", shorten(&word))));
@@ -191,12 +195,13 @@ impl Body<'_> {
                     None => self.skip_property(property, "the vertices")?,
                 }
             }
-            if let Some(value) = values.iter().find(|value| !value.is_finite()) {
+            let [x, y, z, nx, ny, nz, u, v] = values;
+            // Normals may be anything: one that is none leaves the surface its own.
+            if let Some(value) = [x, y, z, u, v].iter().find(|value| !value.is_finite()) {
                 return Err(self
                     .source
                     .invalid(format!("vertex {vertex} has the coordinate {value}; expected a finite number")));
             }
-            let [x, y, z, nx, ny, nz, u, v] = values;
             self.mesh.positions.push(DVec3::new(x, y, z));
             if layout.normals {
                 self.mesh.normals.push(DVec3::new(nx, ny, nz));

@@ -3,6 +3,7 @@
 use super::error::{Location, SceneError};
 use super::lexer::shorten;
 use super::params::{Param, ParamList};
+use super::version3;
 
 /// The declared type of a parameter.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -155,9 +156,10 @@ impl Family {
         let found = self.types.iter().find(|t| t.name == name);
         let spec = found.ok_or_else(|| {
             location.invalid(format!(
-                "unknown {directive} \"{}\"; expected one of: {}",
+                "unknown {directive} \"{}\"; expected one of: {}{}",
                 shorten(name),
-                self.supported_types()
+                self.supported_types(),
+                version3::hint_at(directive, name)
             ))
         })?;
         if spec.support == Support::Later {
@@ -178,9 +180,10 @@ impl Family {
     fn check_param(&self, spec: &TypeSpec, param: &Param) -> Result<(), SceneError> {
         let what = format!("{} \"{}\"", self.directive, spec.name);
         let Some(accepted) = spec.parameters.iter().find(|p| p.name == param.name) else {
+            let hint = version3::hint_at_parameter(self.directive, &param.name);
             return Err(param
                 .location
-                .invalid(format!("unknown parameter {param}; {what} accepts: {}", spec.accepted())));
+                .invalid(format!("unknown parameter {param}; {what} accepts: {}{hint}", spec.accepted())));
         };
         if !accepted.kinds.contains(&param.kind) {
             return Err(param
@@ -243,6 +246,7 @@ mod tests {
         let mut stream = TokenStream::new(text.to_string(), "t", None);
         let mut read = || {
             let mut params = ParamList::read(&mut stream)?;
+            params.take_repeated()?;
             let location = stream.end().clone();
             FAMILY.check(name, &location, &mut params, &ParamList::default())?;
             Ok(params)
@@ -275,7 +279,9 @@ mod tests {
             ("ball", "\"float size\" nan", "found `nan` as a value"),
             ("ball", "\"size\" 1", "expected \"type name\""),
             ("ball", "\"colour size\" 1", "unknown parameter type `colour`"),
-            ("ball", "\"float size\" 1 \"float size\" 2", "given twice"),
+            ("ball", "\"float size\" 1 \"integer size\" 2", "is given a second time, before as \"float\""),
+            ("ball", "\"integer n\" 2.0", "found `2.0` as a value of \"integer n\"; expected a whole number"),
+            ("ball", "\"integer n\" [ 1 -3e0 ]", "found `-3e0` as a value of \"integer n\"; expected a whole number"),
             ("ball", "\"spectrum s\" [1 \"x\"]", "found \"x\" as a value"),
             ("cone", "", "Shape \"cone\" is not supported yet; supported here: \"ball\""),
             ("cube", "", "unknown Shape \"cube\"; expected one of: \"ball\""),

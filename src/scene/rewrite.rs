@@ -11,9 +11,9 @@ use super::registry::Kind;
 
 /// What to write for a scene that was read without an error.
 pub(crate) struct Rewrite<'a> {
-    /// The meshes' file names, as the text is to have them: one for each body of
-    /// revolution, in the order of the scene's shapes.
-    pub meshes: Vec<&'a str>,
+    /// The meshes' file names, as the text is to have them: one for each `Shape "revolution"`,
+    /// in the order of the text; none where it is to stay.
+    pub meshes: Vec<Option<&'a str>>,
     /// The folder of the scene, as seen from that of the new text; empty where it is the
     /// same.
     pub folder: &'a str,
@@ -46,10 +46,12 @@ impl Rewrite<'_> {
             let params = ParamList::read(&mut stream)?;
             match directive.as_str() {
                 "Shape" if is(first, "revolution") => {
-                    if let Some(mesh) = meshes.next() {
+                    if let Some(mesh) = meshes.next().copied().flatten() {
                         let file = format!("\"plymesh\" \"string filename\" {}", quoted(mesh));
                         edits.replace(&first.span, &file);
                         self.edit(&params, &mut edits, &["P", "degree"]);
+                    } else {
+                        self.edit(&params, &mut edits, &[]);
                     }
                 }
                 // Bodies have no use for them, but meshes would; no other shape has.
@@ -159,7 +161,7 @@ mod tests {
     use super::*;
 
     fn rewritten(text: &str, folder: &str) -> String {
-        let rewrite = Rewrite { meshes: vec!["x-1.ply", "\\\"x\".ply"], folder };
+        let rewrite = Rewrite { meshes: vec![Some("x-1.ply"), Some("\\\"x\".ply")], folder };
         rewrite.apply(text).unwrap().text
     }
 

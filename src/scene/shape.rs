@@ -156,6 +156,17 @@ pub(super) fn geometry(
     }
 }
 
+/// Whether rays meet a shape that its transform has flattened: they meet a mesh, by its
+/// triangles alone.
+pub(super) fn stays_when_flattened(geometry: &mut Geometry) -> bool {
+    let Geometry::Mesh(mesh) = geometry else { return false };
+    // Normals have no images.
+    if !mesh.normals.is_empty() {
+        Arc::make_mut(mesh).normals.clear();
+    }
+    true
+}
+
 /// Fails where a light's power is that of a shape which is made of several emitters here.
 pub(super) fn check_power(name: &str, geometry: &Geometry, location: &Location) -> Result<(), SceneError> {
     let is_cut = name == "bilinearmesh" || name == "cylinder" && matches!(geometry, Geometry::Mesh(_));

@@ -11,6 +11,7 @@ use super::model::Rgb;
 use super::params::Param;
 use super::registry::Kind;
 use super::spectrum_data::{DAYLIGHT, FIRST, GLASSES, Glass, LAST, METALS, OBSERVER, SAMPLES};
+use super::version3;
 
 /// A spectrum that a parameter gives.
 #[derive(Clone, Debug)]
@@ -45,9 +46,12 @@ impl Spectrum {
                 (rgb, ColorSpace::Srgb) => Ok(Spectrum::Rgb(rgb.into())),
                 (rgb, space) => Ok(Spectrum::OtherRgb(rgb.into(), space)),
             },
-            (Kind::Blackbody, _) => match param.one()? {
-                [kelvin] if (100.0..=1e6).contains(&kelvin) => Ok(Spectrum::Blackbody(kelvin)),
-                _ => Err(param.bad_value("a temperature from 100 to 1000000 K")),
+            (Kind::Blackbody, _) => match param.numbers() {
+                [kelvin] if (100.0..=1e6).contains(kelvin) => Ok(Spectrum::Blackbody(*kelvin)),
+                values => {
+                    let hint = version3::hint_at_blackbody(values.len());
+                    Err(param.bad_value(&format!("one temperature from 100 to 1000000 K{hint}")))
+                }
             },
             (_, Some(name)) => Self::named(name)
                 .ok_or_else(|| param.location.unsupported(&format!("the spectrum {name:?} of {param}"), NAMES)),
@@ -196,11 +200,12 @@ const NEW_KELVIN: f64 = 1.4388 / 1.438;
 /// CIE illuminant A, K; it was 2848 K at a radiation constant of 1.435 cm K.
 const ILLUMINANT_A: f64 = 2848.0 * 1.4388 / 1.435;
 
-/// Planck's law, relative to 560 nm: only its shape is used.
+/// Planck's law over its largest value, at Wien's wavelength: as in pbrt.
 fn blackbody(kelvin: f64, nm: f64) -> f64 {
     const HC_OVER_K: f64 = 1.438_776_877e7; // nm K
-    let exponential = |nm: f64| (HC_OVER_K / (nm * kelvin)).exp_m1();
-    (560.0 / nm).powi(5) * exponential(560.0) / exponential(nm)
+    const WIEN: f64 = 2.897_771_955e6; // nm K
+    let (peak, exponential) = (WIEN / kelvin, |nm: f64| (HC_OVER_K / (nm * kelvin)).exp_m1());
+    (peak / nm).powi(5) * exponential(peak) / exponential(nm)
 }
 
 fn daylight(nm: f64) -> f64 {
@@ -371,6 +376,23 @@ mod tests {
             let luminance = rgb.dot(Rgb::new(0.2126, 0.7152, 0.0722));
             assert!((luminance - 1.0).abs() < 0.01, "{kelvin} {luminance}");
         }
+    }
+
+    /// pbrt's black bodies have a largest value of 1, wherever that is.
+    #[test]
+    fn black_bodies_reflect_as_pbrt_has_them() {
+        for (kelvin, nm, value) in [(5000.0, 579.55, 1.0), (6504.0, 445.54, 1.0), (2000.0, 700.0, 0.186098)] {
+            assert!(
+                (Spectrum::Blackbody(kelvin).at(nm) - value).abs() < 1e-4,
+                "{}",
+                Spectrum::Blackbody(kelvin).at(nm)
+            );
+        }
+        // Nearly all of the visible light at 5500 K, redder and darker below that.
+        let warm = Spectrum::Blackbody(2500.0).reflectance();
+        assert!(warm.x > 2.0 * warm.y && warm.y > 2.0 * warm.z && warm.z > 0.0, "{warm}");
+        let white = Spectrum::Blackbody(5500.0).reflectance();
+        assert!(white.min_element() > 0.9 && white.max_element() <= 1.0, "{white}");
     }
 
     /// The green line of mercury, narrower than the tables are.

@@ -2,6 +2,7 @@
 
 mod options;
 mod place;
+mod resolve;
 mod survey;
 
 use std::collections::HashMap;
@@ -13,14 +14,15 @@ use glam::DAffine3;
 use super::color::ColorSpace;
 use super::error::{Location, SceneError};
 use super::lexer::shorten;
-use super::model::{AreaLight, Input, Light, Material, Rgb, Scene, Shape};
+use super::model::{AreaLight, Input, Light, Material, Rgb, Shape};
 use super::object::Objects;
 use super::params::ParamList;
 use super::shape::MeshFiles;
-use super::texture::{Place, Textures, Values};
+use super::texture::{Declaration, Textures, Values};
 use super::{light, material, shape, transform};
-use options::Options;
+pub(super) use options::Options;
 pub(super) use place::ActiveTimes;
+pub(super) use survey::Collected;
 
 /// What applies to the next shape or light.
 #[derive(Clone, Debug)]
@@ -53,7 +55,26 @@ enum MaterialRef {
 #[derive(Clone, Debug)]
 enum Made {
     Material(Material),
-    Mix { parts: [MaterialRef; 2], amount: Input<f64>, location: Location },
+    Mix {
+        parts: [MaterialRef; 2],
+        amount: Input<f64>,
+        location: Location,
+    },
+    /// One that names a texture which is not there yet: its type and parameters, checked.
+    Waiting {
+        kind: String,
+        params: ParamList,
+        location: Location,
+    },
+}
+
+/// A shape, and what of it is looked up at the end.
+#[derive(Debug)]
+struct PendingShape {
+    shape: Shape,
+    material: MaterialRef,
+    /// The alpha, where it names a texture that is not there yet.
+    alpha: Option<ParamList>,
 }
 
 /// A material of the scene file. One that goblet cannot render is an error only
@@ -90,7 +111,9 @@ pub(super) struct SceneBuilder {
     warned_of_motion: bool,
     slots: Vec<MaterialSlot>,
     named: HashMap<Arc<str>, usize>,
-    shapes: Vec<(Shape, MaterialRef)>,
+    shapes: Vec<PendingShape>,
+    /// How many `Shape "revolution"` there were so far.
+    revolutions: usize,
     objects: Objects,
     lights: Vec<Light>,
     files: MeshFiles,
@@ -98,8 +121,8 @@ pub(super) struct SceneBuilder {
     /// Files that the scene includes or imports.
     pub included: Vec<PathBuf>,
     warnings: Vec<String>,
-    /// Set where everything that is not supported is to be found.
-    unsupported: Option<Vec<SceneError>>,
+    /// Set where everything that is wrong is to be found.
+    collected: Option<Collected>,
 }
 
 impl SceneBuilder {
@@ -128,13 +151,14 @@ impl SceneBuilder {
             slots: vec![default_material],
             named: HashMap::new(),
             shapes: Vec::new(),
+            revolutions: 0,
             objects: Objects::default(),
             lights: Vec::new(),
             files: MeshFiles::new(directory),
-            textures: Textures::default(),
+            textures: Textures::new(directory),
             included: Vec::new(),
             warnings: Vec::new(),
-            unsupported: None,
+            collected: None,
         }
     }
 
@@ -159,12 +183,14 @@ impl SceneBuilder {
 
     /// Fails unless `directive` stands after `WorldBegin`, or before it where
     /// `world` is false.
-    pub fn require_world(&self, world: bool, directive: &str, location: &Location) -> Result<(), SceneError> {
+    pub fn require_world(&mut self, world: bool, directive: &str, location: &Location) -> Result<(), SceneError> {
         let (found, expected) = match (self.world, world) {
             (true, false) => ("after", "before"),
             (false, true) => ("before", "after"),
             _ => return Ok(()),
         };
+        // Said once of a missing WorldBegin, where all that is wrong is listed.
+        self.world = true;
         Err(location.invalid(format!("{directive} stands {found} WorldBegin; expected it {expected} WorldBegin")))
     }
 
@@ -196,7 +222,13 @@ impl SceneBuilder {
     }
 
     pub fn object_instance(&mut self, name: &str, location: &Location) -> Result<(), SceneError> {
-        self.objects.instance(name, location, self.state.world_from_object)
+        let world_from_instance = self.state.world_from_object;
+        check_finite(&world_from_instance, location)?;
+        if !transform::is_invertible(&world_from_instance) {
+            self.warn(location, FLATTENED);
+            return Ok(());
+        }
+        self.objects.instance(name, location, world_from_instance)
     }
 
     fn begin_block(&mut self, location: &Location, end: &'static str) {
@@ -264,20 +296,24 @@ impl SceneBuilder {
         let Some(kind) = kind.text() else {
             return Err(kind.bad_value("the name of a material type"));
         };
-        let slot = self.make_material(kind, params, location)?;
-        if self.named.insert(name.into(), slot).is_some() {
+        let made = self.make_material(kind, params, location);
+        // Of one with a fault, only the fault is told, not that nothing is called so.
+        if self.named.insert(name.into(), *made.as_ref().unwrap_or(&0)).is_some() {
             return Err(
                 location.invalid(format!("a material \"{}\" exists already; expected a new name", shorten(name)))
             );
         }
-        Ok(())
+        made.map(drop)
     }
 
     fn make_material(&mut self, kind: &str, mut params: ParamList, location: &Location) -> Result<usize, SceneError> {
         let defaults = &self.state.material_defaults;
-        let made = material::FAMILY
-            .check(kind, location, &mut params, defaults)
-            .and_then(|_| self.material_of(kind, &params, location));
+        let made = material::FAMILY.check(kind, location, &mut params, defaults).and_then(|_| {
+            if self.textures.has_all(&params) {
+                return self.material_of(kind, &params, location);
+            }
+            Ok(Made::Waiting { kind: kind.to_string(), params: params.clone(), location: location.clone() })
+        });
         if let Err(error) = &made
             && !matches!(error, SceneError::Unsupported { .. })
         {
@@ -287,9 +323,11 @@ impl SceneBuilder {
         Ok(self.slots.len() - 1)
     }
 
-    fn material_of(&self, kind: &str, params: &ParamList, location: &Location) -> Result<Made, SceneError> {
+    fn material_of(&mut self, kind: &str, params: &ParamList, location: &Location) -> Result<Made, SceneError> {
         if kind != "mix" {
-            return material::material(kind, params, &self.textures, location).map(Made::Material);
+            let (material, warnings) = material::material(kind, params, &self.textures, location)?;
+            warnings.into_iter().for_each(|warning| self.warn(location, &warning));
+            return Ok(Made::Material(material));
         }
         let (names, amount) = material::mix(params, &self.textures, location)?;
         let parts = names.map(|name| MaterialRef::Named(name.into(), location.clone()));
@@ -300,23 +338,21 @@ impl SceneBuilder {
         self.state.material = MaterialRef::Named(name.into(), location.clone());
     }
 
-    /// A texture of a class that is named at `location`.
+    /// `Texture`, of a class that is named at `location`.
     pub fn texture(
         &mut self,
-        name: &str,
+        name: String,
         values: Values,
-        class: &str,
+        class: String,
         params: ParamList,
         location: &Location,
     ) -> Result<(), SceneError> {
-        let place = Place {
-            directory: &self.files.directory,
-            world_from_texture: self.state.world_from_object,
-            defaults: &self.state.texture_defaults,
-            location,
-        };
-        for warning in self.textures.make(name, values, class, params, &place)? {
-            self.warn(location, &warning);
+        let (world_from_texture, defaults) = (self.state.world_from_object, Arc::clone(&self.state.texture_defaults));
+        let location = location.clone();
+        let declaration =
+            Declaration { name, values, class, location: location.clone(), params, world_from_texture, defaults };
+        for warning in self.textures.declare(declaration)? {
+            self.warn(&location, &warning);
         }
         Ok(())
     }
@@ -326,6 +362,7 @@ impl SceneBuilder {
         light::FAMILY.check(name, location, &mut params, &self.state.light_defaults)?;
         let mut warnings = Vec::new();
         let world_from_light = self.state.world_from_object;
+        check_finite(&world_from_light, location)?;
         let light = light::light(name, &params, &self.files.directory, world_from_light, location, &mut warnings)?;
         for warning in warnings {
             self.warn(location, &warning);
@@ -358,8 +395,11 @@ impl SceneBuilder {
         directive: &Location,
     ) -> Result<(), SceneError> {
         self.warn_of_motion(location);
+        let revolution = (name == "revolution").then_some(self.revolutions);
+        self.revolutions += usize::from(revolution.is_some());
         shape::FAMILY.check(name, location, &mut params, &self.state.shape_defaults)?;
-        let alpha = shape::alpha(&params, &self.textures)?;
+        let waits = !self.textures.has_all(&params);
+        let alpha = if waits { Input::Constant(1.0) } else { shape::alpha(&params, &self.textures)? };
         let mut emission = self.state.emission;
         if emission.is_some() && self.objects.open().is_some() {
             emission = None;
@@ -367,118 +407,43 @@ impl SceneBuilder {
                 self.warn(directive, "shapes of an object emit no light; as in pbrt, only those outside do");
             }
         }
-        let geometry = shape::geometry(name, &params, &mut self.files, location)?;
+        let mut geometry = shape::geometry(name, &params, &mut self.files, location)?;
         if emission.is_some_and(|emission| emission.power.is_some()) {
             shape::check_power(name, &geometry, location)?;
+        }
+        let world_from_object = self.state.world_from_object;
+        check_finite(&world_from_object, directive)?;
+        if !transform::is_invertible(&world_from_object) && !shape::stays_when_flattened(&mut geometry) {
+            self.warn(directive, FLATTENED);
+            return Ok(());
         }
         let shape = Shape {
             geometry,
             alpha,
-            world_from_object: self.state.world_from_object,
+            world_from_object,
             reverse_orientation: self.state.reverse_orientation,
             material: 0,
             emission,
             object: self.objects.open(),
+            revolution,
             location: directive.to_string(),
         };
-        // Nothing meets what is not there; light may still come from it, as in pbrt.
-        if alpha != Input::Constant(0.0) || shape.emission.is_some() {
-            self.shapes.push((shape, self.state.material.clone()));
-        }
+        let material = self.state.material.clone();
+        // The rest of them may be large.
+        let alpha = params.take("alpha").filter(|_| waits).map(|alpha| ParamList { items: vec![alpha] });
+        self.shapes.push(PendingShape { shape, material, alpha });
         Ok(())
     }
+}
 
-    /// The scene; `end` is where its file ends.
-    pub fn finish(mut self, end: &Location) -> Result<Scene, SceneError> {
-        self.resolve(end)
-    }
+/// What is said of a shape or an instance that its transform leaves no volume.
+const FLATTENED: &str =
+    "its transform takes it to a plane, a line or a point, where, as in pbrt, no ray meets it: it is left out";
 
-    fn resolve(&mut self, end: &Location) -> Result<Scene, SceneError> {
-        if !self.world {
-            return Err(end.invalid("the file ends before WorldBegin; expected a WorldBegin"));
-        }
-        if let Some(Saved { begin, end, .. }) = self.saved.last() {
-            return Err(begin.invalid(format!("this block is never ended; expected {end}")));
-        }
-        let (shapes, materials) = self.resolve_materials()?;
-        let instances = std::mem::take(&mut self.objects).resolve(&shapes)?;
-        if shapes.is_empty() {
-            return Err(end.invalid("the scene has no shape; expected at least one Shape"));
-        }
-        if self.lights.is_empty() && shapes.iter().all(|shape| shape.emission.is_none()) {
-            return Err(
-                end.invalid("the scene has no light; expected a LightSource or AreaLightSource that is not black")
-            );
-        }
-        if !self.options.has_camera() {
-            self.warn(end, "the scene has no Camera; it is seen from the origin along +z");
-        }
-        let (film, camera, integrator) = std::mem::take(&mut self.options).resolve()?;
-        let (lights, warnings) = (std::mem::take(&mut self.lights), std::mem::take(&mut self.warnings));
-        let textures = std::mem::take(&mut self.textures).made;
-        let included = std::mem::take(&mut self.included);
-        Ok(Scene { camera, integrator, film, materials, textures, shapes, instances, lights, included, warnings })
+/// Fails where a transform has become too large for numbers.
+fn check_finite(transform: &DAffine3, location: &Location) -> Result<(), SceneError> {
+    if transform.is_finite() {
+        return Ok(());
     }
-
-    /// Shapes with the indices of their materials, and the materials in use. Shapes of none are
-    /// left out.
-    fn resolve_materials(&mut self) -> Result<(Vec<Shape>, Vec<Material>), SceneError> {
-        let mut materials = Vec::new();
-        let mut shapes = Vec::with_capacity(self.shapes.len());
-        for (mut shape, material) in std::mem::take(&mut self.shapes) {
-            shape.material = self.resolve_material(&material, &mut materials, 0)?;
-            if materials[shape.material] != Material::Interface {
-                shapes.push(shape);
-            }
-        }
-        Ok((shapes, materials))
-    }
-
-    /// The place of a material among `materials`, where it is put if it is not there yet.
-    fn resolve_material(
-        &mut self,
-        material: &MaterialRef,
-        materials: &mut Vec<Material>,
-        depth: u32,
-    ) -> Result<usize, SceneError> {
-        let slot = match material {
-            MaterialRef::Slot(slot) => *slot,
-            MaterialRef::Named(name, location) => *self.named.get(name).ok_or_else(|| {
-                location.invalid(format!(
-                    "unknown material \"{}\"; expected one that MakeNamedMaterial has made",
-                    shorten(name)
-                ))
-            })?,
-        };
-        if let Some(index) = self.slots[slot].index {
-            return Ok(index);
-        }
-        let nothing = Ok(Made::Material(material::default()));
-        let resolved = match std::mem::replace(&mut self.slots[slot].made, nothing) {
-            Err(error) => {
-                self.notes(Err(error))?;
-                material::default()
-            }
-            Ok(Made::Material(material)) => material,
-            Ok(Made::Mix { parts, amount, location }) => {
-                let again = format!("this mix is of itself, or of mixes more than {MAX_MIX_DEPTH} deep; expected less");
-                if depth >= MAX_MIX_DEPTH {
-                    return Err(location.invalid(again));
-                }
-                self.slots[slot].made = Err(location.invalid(again));
-                let mut indices = [0; 2];
-                for (index, part) in indices.iter_mut().zip(&parts) {
-                    *index = self.resolve_material(part, materials, depth + 1)?;
-                    if materials[*index] == Material::Interface {
-                        let error = location.unsupported("a mix with \"interface\"", "a mix of surfaces");
-                        self.notes(Err(error))?;
-                    }
-                }
-                Material::Mix { materials: indices, amount }
-            }
-        };
-        materials.push(resolved);
-        self.slots[slot].index = Some(materials.len() - 1);
-        Ok(materials.len() - 1)
-    }
+    Err(location.invalid("the transform overflows here; expected smaller numbers"))
 }

@@ -1,27 +1,24 @@
 //! `Texture`, and the parameters that take one.
 
-use std::collections::HashMap;
-use std::path::{Path, PathBuf};
-use std::sync::Arc;
+mod named;
 
 use glam::{DAffine3, DMat3, DVec3};
 
-use super::error::{Location, SceneError};
+use super::error::SceneError;
 use super::lexer::shorten;
-use super::model::{EmissionImage, Input, Rgb};
-use super::params::{Param, ParamList};
+use super::model::{Input, Rgb};
 use super::registry::{Family, Kind, ParamSpec, full, ignored, not_yet, supported};
-use super::spectrum::Spectrum;
 use super::texture_model::{ImageTexture, Mapping, Texture, TextureKind, Wrap};
-use crate::film::Image;
-use crate::output::{ImageError, Transfer, read_layers};
+use super::transform::is_invertible;
+use crate::output::{Transfer, Use};
+pub(super) use named::{Declaration, Textures, Values};
 
 const FLOAT: &[Kind] = &[Kind::Float];
 const STRING: &[Kind] = &[Kind::String];
 const VECTOR: &[Kind] = &[Kind::Vector3];
 const NUMBER: &[Kind] = &[Kind::Float, Kind::Texture];
-const FIXED_COLOUR: &[Kind] = &[Kind::Rgb, Kind::Spectrum];
-const COLOUR: &[Kind] = &[Kind::Rgb, Kind::Spectrum, Kind::Texture];
+const FIXED_COLOUR: &[Kind] = &[Kind::Rgb, Kind::Spectrum, Kind::Blackbody];
+const COLOUR: &[Kind] = &[Kind::Rgb, Kind::Spectrum, Kind::Blackbody, Kind::Texture];
 
 const MAPPING: ParamSpec = full("mapping", STRING);
 const U_SCALE: ParamSpec = full("uscale", FLOAT);
@@ -85,184 +82,15 @@ pub(super) const FLOAT_FAMILY: Family = family!(FLOAT, NUMBER, "dots", "fbm", "p
 /// Textures of colours.
 pub(super) const SPECTRUM_FAMILY: Family = family!(FIXED_COLOUR, COLOUR, "dots", "marble", "ptex");
 
-/// Pixels of all images together, at most; what a device can hold in one table.
-const MAX_TEXELS: u64 = 1 << 27;
-
-/// What a texture's values are; each has names of its own.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub(super) enum Values {
-    Numbers,
-    Colors,
-}
-
-/// A texture of the scene file. One that goblet cannot do is an error only once it is used.
-#[derive(Debug)]
-enum Slot {
-    Made(Input<Rgb>),
-    Unsupported { location: Location, message: String },
-}
-
-/// The textures so far, by name.
-#[derive(Debug, Default)]
-pub(super) struct Textures {
-    named: HashMap<(Values, String), Slot>,
-    pub made: Vec<Texture>,
-    /// Each file is read once for each way to decode it.
-    images: HashMap<(PathBuf, String, Values), Arc<Image>>,
-    texels: u64,
-}
-
-/// Where a `Texture` stands, and what holds there.
-pub(super) struct Place<'a> {
-    /// File names are relative to it.
-    pub directory: &'a Path,
-    pub world_from_texture: DAffine3,
-    /// What `Attribute` has set.
-    pub defaults: &'a ParamList,
-    /// Of the class in the directive.
-    pub location: &'a Location,
-}
-
-impl Textures {
-    /// `Texture`; gives warnings.
-    pub fn make(
-        &mut self,
-        name: &str,
-        values: Values,
-        class: &str,
-        mut params: ParamList,
-        place: &Place,
-    ) -> Result<Vec<String>, SceneError> {
-        let family = if values == Values::Numbers { &FLOAT_FAMILY } else { &SPECTRUM_FAMILY };
-        let mut warnings = Vec::new();
-        let made = family.check(class, place.location, &mut params, place.defaults).and_then(|_| {
-            let mut maker = Maker { textures: self, values, params: &params, place, warnings: &mut warnings };
-            maker.make(class)
-        });
-        let slot = match made {
-            Ok(input) => Slot::Made(input),
-            Err(SceneError::Unsupported { location, message }) => Slot::Unsupported { location, message },
-            Err(error) => return Err(error),
-        };
-        if self.named.insert((values, name.to_string()), slot).is_some() {
-            return Err(place
-                .location
-                .invalid(format!("a texture \"{}\" of its type exists already; expected a new name", shorten(name))));
-        }
-        Ok(warnings)
-    }
-
-    /// A colour with channels from 0 to 1, or a texture of colours.
-    pub fn color(&self, param: &Param) -> Result<Input<Rgb>, SceneError> {
-        if param.kind == Kind::Texture {
-            return self.find(Values::Colors, param);
-        }
-        let rgb = Spectrum::from_param(param)?.reflectance();
-        if rgb.min_element() < 0.0 || rgb.max_element() > 1.0 {
-            return Err(param.bad_value("channels from 0 to 1"));
-        }
-        Ok(Input::Constant(rgb))
-    }
-
-    /// A number, or a texture of numbers.
-    pub fn number(&self, param: &Param) -> Result<Input<f64>, SceneError> {
-        if param.kind != Kind::Texture {
-            let [value] = param.one()?;
-            return Ok(Input::Constant(value));
-        }
-        Ok(match self.find(Values::Numbers, param)? {
-            Input::Constant(value) => Input::Constant(value.x),
-            Input::Texture(index) => Input::Texture(index),
-        })
-    }
-
-    /// An image as an area light shows it.
-    pub fn emission(&mut self, path: PathBuf, param: &Param) -> Result<EmissionImage, SceneError> {
-        let image = self.image(path, ("sRGB".to_string(), Transfer::Srgb), Values::Colors, param)?;
-        let sum: Rgb = image.pixels.iter().map(|pixel| Rgb::from(pixel.map(f64::from)).max(Rgb::ZERO)).sum();
-        let mean = sum / image.pixels.len() as f64;
-        let shown = ImageTexture {
-            image,
-            mapping: Mapping::Surface(DAffine3::IDENTITY),
-            wrap: Wrap::Clamp,
-            nearest: false,
-            offset: 0.0,
-            factor: 1.0,
-            range: [0.0, f64::INFINITY],
-        };
-        self.made.push(Texture { kind: TextureKind::Image(shown), location: param.location.to_string() });
-        Ok(EmissionImage { texture: self.made.len() - 1, mean })
-    }
-
-    fn find(&self, values: Values, param: &Param) -> Result<Input<Rgb>, SceneError> {
-        let name = param.text().ok_or_else(|| param.bad_value("the name of one texture"))?;
-        match self.named.get(&(values, name.to_string())) {
-            Some(Slot::Made(input)) => Ok(*input),
-            Some(Slot::Unsupported { location, message }) => {
-                Err(SceneError::Unsupported { location: location.clone(), message: message.clone() })
-            }
-            None => {
-                let kind = if values == Values::Numbers { "float" } else { "spectrum" };
-                let mut names: Vec<&str> =
-                    self.named.keys().filter(|key| key.0 == values).map(|key| key.1.as_str()).collect();
-                names.sort_unstable();
-                let known = if names.is_empty() { "there is none".to_string() } else { shorten(&names.join(", ")) };
-                Err(param.bad_value(&format!("a Texture of type \"{kind}\" that stands before; known here: {known}")))
-            }
-        }
-    }
-
-    fn image(
-        &mut self,
-        path: PathBuf,
-        encoding: (String, Transfer),
-        values: Values,
-        param: &Param,
-    ) -> Result<Arc<Image>, SceneError> {
-        let key = (path, encoding.0, values);
-        if let Some(image) = self.images.get(&key) {
-            return Ok(Arc::clone(image));
-        }
-        let layers = read_layers(&key.0, encoding.1).map_err(|error| match error {
-            ImageError::Read { path, reason } => {
-                SceneError::Unreadable { path, location: Some(param.location.clone()), source: reason }
-            }
-            error => param.location.invalid(error.to_string()),
-        })?;
-        let mut image = layers.image;
-        if image.pixels.iter().flatten().any(|value| !value.is_finite()) {
-            return Err(param.bad_value("an image whose pixels are all finite"));
-        }
-        self.texels += image.pixels.len() as u64;
-        if self.texels > MAX_TEXELS {
-            return Err(param.location.invalid(format!(
-                "the images of textures have {} pixels up to this one; expected at most {MAX_TEXELS}",
-                self.texels
-            )));
-        }
-        if values == Values::Numbers {
-            // As pbrt: alpha where there is any, else the mean of the channels.
-            for (i, pixel) in image.pixels.iter_mut().enumerate() {
-                let mean = (pixel[0] + pixel[1] + pixel[2]) / 3.0;
-                *pixel = [layers.alpha.as_ref().map_or(mean, |alpha| alpha[i]); 3];
-            }
-        }
-        let image = Arc::new(image);
-        self.images.insert(key, Arc::clone(&image));
-        Ok(image)
-    }
-}
-
 /// Makes one texture from parameters that its family has checked.
 struct Maker<'a> {
     textures: &'a mut Textures,
-    values: Values,
-    params: &'a ParamList,
-    place: &'a Place<'a>,
+    place: &'a Declaration,
     warnings: &'a mut Vec<String>,
 }
 
 impl Maker<'_> {
+    /// Makes a texture of a class.
     fn make(&mut self, class: &str) -> Result<Input<Rgb>, SceneError> {
         let kind = match class {
             "constant" => return self.value("value", 1.0),
@@ -285,8 +113,8 @@ impl Maker<'_> {
             }
             "bilerp" => TextureKind::Bilerp { mapping: self.mapping()?, corners: self.corners()? },
             "checkerboard" => {
-                let mapping = match self.params.integer("dimension", 2, 3)? {
-                    Some(3) => Mapping::Space(self.texture_from_world()),
+                let mapping = match self.place.params.integer("dimension", 2, 3)? {
+                    Some(3) => Mapping::Space(self.texture_from_world()?),
                     _ => self.mapping()?,
                 };
                 TextureKind::Checkerboard { mapping, textures: self.pair(1.0, 0.0)? }
@@ -298,13 +126,21 @@ impl Maker<'_> {
         Ok(Input::Texture(made.len() - 1))
     }
 
-    fn texture_from_world(&self) -> DAffine3 {
-        self.place.world_from_texture.inverse()
+    fn texture_from_world(&self) -> Result<DAffine3, SceneError> {
+        let world_from_texture = &self.place.world_from_texture;
+        if !is_invertible(world_from_texture) {
+            let what = "a texture in a space that cannot be inverted, by its transform,";
+            return Err(self
+                .place
+                .location
+                .unsupported(what, "transforms that can be inverted, or \"string mapping\" \"uv\""));
+        }
+        Ok(world_from_texture.inverse())
     }
 
     /// A value of the texture's own type.
     fn value(&self, name: &str, default: f64) -> Result<Input<Rgb>, SceneError> {
-        match (self.params.get(name), self.values) {
+        match (self.place.params.get(name), self.place.values) {
             (None, _) => Ok(Input::Constant(Rgb::splat(default))),
             (Some(param), Values::Colors) => self.textures.color(param),
             (Some(param), Values::Numbers) => Ok(match self.textures.number(param)? {
@@ -319,7 +155,7 @@ impl Maker<'_> {
     }
 
     fn number(&self, name: &str, default: f64) -> Result<Input<f64>, SceneError> {
-        self.params.get(name).map_or(Ok(Input::Constant(default)), |param| self.textures.number(param))
+        self.place.params.get(name).map_or(Ok(Input::Constant(default)), |param| self.textures.number(param))
     }
 
     fn corners(&self) -> Result<[Rgb; 4], SceneError> {
@@ -341,11 +177,11 @@ impl Maker<'_> {
     }
 
     fn vector(&self, name: &str, default: DVec3) -> Result<DVec3, SceneError> {
-        Ok(self.params.point(name)?.unwrap_or(default))
+        Ok(self.place.params.point(name)?.unwrap_or(default))
     }
 
     fn float(&self, name: &str, default: f64) -> Result<f64, SceneError> {
-        Ok(self.params.float(name)?.unwrap_or(default))
+        Ok(self.place.params.float(name)?.unwrap_or(default))
     }
 
     fn mapping(&self) -> Result<Mapping, SceneError> {
@@ -354,10 +190,10 @@ impl Maker<'_> {
             "planar" => {
                 let (s, t) = (self.vector("v1", DVec3::X)?, self.vector("v2", DVec3::Y)?);
                 let flat = DAffine3 { matrix3: DMat3::from_cols(s, t, DVec3::ZERO).transpose(), translation: delta };
-                Ok(Mapping::Space(flat * self.texture_from_world()))
+                Ok(Mapping::Space(flat * self.texture_from_world()?))
             }
-            "spherical" => Ok(Mapping::Spherical(self.texture_from_world())),
-            "cylindrical" => Ok(Mapping::Cylindrical(self.texture_from_world())),
+            "spherical" => Ok(Mapping::Spherical(self.texture_from_world()?)),
+            "cylindrical" => Ok(Mapping::Cylindrical(self.texture_from_world()?)),
             _ => {
                 let scale = DVec3::new(self.float("uscale", 1.0)?, self.float("vscale", 1.0)?, 0.0);
                 Ok(Mapping::Surface(DAffine3 { matrix3: DMat3::from_diagonal(scale), translation: delta }))
@@ -367,7 +203,7 @@ impl Maker<'_> {
 
     /// One of some words; the first is the default.
     fn choice(&self, name: &str, words: &[&'static str]) -> Result<&'static str, SceneError> {
-        let Some(param) = self.params.get(name) else {
+        let Some(param) = self.place.params.get(name) else {
             return Ok(words[0]);
         };
         words.iter().copied().find(|word| param.text() == Some(*word)).ok_or_else(|| {
@@ -377,10 +213,10 @@ impl Maker<'_> {
     }
 
     fn image(&mut self) -> Result<ImageTexture, SceneError> {
-        let Some(file) = self.params.get("filename") else {
+        let Some(file) = self.place.params.get("filename") else {
             return Err(self.place.location.invalid("Texture \"imagemap\" has no \"string filename\"; expected one"));
         };
-        let name = self.params.string("filename")?.unwrap_or_default();
+        let name = self.place.params.string("filename")?.unwrap_or_default();
         let wrap = match self.choice("wrap", &["repeat", "clamp", "black", "octahedralsphere"])? {
             "clamp" => Wrap::Clamp,
             "black" => Wrap::Black,
@@ -394,11 +230,12 @@ impl Maker<'_> {
         if !["bilinear", "point"].contains(&filter) {
             self.warnings.push(format!("the filter \"{filter}\" is rendered as \"bilinear\""));
         }
-        let (mapping, scale, invert) = (self.mapping()?, self.float("scale", 1.0)?, self.params.flag("invert")?);
+        let (mapping, scale, invert) = (self.mapping()?, self.float("scale", 1.0)?, self.place.params.flag("invert")?);
         let encoding = self.encoding()?;
-        let image = self.textures.image(self.place.directory.join(name), encoding, self.values, file)?;
-        let least = if self.values == Values::Colors || invert { 0.0 } else { f64::NEG_INFINITY };
-        let most = if self.values == Values::Colors { 1.0 } else { f64::INFINITY };
+        let (path, of) = (self.textures.directory.join(name), (self.place.values, Use::Reflectance));
+        let image = self.textures.image(path, encoding, of, file)?;
+        let least = if self.place.values == Values::Colors || invert { 0.0 } else { f64::NEG_INFINITY };
+        let most = if self.place.values == Values::Colors { 1.0 } else { f64::INFINITY };
         Ok(ImageTexture {
             image,
             mapping,
@@ -412,7 +249,7 @@ impl Maker<'_> {
 
     /// The encoding as it is written, and what it means.
     fn encoding(&self) -> Result<(String, Transfer), SceneError> {
-        let text = self.params.string("encoding")?.unwrap_or("sRGB");
+        let text = self.place.params.string("encoding")?.unwrap_or("sRGB");
         let gamma = |text: &str| {
             text.strip_prefix("gamma ")?.trim().parse().ok().filter(|gamma| (0.01..=100.0).contains(gamma))
         };

@@ -58,6 +58,25 @@ pub enum TextureKind {
     },
 }
 
+impl TextureKind {
+    /// The textures that it is made of.
+    pub(super) fn inputs(&self) -> Vec<usize> {
+        fn index<T>(input: &Input<T>) -> Option<usize> {
+            match input {
+                Input::Constant(_) => None,
+                Input::Texture(index) => Some(*index),
+            }
+        }
+        let (textures, number) = match self {
+            Self::Image(_) | Self::Bilerp { .. } => return Vec::new(),
+            Self::Checkerboard { textures, .. } | Self::DirectionMix { textures, .. } => (&textures[..], None),
+            Self::Mix { textures, amount } => (&textures[..], Some(amount)),
+            Self::Scale { texture, factor } => (std::slice::from_ref(texture), Some(factor)),
+        };
+        textures.iter().filter_map(index).chain(number.and_then(index)).collect()
+    }
+}
+
 /// An image on a surface. Coordinates (0, 0) are its lower left corner, (1, 1) its upper right.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ImageTexture {
@@ -75,6 +94,15 @@ pub struct ImageTexture {
     pub factor: f64,
     /// The least and the largest value.
     pub range: [f64; 2],
+}
+
+impl ImageTexture {
+    /// The mean over the image.
+    pub(super) fn mean(&self) -> Rgb {
+        let [least, most] = self.range.map(Rgb::splat);
+        let value = |pixel: &[f32; 3]| (self.offset + self.factor * Rgb::from(pixel.map(f64::from))).clamp(least, most);
+        self.image.pixels.iter().map(value).sum::<Rgb>() / self.image.pixels.len() as f64
+    }
 }
 
 /// What an image has beyond its edges.

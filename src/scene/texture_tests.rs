@@ -97,9 +97,13 @@ fn complaints_say_what_is_expected() {
     for (world, expected) in [
         (
             USE,
-            "\"texture reflectance\" is [\"t\"]; expected a Texture of type \"spectrum\" that stands before; known here: there is none",
+            "\"texture reflectance\" is [\"t\"]; expected the name of a Texture of type \"spectrum\"; known here: there is none",
         ),
         ("Texture \"a\" \"spectrum\" \"constant\" Material \"diffuse\" \"texture reflectance\" \"b\"", "known here: a"),
+        (
+            "Texture \"a\" \"float\" \"scale\" \"texture tex\" \"b\" Texture \"b\" \"float\" \"mix\" \"texture tex1\" \"a\"",
+            "2:21: the texture \"a\" is made of itself",
+        ),
         (
             "Texture \"a\" \"color\" \"constant\"",
             "unknown type \"color\" of Texture; expected \"float\" or \"spectrum\"",

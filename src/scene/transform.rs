@@ -41,7 +41,7 @@ pub(super) fn keeps_angles(transform: &DAffine3) -> bool {
     let axes = transform.matrix3;
     let gram = axes.transpose() * axes;
     let scale = gram.x_axis.x;
-    gram.abs_diff_eq(DMat3::from_diagonal(DVec3::splat(scale)), 1e-6 * scale)
+    scale > 0.0 && scale.is_finite() && gram.abs_diff_eq(DMat3::from_diagonal(DVec3::splat(scale)), 1e-6 * scale)
 }
 
 #[cfg(test)]

@@ -144,3 +144,19 @@ fn a_projector_has_its_closed_form_by_eye_and_by_photons() {
     let intensity = move |w: DVec3| 4.0 * value(image, 0.5 + 0.5 * DVec2::new(w.x, w.y) / -w.z / half);
     assert_lights_floor("projection", &text, 0.06, &|p| from_lamp(p, intensity));
 }
+
+/// Whatever its row, by longitude and latitude: what it sends to a floor is its radiance times
+/// its solid angle times the cosine.
+#[test]
+fn a_sun_of_one_texel_has_its_power() {
+    let (width, height) = (64, 32);
+    for (row, column) in [(0, 0), (0, 37), (1, 16), (7, 63), (11, 5)] {
+        let mut pixels = vec![[0.0; 3]; width * height];
+        pixels[row * width + column] = [500.0; 3];
+        let file = ImageFile::new(&Image::from_pixels(width as u32, height as u32, pixels).expect("an image"));
+        let light = format!("LightSource \"infinite\" \"string filename\" \"{}\"\n", file.path().display());
+        let [top, bottom] = [row, row + 1].map(|row| (PI * row as f64 / height as f64).sin());
+        let irradiance = 500.0 * 2.0 * PI / width as f64 * 0.5 * (bottom * bottom - top * top);
+        assert_lights_floor(&format!("sun in row {row}"), &light, 0.25, &|_| irradiance);
+    }
+}

@@ -34,11 +34,16 @@ impl Source<'_> {
         Ok(bytes)
     }
 
+    /// The next byte, which [`byte`](Self::byte) returns again.
+    pub fn peek(&mut self, during: &str) -> Result<Option<u8>, PlyError> {
+        match self.stream.fill_buf() {
+            Ok(buffer) => Ok(buffer.first().copied()),
+            Err(error) => Err(self.failed(&error, during)),
+        }
+    }
+
     pub fn byte(&mut self, during: &str) -> Result<Option<u8>, PlyError> {
-        let next = match self.stream.fill_buf() {
-            Ok(buffer) => buffer.first().copied(),
-            Err(error) => return Err(self.failed(&error, during)),
-        };
+        let next = self.peek(during)?;
         if next.is_some() {
             self.stream.consume(1);
             self.at += 1;
@@ -47,7 +52,7 @@ impl Source<'_> {
     }
 
     /// A run of bytes up to one that `ends` accepts, which is consumed.
-    pub fn run(&mut self, ends: impl Fn(u8) -> bool, during: &str) -> Result<String, PlyError> {
+    pub fn run(&mut self, mut ends: impl FnMut(u8) -> bool, during: &str) -> Result<String, PlyError> {
         const LONGEST: usize = 4096;
         let mut run = Vec::new();
         while let Some(byte) = self.byte(during)? {
@@ -163,14 +168,15 @@ const MAX_PROPERTIES: usize = 1024;
 
 impl Header {
     pub fn read(source: &mut Source) -> Result<Self, PlyError> {
-        if header_line(source)?.trim() != "ply" {
+        let (magic, line_end) = first_line(source)?;
+        if magic.trim() != "ply" {
             return Err(source.invalid("expected a PLY file, which starts with the line `ply`"));
         }
         let mut format = None;
         let mut elements = Vec::new();
         let mut entries = 0;
         loop {
-            let line = header_line(source)?;
+            let line = source.run(|byte| byte == line_end, HEADER)?;
             let words: Vec<&str> = line.split_ascii_whitespace().collect();
             match words.as_slice() {
                 ["end_header"] => break,
@@ -205,8 +211,22 @@ impl Header {
     }
 }
 
-fn header_line(source: &mut Source) -> Result<String, PlyError> {
-    source.run(|byte| byte == b'\n', "the header")
+const HEADER: &str = "the header";
+
+/// The first line, and the byte that ends all lines of the header: LF, perhaps after CR, or CR
+/// alone, as on old Macs.
+fn first_line(source: &mut Source) -> Result<(String, u8), PlyError> {
+    let mut end = b'\n';
+    let is_end = |byte| {
+        end = byte;
+        matches!(byte, b'\n' | b'\r')
+    };
+    let line = source.run(is_end, HEADER)?;
+    if end == b'\r' && source.peek(HEADER)? == Some(b'\n') {
+        source.byte(HEADER)?;
+        end = b'\n';
+    }
+    Ok((line, end))
 }
 
 fn bad_line(source: &Source, line: &str) -> PlyError {

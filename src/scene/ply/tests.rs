@@ -39,9 +39,29 @@ fn ascii() -> String {
     format!("ply\nformat ascii 1.0\ncomment x\n{HEADER}{ASCII_BODY}")
 }
 
-fn binary(big: bool) -> Vec<u8> {
+#[test]
+fn lines_end_as_on_any_system() {
+    let expected = parse(ascii().as_bytes()).unwrap();
+    for end in ["\r\n", "\r"] {
+        assert_eq!(parse(ascii().replace('\n', end).as_bytes()).unwrap(), expected, "{end:?}");
+        for big in [false, true] {
+            // Only the header has lines.
+            let header = binary_header(big);
+            let body = &binary(big)[header.len()..];
+            let mut bytes = header.replace('\n', end).into_bytes();
+            bytes.extend(body);
+            assert_eq!(parse(&bytes).unwrap(), expected, "{end:?}");
+        }
+    }
+}
+
+fn binary_header(big: bool) -> String {
     let order = if big { "big" } else { "little" };
-    let mut bytes = format!("ply\nformat binary_{order}_endian 1.0\n{HEADER}").into_bytes();
+    format!("ply\nformat binary_{order}_endian 1.0\n{HEADER}")
+}
+
+fn binary(big: bool) -> Vec<u8> {
+    let mut bytes = binary_header(big).into_bytes();
     let float = |v: f32| {
         if big { v.to_be_bytes() } else { v.to_le_bytes() }
     };

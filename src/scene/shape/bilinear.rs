@@ -44,8 +44,10 @@ pub(super) fn mesh(params: &ParamList, location: &Location) -> Result<Mesh, Scen
         } else {
             patch.map(|corner| uvs[corner as usize])
         };
-        let corner_normals = (!normals.is_empty()).then(|| patch.map(|corner| normals[corner as usize]));
-        add_grid(&mut grid, cells, patch, &corners(patch), corner_normals, corner_uvs);
+        let corner_normals = (!normals.is_empty())
+            .then(|| patch.map(|corner| normals[corner as usize]))
+            .filter(|normals| normals.iter().all(|normal| normal.is_finite()));
+        add_grid(&mut grid, cells, patch, &corners(patch), (!normals.is_empty(), corner_normals), corner_uvs);
     }
     Ok(grid)
 }
@@ -74,7 +76,8 @@ fn add_grid(
     cells: u32,
     patch: &[u32; 4],
     corners: &[DVec3; 4],
-    normals: Option<[DVec3; 4]>,
+    // Whether the mesh has any, and the patch's own.
+    (has_normals, normals): (bool, Option<[DVec3; 4]>),
     uvs: [DVec2; 4],
 ) {
     let first = mesh.positions.len() as u32;
@@ -90,6 +93,8 @@ fn add_grid(
             } else if cells > 1 {
                 let twist = twist(corners);
                 mesh.normals.push((p10 - p00 + v * twist).cross(p01 - p00 + u * twist));
+            } else if has_normals {
+                mesh.normals.push(DVec3::NAN);
             }
         }
     }

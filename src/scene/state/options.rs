@@ -7,7 +7,7 @@ use super::super::lexer::shorten;
 use super::super::model::{Camera, Film, FilterKind, Integrator, PixelFilter};
 use super::super::params::ParamList;
 use super::super::registry::Family;
-use super::super::{camera, film};
+use super::super::{camera, film, transform};
 use super::SceneBuilder;
 
 /// The directives, with their type's name, until all of them are known.
@@ -97,6 +97,10 @@ impl SceneBuilder {
     pub fn camera(&mut self, name: &str, mut params: ParamList, location: &Location) -> Result<(), SceneError> {
         check(&camera::FAMILY, name, location, &mut params)?;
         self.warn_of_motion(location);
+        if !transform::is_invertible(&self.state.world_from_object) {
+            let what = "the transform of the camera is singular or overflows; expected one that can be inverted";
+            return Err(location.invalid(what));
+        }
         let inverses = [self.state.world_from_object, self.state.world_from_object_at_end].map(|t| t.inverse());
         self.coordinate_systems.insert("camera".to_string(), inverses);
         self.options.camera = (name.to_string(), params);

@@ -5,7 +5,6 @@ use glam::DAffine3;
 
 use super::super::error::{Location, SceneError};
 use super::super::lexer::shorten;
-use super::super::transform;
 use super::SceneBuilder;
 
 /// Which transforms directives change.
@@ -95,20 +94,15 @@ impl SceneBuilder {
     }
 }
 
+/// The transform that a directive describes. Whether it can be inverted matters only to what
+/// stands under it.
 fn checked(transform: Option<DAffine3>, directive: &str, location: &Location) -> Result<DAffine3, SceneError> {
-    let transform = transform.ok_or_else(|| {
+    transform.ok_or_else(|| {
         let expected = match directive {
             "LookAt" => "an eye and a look point that differ, and an up not along their line",
             "Rotate" => "an axis that is not zero",
             _ => "an affine matrix: 4th, 8th and 12th number 0, 16th number 1",
         };
         location.invalid(format!("{directive} is no transform; expected {expected}"))
-    })?;
-    if !transform::is_invertible(&transform) {
-        return Err(location.invalid(format!(
-            "after this {directive} the transform is singular or overflows; \
-             expected one that can be inverted"
-        )));
-    }
-    Ok(transform)
+    })
 }
