@@ -253,7 +253,7 @@ struct Light {
     float falloff_end;  // spot: 1 - cos of the angle outside which it is dark
     float area;         // triangle and disk: area
     uint two_sided;     // area: emits on both sides
-    float reach2;       // area: squared distance from there, within which it is large
+    float reach2;       // area: squared distance from there, within which it is large; 0 if no ray meets it
     uint image;         // area: a texture that the emission is times, or NONE
     float pad;
     float direct_pmf;   // chance that next-event estimation picks it

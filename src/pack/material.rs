@@ -12,6 +12,8 @@ use crate::scene::{Coat, Input, Material, Metal, Rgb, Roughness};
 const LEAST_ALPHA: f64 = 1e-3;
 /// Beyond it, facets stand on end: rougher ones look the same.
 const MOST_ALPHA: f64 = 100.0;
+/// Metals of larger optical constants reflect as much; their fourth powers would overflow fp32.
+const MOST_INDEX: f64 = 1e9;
 
 /// Packs all materials of a scene, and the textures that they use.
 pub(super) fn pack_materials(
@@ -110,7 +112,8 @@ fn with_metal(
 ) -> Result<kernels::Material, PackError> {
     Ok(match metal {
         Metal::Index { eta, k } => {
-            kernels::Material { eta: eta.as_vec3().to_array(), k: k.as_vec3().to_array(), ..material }
+            let [eta, k] = [eta, k].map(|index| index.min(Rgb::splat(MOST_INDEX)).as_vec3().to_array());
+            kernels::Material { eta, k, ..material }
         }
         Metal::Reflectance(input) => {
             let material = with_color(material, input, textures)?;

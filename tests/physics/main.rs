@@ -4,6 +4,7 @@ mod camera;
 mod diffuse;
 mod focus;
 mod images;
+mod invisible;
 mod layers;
 mod leaks;
 mod lights;
