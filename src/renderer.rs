@@ -21,6 +21,7 @@ use crate::scene::Scene;
 use crate::schedule::Schedule;
 use crate::sequence::Sequence;
 use crate::tally::Tally;
+use crate::unsampled::{Noise, is_plane, of_one_photon, photons_matter};
 use crate::upload::GpuScene;
 use crate::view::{View, pack_camera};
 
@@ -81,6 +82,7 @@ struct Base {
     space: RenderSpace,
     mean_power: f64,
     specialization: Specialization,
+    is_plane: bool,
 }
 
 /// What only a new renderer can have otherwise.
@@ -125,12 +127,15 @@ impl Base {
             eye_paths: resolved.eye_paths,
             alpha: resolved.alpha,
             radius_schedule: options.radius_schedule,
+            pixel_width: view.pixel_width,
+            is_parallel: view.is_parallel(),
             radius_per_length: resolved.radius_in_pixels * view.pixel_width,
             sequence: resolved.sequence,
             mean_power: self.mean_power,
             // What all lights would make of the inside of a sphere as large as the scene.
             unit: self.mean_power.log2().ceil().exp2(),
             contribution: options.contribution,
+            photons_matter: photons_matter(options, resolved.max_depth, self.is_plane),
         }
     }
 
@@ -141,6 +146,7 @@ impl Base {
                 .radius
                 .map(|radius| FirstRadius::constant(radius * self.space.scale))
                 .or(view.is_parallel().then(|| FirstRadius::constant(resolved.radius_in_pixels * view.pixel_width))),
+            response: None,
             seen: None,
             shrink: GlobalShrink::new(resolved.alpha),
             schedule: Schedule::new(options.batch_size, resolved.photons, device.info().kind, options.responsive),
@@ -158,7 +164,12 @@ impl Renderer {
     pub fn new(device: Rc<Device>, scene: &Scene, options: &Options) -> Result<Self, RenderError> {
         let start = Instant::now();
         let packed = pack(scene, options.revolution_solver)?;
-        let base = Base { space: packed.space, mean_power: packed.mean_power, specialization: packed.specialization };
+        let base = Base {
+            space: packed.space,
+            mean_power: packed.mean_power,
+            specialization: packed.specialization,
+            is_plane: is_plane(scene),
+        };
         let (resolved, view) = base.resolve(scene, options)?;
         let sizes = Sizes::new(resolved.resolution, resolved.photons, resolved.max_depth);
         let identity = Identity::new(scene, &packed, &view, options, &resolved);
@@ -262,6 +273,36 @@ impl Renderer {
         })
     }
 
+    /// How far the noise of the image is known; `estimate` is that of the iterations so far.
+    ///
+    /// # Errors
+    /// The device fails.
+    pub fn noise(&mut self, estimate: &Estimate) -> Result<Noise, RenderError> {
+        let of_halves = estimate.relative_error();
+        let photons = self.photons();
+        if !self.settings.photons_matter || photons == 0 {
+            return Ok(Noise { of_halves, of_one_photon: 0.0 });
+        }
+        if self.progress.response.is_none() {
+            // After a checkpoint: what follows must not depend on where that was.
+            let stage =
+                Stage { device: &self.device, buffers: &self.buffers, settings: &self.settings, gives_up: &|| false };
+            self.passes.measure(stage, &mut self.progress)?;
+        }
+        let response = self.progress.response.unwrap_or_default();
+        let flux = self.settings.mean_power / photons as f64;
+        Ok(Noise { of_halves, of_one_photon: of_one_photon(response, flux, self.settings.unit, estimate) })
+    }
+
+    /// The relative error of the image so far, as far as it is known: [`Noise::relative_error`].
+    ///
+    /// # Errors
+    /// The device fails.
+    pub fn relative_error(&mut self) -> Result<Option<f64>, RenderError> {
+        let estimate = self.estimate()?;
+        Ok(self.noise(&estimate)?.relative_error())
+    }
+
     /// The image after the iterations so far; black before the first.
     ///
     /// # Errors
@@ -323,7 +364,13 @@ impl Renderer {
         self.settings.wanted_photons() * u64::from(self.progress.done)
     }
 
-    /// What happened to them.
+    /// Eye paths of the iterations so far.
+    pub fn eye_paths(&self) -> u64 {
+        let rounds = self.progress.done.div_ceil(self.settings.sequence.round_length);
+        self.settings.pixels() * u64::from(self.settings.eye_paths) * u64::from(rounds)
+    }
+
+    /// What happened to photons and eye paths.
     pub fn tally(&self) -> &Tally {
         &self.progress.tally
     }

@@ -72,7 +72,8 @@ pub fn run(args: &RenderArgs) -> Result<End, Failure> {
     let metadata = metadata(&scene_name(&args.scene), &MadeBy::new(renderer.device()), &estimate, renderer.photons());
     write_images(&outputs, &estimate, &args.aov, &metadata, args.quiet)?;
     let photons = renderer.photons() - begin.photons;
-    let stats = Stats::new(&scene, &renderer, &estimate, photons, [load_time, render_time, start.elapsed()])?;
+    let noise = renderer.noise(&estimate)?;
+    let stats = Stats::new(&scene, &renderer, noise, photons, [load_time, render_time, start.elapsed()])?;
     for warning in stats.warnings() {
         eprintln!("warning: {warning}");
     }
@@ -81,6 +82,7 @@ pub fn run(args: &RenderArgs) -> Result<End, Failure> {
     }
     // The image is written even if the checkpoint could not be.
     saved?;
+    check_paths(&renderer)?;
     let messages = renderer.device().validation_messages();
     if messages.is_empty() { Ok(end) } else { Err(Failure::Validation(messages)) }
 }
@@ -106,7 +108,7 @@ fn iterate(
     let mut saved = Instant::now();
     // What is resumed may be good enough.
     if limit.wants_error(renderer.iterations(), args.quiet) {
-        progress.error = renderer.estimate()?.relative_error();
+        progress.error = renderer.relative_error()?;
     }
     while !limit.reached(renderer.iterations(), begin.time.elapsed(), progress.error) {
         if signals.received() && renderer.iterations() > 0 {
@@ -114,7 +116,7 @@ fn iterate(
         }
         renderer.step()?;
         if limit.wants_error(renderer.iterations(), args.quiet) {
-            progress.error = renderer.estimate()?.relative_error();
+            progress.error = renderer.relative_error()?;
         }
         progress.show(renderer, &limit);
         if let Some(path) = args.checkpoint.as_ref().filter(|_| saved.elapsed() >= args.checkpoint_every) {
@@ -127,6 +129,19 @@ fn iterate(
     }
     progress.finish();
     Ok(End::Done)
+}
+
+/// Fails if nothing of the light was a number.
+fn check_paths(renderer: &Renderer) -> Result<(), Failure> {
+    let tally = renderer.tally();
+    let all = |dropped: u64, traced: u64| traced > 0 && dropped >= traced;
+    if all(tally.non_finite.photon, tally.emitted) {
+        return Err(Failure::NotFinite("photon"));
+    }
+    if all(tally.non_finite.eye, renderer.eye_paths()) {
+        return Err(Failure::NotFinite("eye path"));
+    }
+    Ok(())
 }
 
 /// The files to write: as asked, else what the scene names, else an EXR named after it. A

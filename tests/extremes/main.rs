@@ -4,6 +4,7 @@
 mod camera;
 #[path = "../support/command.rs"]
 mod command;
+mod few_photons;
 mod film;
 mod geometry;
 mod light;
