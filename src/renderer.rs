@@ -21,7 +21,7 @@ use crate::scene::Scene;
 use crate::schedule::Schedule;
 use crate::sequence::Sequence;
 use crate::tally::Tally;
-use crate::unsampled::{Noise, is_plane, of_one_photon, photons_matter};
+use crate::unsampled::{Noise, of_one_photon, photons_matter};
 use crate::upload::GpuScene;
 use crate::view::{View, pack_camera};
 
@@ -168,7 +168,7 @@ impl Renderer {
             space: packed.space,
             mean_power: packed.mean_power,
             specialization: packed.specialization,
-            is_plane: is_plane(scene),
+            is_plane: scene.is_plane(),
         };
         let (resolved, view) = base.resolve(scene, options)?;
         let sizes = Sizes::new(resolved.resolution, resolved.photons, resolved.max_depth);

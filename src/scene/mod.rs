@@ -24,10 +24,12 @@ mod light_image;
 mod material;
 #[cfg(test)]
 mod material_tests;
+mod missing_light;
 mod model;
 mod object;
 mod params;
 mod parser;
+mod plane;
 mod ply;
 mod registry;
 mod rewrite;

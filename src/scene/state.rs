@@ -4,7 +4,7 @@ mod options;
 mod place;
 mod survey;
 
-use std::collections::HashMap;
+use std::collections::{BTreeMap, HashMap};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
@@ -18,7 +18,7 @@ use super::object::Objects;
 use super::params::ParamList;
 use super::shape::MeshFiles;
 use super::texture::{Place, Textures, Values};
-use super::{light, material, shape, transform};
+use super::{light, material, missing_light, shape, transform};
 use options::Options;
 pub(super) use place::ActiveTimes;
 
@@ -417,7 +417,16 @@ impl SceneBuilder {
         let (lights, warnings) = (std::mem::take(&mut self.lights), std::mem::take(&mut self.warnings));
         let textures = std::mem::take(&mut self.textures).made;
         let included = std::mem::take(&mut self.included);
-        Ok(Scene { camera, integrator, film, materials, textures, shapes, instances, lights, included, warnings })
+        let mut scene =
+            Scene { camera, integrator, film, materials, textures, shapes, instances, lights, included, warnings };
+        scene.warnings.extend(missing_light::warning(&scene, &self.material_names()));
+        Ok(scene)
+    }
+
+    /// Names of materials in use, by their index.
+    fn material_names(&self) -> BTreeMap<usize, Arc<str>> {
+        let index = |(name, slot): (&Arc<str>, &usize)| Some((self.slots[*slot].index?, Arc::clone(name)));
+        self.named.iter().filter_map(index).collect()
     }
 
     /// Shapes with the indices of their materials, and the materials in use. Shapes of none are
