@@ -51,10 +51,8 @@ impl GpuScene {
             seed,
             lights_center,
             lights_reach2,
+            half_extent: scene.space.half_extent.as_vec3().to_array(),
             sky_count: scene.sky_count,
-            pad0: 0,
-            pad1: 0,
-            pad2: 0,
         };
         Ok(Self {
             scene_info: device.upload_texels("scene_info", &[info])?,

@@ -287,7 +287,7 @@ struct AliasEntry {
 };
 
 struct SceneInfo {
-    vec3 center;         // of the bounding sphere, render units
+    vec3 center;         // of the bounding sphere and box, render units
     float radius;        // of the bounding sphere
     vec3 infinite;       // radiance from infinitely far away, W/(m^2 sr)
     float mean_power;    // power of all lights, mean of channels, W: the unit of photon weight
@@ -297,10 +297,8 @@ struct SceneInfo {
     uint seed;
     vec3 lights_center;  // a sphere around all places from which any area light is large
     float lights_reach2;
+    vec3 half_extent;    // of the bounding box about the same centre, widened
     uint sky_count;      // skies are the first of the lights
-    uint pad0;
-    uint pad1;
-    uint pad2;
 };
 
 // Cells of the pixel filter along an axis, of which a sample takes any with the same chance: so

@@ -87,6 +87,7 @@ impl World {
             info: SceneInfo {
                 center: [0.0; 3],
                 radius: packed.space.radius as f32,
+                half_extent: packed.space.half_extent.as_vec3().to_array(),
                 infinite: packed.infinite.as_vec3().to_array(),
                 mean_power: packed.mean_power as f32,
                 emission_count: packed.emission_table.len() as u32,
