@@ -184,7 +184,7 @@ fn assert_enters_box(emitted: &[Emitted], what: &str) {
     }
     for (axis, places) in places.into_iter().enumerate() {
         assert_near(places.len() as f64, shown[axis], 0.01, what);
-        assert_uniform(&cells(places.into_iter(), 16), what);
+        assert_uniform(&cells(places, 16), what);
     }
 }
 

@@ -97,7 +97,6 @@ impl World {
                 lights_center,
                 lights_reach2,
                 sky_count: packed.sky_count,
-                ..SceneInfo::zeroed()
             },
             bvh_pairs: twins(&packed.bvh_pairs),
             primitives: packed.primitives.clone(),
