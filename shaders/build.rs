@@ -25,7 +25,12 @@ const WORKGROUP_SIZES: [u32; 3] = [32, 64, 128];
 /// Specialization constants that leave out so much code when they are false that kernels are
 /// also compiled without it: what a driver need not see costs it no time. GLSL is told by
 /// macros, such as `WITHOUT_HAS_REVOLUTIONS`. The first set that fits a scene is taken.
-const SEPARATE: [&[&str]; 4] = [
+const SEPARATE: [&[&str]; 9] = [
+    &["HAS_CONTACTS", "HAS_REVOLUTIONS", "HAS_TEXTURES", "IS_RICH"],
+    &["HAS_CONTACTS", "HAS_TEXTURES", "IS_RICH"],
+    &["HAS_CONTACTS", "HAS_REVOLUTIONS", "HAS_TEXTURES"],
+    &["HAS_CONTACTS", "HAS_REVOLUTIONS"],
+    &["HAS_CONTACTS"],
     &["HAS_REVOLUTIONS", "HAS_TEXTURES", "IS_RICH"],
     &["HAS_TEXTURES", "IS_RICH"],
     &["HAS_REVOLUTIONS", "HAS_TEXTURES"],

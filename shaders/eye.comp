@@ -91,8 +91,8 @@ CameraSample sample_camera(uint pixel, Random random) {
         lens = sample_disk(random_pair(random, PAIR_LENS));
     }
     Ray ray = project(view, view.image_lower + image * view.image_extent, lens);
-    ray = Ray(transform_point(view.render_from_camera, ray.origin),
-              normalize(transform_vector(view.render_from_camera, ray.direction)));
+    ray = free_ray(transform_point(view.render_from_camera, ray.origin),
+                   normalize(transform_vector(view.render_from_camera, ray.direction)));
     float weight = 1.0;
     if (HAS_SIGNED_FILTER) {
         weight = filter_weight(0u, u.x) * filter_weight(1u, u.y);
@@ -107,7 +107,8 @@ vec3 irradiance_of_light(Surface surface, Material material, vec3 n, Random rand
                                            random_pair(random, PAIR_LIGHT_POINT));
         float cos_surface = max(dot(direct.wi, n), 0.0);
         float weight = direct.competes ? mis_weight(direct.pdf, cos_surface / PI) : 1.0;
-        bool blocked = occluded(offset_origin(surface, direct.wi), direct.target);
+        bool passes = HAS_DIFFUSE_TRANSMISSION && (material.flags & BEHIND) != 0u;
+        bool blocked = occluded(shadow_ray(surface, direct.wi, direct.target, passes));
         weight *= entering(material, cos_surface);
         return direct.pdf > 0.0 && !blocked ? direct.radiance * (cos_surface * weight / direct.pdf) : vec3(0.0);
     }
@@ -219,7 +220,7 @@ EyePath follow(Ray ray, Random random) {
             }
         }
         index *= scattered.eta;
-        ray = Ray(offset_origin(surface, scattered.wi), scattered.wi);
+        ray = leave(surface, scattered.wi, goes_through(surface, wo, scattered.wi));
     }
     return path;
 }

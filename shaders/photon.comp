@@ -123,7 +123,7 @@ uint advance(inout Path path) {
     }
     path.weight = after < before ? weight * (before / after) : weight;
     path.index *= scattered.eta;
-    path.ray = Ray(offset_origin(surface, scattered.wi), scattered.wi);
+    path.ray = leave(surface, scattered.wi, goes_through(surface, wo, scattered.wi));
     return ALIVE;
 }
 

@@ -12,7 +12,7 @@ use obvhs::bvh2::node::Bvh2Node;
 use obvhs::bvh2::reinsertion::ReinsertionOptimizer;
 use obvhs::ploc::PlocBuilder;
 
-use crate::kernels::{BvhPair, COUNT_SHIFT, MAX_LEAF_COUNT};
+use crate::kernels::{BvhPair, COUNT_SHIFT, FIRST_MASK, MAX_LEAF_COUNT};
 
 /// Boxes are this much wider on each side: the resolution of f32 at the size of render
 /// space. A ray in the plane of a face must not lose the box, flat or not.
@@ -43,6 +43,26 @@ impl Bvh {
         }));
         self.primitives.extend(other.primitives);
         first_pair
+    }
+
+    /// Visits every primitive below a pair whose leaf's box touches another box.
+    pub fn visit(&self, root: u32, bounds: &Aabb, visit: &mut impl FnMut(u32)) {
+        let mut pending = vec![root];
+        while let Some(index) = pending.pop() {
+            let pair: &BvhPair = &self.pairs[index as usize];
+            for (lower, upper) in [(pair.left_lower, pair.left_upper), (pair.right_lower, pair.right_upper)] {
+                let corner = |corner: [f32; 4]| Vec3A::new(corner[0], corner[1], corner[2]);
+                if corner(lower).cmpgt(bounds.max).any() || corner(upper).cmplt(bounds.min).any() {
+                    continue;
+                }
+                let child = lower[3].to_bits();
+                let (first, count) = (child & FIRST_MASK, child >> COUNT_SHIFT);
+                if count == 0 {
+                    pending.push(child);
+                }
+                (first..first + count).for_each(|place| visit(self.primitives[place as usize]));
+            }
+        }
     }
 
     /// Boxes that hold all primitives between them: those of the nodes that are `levels` below

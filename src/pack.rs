@@ -5,6 +5,7 @@
 //! millimetres or kilometres, or far from the origin, thus renders alike. Radiance does
 //! not change under scaling; intensities scale with the square of length.
 
+mod contact;
 mod instance;
 mod light;
 mod light_image;
@@ -22,6 +23,8 @@ use std::ops::RangeInclusive;
 use glam::{DAffine3, DVec3, Vec3A};
 use obvhs::aabb::Aabb;
 
+pub use contact::Contacts;
+use contact::Part;
 use instance::Placed;
 use light::light_of;
 use material::specialize;
@@ -128,6 +131,8 @@ pub struct PackedScene {
     pub mean_power: f64,
     /// What the kernels are specialised to.
     pub specialization: Specialization,
+    /// Where surfaces of different bodies coincide.
+    pub contacts: Contacts,
 }
 
 /// Mean of channels of the power of all lights, W at render scale: products of radiance,
@@ -151,13 +156,15 @@ pub fn pack(scene: &Scene, solver: RevolutionSolver) -> Result<PackedScene, Pack
     packer.textures = PackedTextures::new(scene, &packer.render_from_world);
     packer.dress(scene, &mut placed)?;
     let bvh = packer.add_surfaces(&placed)?;
+    let contacts = packer.find_contacts(&placed, &bvh);
     let mean_power: f64 = packer.powers.iter().sum();
     if mean_power <= 0.0 {
         return Err(PackError::NoLight);
     }
     packer.check_brightness(mean_power)?;
     let (emission_table, direct_table) = packer.choose_lights();
-    let specialization = packer.specialization(scene, &direct_table);
+    let specialization =
+        Specialization { has_contacts: contacts.exist(), ..packer.specialization(scene, &direct_table) };
     Ok(PackedScene {
         space,
         bvh_pairs: bvh.pairs,
@@ -168,6 +175,7 @@ pub fn pack(scene: &Scene, solver: RevolutionSolver) -> Result<PackedScene, Pack
         infinite: packer.infinite,
         mean_power,
         specialization,
+        contacts,
         triangles: packer.triangles,
         triangle_normals: packer.triangle_normals,
         triangle_uvs: packer.triangle_uvs,
@@ -191,6 +199,8 @@ pub fn pack(scene: &Scene, solver: RevolutionSolver) -> Result<PackedScene, Pack
 struct Packer {
     render_from_world: DAffine3,
     solver: RevolutionSolver,
+    /// What each shape was packed to, in order.
+    parts: Vec<Part>,
     /// Of the primitives that are in no hierarchy yet: the last of `references`.
     boxes: Vec<Aabb>,
     references: Vec<u32>,
@@ -225,6 +235,8 @@ impl Packer {
         self.is_invisible = shape.alpha == Input::Constant(0.0);
         self.has_invisible |= self.is_invisible;
         let render_from_object = self.render_from_world * shape.world_from_object;
+        let lengths = |packer: &Self| [packer.triangles.len(), packer.quadrics.len(), packer.revolutions.len()];
+        let before = lengths(self);
         match &shape.geometry {
             Geometry::Mesh(mesh) => self.add_mesh(shape, mesh, &render_from_object),
             Geometry::Sphere { radius, z_min, z_max, phi_max } => {
@@ -245,6 +257,8 @@ impl Packer {
             }
             Geometry::Revolution(profile) => self.add_revolution(shape, profile, &render_from_object),
         }
+        let [triangles, quadrics, revolutions] = std::array::from_fn(|kind| before[kind]..lengths(self)[kind]);
+        self.parts.push(Part { triangles, quadrics, revolutions, is_invisible: self.is_invisible });
     }
 
     fn add_mesh(&mut self, shape: &Shape, mesh: &Mesh, render_from_object: &DAffine3) {

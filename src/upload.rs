@@ -51,8 +51,12 @@ impl GpuScene {
             seed,
             lights_center,
             lights_reach2,
+            contact_lower: scene.contacts.lower,
+            contact_error: scene.contacts.error,
+            contact_upper: scene.contacts.upper,
             half_extent: scene.space.half_extent.as_vec3().to_array(),
             sky_count: scene.sky_count,
+            pad: 0,
         };
         Ok(Self {
             scene_info: device.upload_texels("scene_info", &[info])?,

@@ -1,4 +1,38 @@
-// Rays against what is there of the surfaces.
+// Rays against what is there of the surfaces, in the order in which surfaces in contact are met.
+
+#ifdef WITHOUT_HAS_CONTACTS
+Hit intersect_in_order(Ray ray, float t_max) {
+    return traverse(ray, t_max, false);
+}
+#else
+// The nearest hit with t < t_max. Of surfaces in contact, whose t differ by roundings, the first in
+// their order: what precedes a hit there is looked for until nothing does.
+Hit intersect_in_order(Ray ray, float t_max) {
+    Hit hit = Hit(t_max, NONE, vec2(0.0), NONE);
+    Ray wanted = ray;
+    for (bool looks = true; looks;) {
+        Hit found = traverse(wanted, t_max, false);
+        looks = found.primitive != NONE;
+        if (looks) {
+            hit = found;
+            vec3 position = ray.origin + hit.t * ray.direction;
+            looks = all(greaterThanEqual(position, scene.contact_lower))
+                 && all(lessThanEqual(position, scene.contact_upper));
+        }
+        // A loop of one round: on a processor, lanes that need none of it skip it together.
+        for (bool near = looks; near; near = false) {
+            Surface surface = surface_at(ray, hit);
+            float width = contact_width(surface, ray.direction);
+            wanted.exits = ray.exits;
+            wanted.entries = ray.entries;
+            looks = meet_preceding(wanted, surface.layer, dot(ray.direction, surface.normal) > 0.0, hit.t <= width);
+            wanted.begin = max(ray.begin, hit.t - width);
+            t_max = hit.t + width;
+        }
+    }
+    return hit;
+}
+#endif
 
 #ifndef WITHOUT_HAS_TEXTURES
 // Surfaces that a ray passes where they are cut away, at most; the next one stops it.
@@ -15,21 +49,23 @@ bool lets_pass(Surface surface, Ray ray) {
 // The nearest hit with t < t_max on what is there. A ray goes on behind a surface that lets it
 // pass.
 Hit intersect_opaque(Ray ray, float t_max) {
-    Hit hit = traverse(ray, t_max, false);
     vec3 begin = ray.origin;
-    bool passes = hit.primitive != NONE;
-    for (uint i = 0u; i < MAX_CUT_SURFACES && passes; i++) {
-        Surface surface = surface_at(ray, hit);
-        passes = lets_pass(surface, ray);
+    float passed = 0.0; // in lengths of the direction
+    Hit hit;
+    bool passes = true;
+    for (uint i = 0u; passes; i++) {
+        hit = intersect_in_order(ray, t_max - passed);
+        passes = hit.primitive != NONE && i < MAX_CUT_SURFACES;
         if (passes) {
-            ray.origin = offset_origin(surface, ray.direction);
-            float passed = dot(ray.origin - begin, ray.direction) / dot(ray.direction, ray.direction);
-            hit = traverse(ray, t_max - passed, false);
-            passes = hit.primitive != NONE;
+            Surface surface = surface_at(ray, hit);
+            passes = lets_pass(surface, ray);
+            if (passes) {
+                ray = leave(surface, ray.direction, true);
+                passed = dot(ray.origin - begin, ray.direction) / dot(ray.direction, ray.direction);
+            }
         }
     }
-    // In lengths of the direction from where the ray began.
-    hit.t += dot(ray.origin - begin, ray.direction) / dot(ray.direction, ray.direction);
+    hit.t += passed;
     return hit;
 }
 
@@ -41,12 +77,11 @@ Hit intersect(Ray ray) {
         return intersect_opaque(ray, INFINITY_T);
     }
 #endif
-    return traverse(ray, INFINITY_T, false);
+    return intersect_in_order(ray, INFINITY_T);
 }
 
-// Whether anything stands between a point and another; both already offset.
-bool occluded(vec3 from, vec3 to) {
-    Ray ray = Ray(from, to - from);
+// Whether anything stands in a ray's way before t = 1.
+bool occluded(Ray ray) {
 #ifndef WITHOUT_HAS_TEXTURES
     if (HAS_ALPHA) {
         return intersect_opaque(ray, 1.0).primitive != NONE;

@@ -54,7 +54,7 @@ Emission emit_area(Light light, vec2 u_position, vec2 u_direction, float u_side)
     vec3 direction = sample_cosine(u_direction, back ? -surface.normal : surface.normal);
     float sides = light.two_sided != 0u ? 2.0 : 1.0;
     vec3 exitance = surface_radiance(light, surface) * (PI * sides * opacity(surface));
-    return Emission(Ray(offset_origin(surface, direction), direction), exitance * area);
+    return Emission(leave(surface, direction, false), exitance * area);
 }
 
 // Parallel light through the faces that the scene's bounding box shows it, evenly across the
@@ -71,7 +71,7 @@ Emission emit_parallel(vec3 direction, vec3 irradiance, vec2 u, float u_face) {
     point *= scene.half_extent;
     // From where nothing of the scene is behind it.
     vec3 origin = scene.center + point - (dot(point, direction) + scene.radius) * direction;
-    return Emission(Ray(origin, direction), irradiance * area);
+    return Emission(free_ray(origin, direction), irradiance * area);
 }
 
 Emission emit_from(Light light, vec2 u_position, vec2 u_direction, float u_side) {
@@ -84,11 +84,11 @@ Emission emit_from(Light light, vec2 u_position, vec2 u_direction, float u_side)
     }
     if (HAS_GONIOMETRIC_LIGHTS && light.kind == GONIOMETRIC) {
         ImageSample to = sample_octahedral(light_images_at(light.primitive), u_direction);
-        return Emission(Ray(light.position, to.direction), light.emission * to.color / to.pdf);
+        return Emission(free_ray(light.position, to.direction), light.emission * to.color / to.pdf);
     }
     if (HAS_PROJECTION_LIGHTS && light.kind == PROJECTION) {
         ImageSample to = sample_projection(light_images_at(light.primitive), u_direction);
-        return Emission(Ray(light.position, to.direction), light.emission * to.color / to.pdf);
+        return Emission(free_ray(light.position, to.direction), light.emission * to.color / to.pdf);
     }
     if (HAS_DISTANT_LIGHTS && light.kind == DISTANT) {
         return emit_parallel(light.direction, light.emission, u_position, u_side);
@@ -104,7 +104,7 @@ Emission emit_from(Light light, vec2 u_position, vec2 u_direction, float u_side)
     } else {
         direction = sample_cap(u_direction, 2.0);
     }
-    return Emission(Ray(light.position, direction), light.emission * solid_angle);
+    return Emission(free_ray(light.position, direction), light.emission * solid_angle);
 }
 
 // The photon that a path's first numbers make: a light by its power, a point, a direction.

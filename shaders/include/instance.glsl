@@ -3,6 +3,5 @@
 // A ray in the space of an instance's object. Its direction keeps its length there, so that t
 // is the same on both sides.
 Ray enter_instance(uint index, Ray ray) {
-    vec4 object_from_render[3] = instances_at(index).object_from_render;
-    return Ray(transform_point(object_from_render, ray.origin), transform_vector(object_from_render, ray.direction));
+    return ray_in(instances_at(index).object_from_render, ray);
 }

@@ -1,9 +1,6 @@
 // Rays against the scene: one hierarchy over every kind of primitive.
 
-struct Ray {
-    vec3 origin;
-    vec3 direction;
-};
+#include "contact.glsl"
 
 struct Hit {
     float t;          // in lengths of the ray's direction
@@ -49,10 +46,10 @@ vec3 turn_axes(Shear shear, vec3 v) {
 // right or 0, since rounding keeps the order of the two products: no ray slips through an edge
 // or a corner of a closed mesh. Contracted multiply-adds would break both, hence `precise`.
 // Woop and others, "Watertight Ray/Triangle Intersection", JCGT 2013.
-bool intersect_triangle(Triangle triangle, vec3 origin, Shear shear, inout Hit hit) {
-    vec3 v0 = turn_axes(shear, triangle.p0 - origin);
-    vec3 v1 = turn_axes(shear, triangle.p1 - origin);
-    vec3 v2 = turn_axes(shear, triangle.p2 - origin);
+bool intersect_triangle(Triangle triangle, Ray ray, Shear shear, inout Hit hit) {
+    vec3 v0 = turn_axes(shear, triangle.p0 - ray.origin);
+    vec3 v1 = turn_axes(shear, triangle.p1 - ray.origin);
+    vec3 v2 = turn_axes(shear, triangle.p2 - ray.origin);
     precise vec2 a = v0.xy - shear.shear * v0.z;
     precise vec2 b = v1.xy - shear.shear * v1.z;
     precise vec2 c = v2.xy - shear.shear * v2.z;
@@ -71,7 +68,8 @@ bool intersect_triangle(Triangle triangle, vec3 origin, Shear shear, inout Hit h
     float to_p1 = clamp((a.y * ac.x - a.x * ac.y) * per_area, 0.0, 1.0);
     float to_p2 = clamp((a.x * ab.y - a.y * ab.x) * per_area, 0.0, 1.0 - to_p1);
     float t = (v0.z + to_p1 * (v1.z - v0.z) + to_p2 * (v2.z - v0.z)) * shear.inverse;
-    if (!(inside && area != 0.0 && t > 0.0 && t < hit.t)) {
+    bool leaves = (area > 0.0) == (shear.inverse > 0.0);
+    if (!(inside && area != 0.0 && may_meet(ray, triangle.material, leaves, t) && t < hit.t)) {
         return false;
     }
     hit.t = t;
@@ -81,9 +79,8 @@ bool intersect_triangle(Triangle triangle, vec3 origin, Shear shear, inout Hit h
 
 bool intersect_quadric(uint index, bool sphere, Ray ray, inout Hit hit) {
     Quadric quadric = quadrics_at(index);
-    vec3 o = transform_point(quadric.object_from_render, ray.origin);
-    vec3 d = transform_vector(quadric.object_from_render, ray.direction);
-    return sphere ? intersect_sphere(quadric, o, d, hit.t) : intersect_disk(quadric, o, d, hit.t);
+    Ray local = ray_in(quadric.object_from_render, ray);
+    return sphere ? intersect_sphere(quadric, local, hit.t) : intersect_disk(quadric, local, hit.t);
 }
 
 // Whether a primitive reference in the hierarchy is a body of revolution.
@@ -101,7 +98,7 @@ bool test_primitive(uint primitive, Ray ray, Shear shear, inout Hit hit) {
     uint index = primitive & INDEX_MASK;
     bool found = false;
     if (is_triangle(kind)) {
-        found = intersect_triangle(triangles_at(index), ray.origin, shear, hit);
+        found = intersect_triangle(triangles_at(index), ray, shear, hit);
     } else if (REVOLUTION_NEWTON && is_revolution(kind)) {
         found = meet_segment(index, ray, hit, primitive);
     } else if (HAS_QUADRICS) {
@@ -120,7 +117,7 @@ bool intersect_primitive(uint primitive, Ray ray, Shear shear, inout Hit hit) {
         return test_primitive(primitive, ray, shear, hit);
     }
     RevolutionRay turned = revolution_ray(revolution_pieces_at(index).body, ray);
-    bool found = intersect_revolution(index, turned, 0.0, hit.t, hit.barycentric.x);
+    bool found = intersect_revolution(index, turned, begin_of(ray), hit.t, hit.barycentric.x);
     if (found) {
         hit.primitive = primitive;
     }
@@ -133,8 +130,13 @@ float enter_box(vec3 lower, vec3 upper, Ray ray, vec3 inverse, float t_max) {
     vec3 a = (lower - ray.origin) * inverse;
     vec3 b = (upper - ray.origin) * inverse;
     vec3 near = min(a, b);
-    vec3 far = max(a, b) * (1.0 + 8.0 * ROUNDING);
-    float t_near = max(max(near.x, near.y), max(near.z, 0.0));
+    vec3 far = max(a, b);
+#ifdef WITHOUT_HAS_CONTACTS
+    far *= 1.0 + 8.0 * ROUNDING;
+#else
+    far += abs(far) * (8.0 * ROUNDING);
+#endif
+    float t_near = max(max(near.x, near.y), max(near.z, begin_of(ray)));
     float t_far = min(min(far.x, far.y), min(far.z, t_max));
     return t_near <= t_far ? t_near : INFINITY_T;
 }
@@ -143,9 +145,9 @@ float enter_box(vec3 lower, vec3 upper, Ray ray, vec3 inverse, float t_max) {
 bool test_body(uint body, Ray ray, bool any_hit, inout Hit hit) {
     RevolutionRay turned = revolution_ray(body, ray);
     uint first = revolutions_at(body).first_piece;
-    Pieces candidates = pieces_met(turned, first, revolutions_at(body).piece_count, 0.0, hit.t);
+    Pieces candidates = pieces_met(turned, first, revolutions_at(body).piece_count, begin_of(ray), hit.t);
     uint piece;
-    bool found = intersect_pieces(candidates, turned, 0.0, any_hit, hit.t, hit.barycentric.x, piece);
+    bool found = intersect_pieces(candidates, turned, begin_of(ray), any_hit, hit.t, hit.barycentric.x, piece);
     if (found) {
         hit.primitive = REVOLUTION << KIND_SHIFT | piece;
     }
@@ -179,7 +181,7 @@ Hit test_all(Ray ray, float t_max, bool any_hit) {
     Hit hit = Hit(t_max, NONE, vec2(0.0), NONE);
     Shear shear = shear_of(ray.direction);
     for (uint i = 0u; i < FLAT_TRIANGLES; i++) {
-        if (intersect_triangle(triangles_at(i), ray.origin, shear, hit)) {
+        if (intersect_triangle(triangles_at(i), ray, shear, hit)) {
             hit.primitive = TRIANGLE << KIND_SHIFT | i;
         }
     }
@@ -195,7 +197,7 @@ Hit test_all(Ray ray, float t_max, bool any_hit) {
     return hit;
 }
 
-// The nearest hit with 0 < t < t_max; with any_hit, some hit. All lanes walk inner nodes
+// The nearest hit that the ray may meet with t < t_max; with any_hit, some hit. All lanes walk inner nodes
 // until each has a leaf, then all test primitives (Aila and Laine 2009, "while-while"). An
 // instance's hierarchy is walked on the same stack, above a mark that leads out of it.
 Hit traverse(Ray ray, float t_max, bool any_hit) {

@@ -105,7 +105,7 @@ bool sample_sphere(Light light, vec3 from, vec2 u, out Surface surface) {
     vec3 d = to_world(sample_cap(u, cone_of_sphere(d2)), axis);
     o += d2 > ON_SPHERE ? vec3(0.0) : SKIPPED * d;
     float t = INFINITY_T;
-    bool found = intersect_sphere(quadric, o, d, t);
+    bool found = intersect_sphere(quadric, free_ray(o, d), t);
     surface = quadric_surface(quadric, true, o + t * d);
     return found;
 }

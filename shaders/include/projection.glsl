@@ -34,5 +34,5 @@ Ray project(Camera view, vec2 place, vec2 lens) {
         origin.xy = place;
         direction = vec3(0.0, 0.0, 1.0);
     }
-    return Ray(origin, direction);
+    return free_ray(origin, direction);
 }

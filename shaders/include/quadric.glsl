@@ -9,6 +9,13 @@ vec3 transform_vector(vec4 rows[3], vec3 v) {
     return vec3(dot(rows[0].xyz, v), dot(rows[1].xyz, v), dot(rows[2].xyz, v));
 }
 
+// A ray in another space, where its direction keeps its t.
+Ray ray_in(vec4 rows[3], Ray ray) {
+    ray.origin = transform_point(rows, ray.origin);
+    ray.direction = transform_vector(rows, ray.direction);
+    return ray;
+}
+
 // A normal transforms by the transpose of the inverse: give the rows of the inverse.
 vec3 transform_normal(vec4 inverse_rows[3], vec3 n) {
     return n.x * inverse_rows[0].xyz + n.y * inverse_rows[1].xyz + n.z * inverse_rows[2].xyz;
@@ -27,9 +34,11 @@ bool inside_cuts(Quadric sphere, vec3 p) {
         && (azimuth(p.xy) <= sphere.phi_max || sphere.phi_max >= 6.283185);
 }
 
-// The nearest hit with 0 < t < t_max on the unit sphere. The quadratic is solved about
-// the ray's closest approach, so that a far origin costs no digits.
-bool intersect_sphere(Quadric sphere, vec3 o, vec3 d, inout float t_max) {
+// The nearest hit that the ray may meet with t < t_max on the unit sphere. The quadratic is solved
+// about the ray's closest approach, so that a far origin costs no digits.
+bool intersect_sphere(Quadric sphere, Ray ray, inout float t_max) {
+    vec3 o = ray.origin;
+    vec3 d = ray.direction;
     float inv_a = 1.0 / dot(d, d);
     float t_closest = -dot(o, d) * inv_a;
     vec3 p = o + t_closest * d;
@@ -40,8 +49,8 @@ bool intersect_sphere(Quadric sphere, vec3 o, vec3 d, inout float t_max) {
     float half_chord = sqrt(h2 * inv_a);
     float t0 = t_closest - half_chord;
     float t1 = t_closest + half_chord;
-    bool use0 = t0 > 0.0 && t0 < t_max;
-    bool use1 = t1 > 0.0 && t1 < t_max;
+    bool use0 = may_meet(ray, sphere.material, sphere.flipped != 0u, t0) && t0 < t_max;
+    bool use1 = may_meet(ray, sphere.material, sphere.flipped == 0u, t1) && t1 < t_max;
     if (HAS_CUT_SPHERES) {
         use0 = use0 && inside_cuts(sphere, o + t0 * d);
         use1 = use1 && inside_cuts(sphere, o + t1 * d);
@@ -52,13 +61,14 @@ bool intersect_sphere(Quadric sphere, vec3 o, vec3 d, inout float t_max) {
     return use0 || use1;
 }
 
-bool intersect_disk(Quadric disk, vec3 o, vec3 d, inout float t_max) {
-    float t = -o.z / d.z;
-    // The comparison also rejects the NaN and infinity of a ray in the plane.
-    if (!(t > 0.0 && t < t_max)) {
+bool intersect_disk(Quadric disk, Ray ray, inout float t_max) {
+    vec3 d = ray.direction;
+    float t = -ray.origin.z / d.z;
+    // The comparisons also reject the NaN and infinity of a ray in the plane.
+    if (!(may_meet(ray, disk.material, (d.z > 0.0) == (disk.flipped == 0u), t) && t < t_max)) {
         return false;
     }
-    vec2 p = o.xy + t * d.xy;
+    vec2 p = ray.origin.xy + t * d.xy;
     float r2 = dot(p, p);
     if (r2 > 1.0 || r2 < disk.inner_radius * disk.inner_radius || azimuth(p) > disk.phi_max) {
         return false;

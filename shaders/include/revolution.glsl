@@ -50,6 +50,7 @@ struct ProfilePoint {
 // A ray about its closest approach to a body's centre, in the body's unit space.
 struct RevolutionRay {
     uint body;      // index into revolutions
+    Ray whole;      // in the space that the body stands in
     float size;     // length of the ray's direction before it was made a unit vector
     vec3 p;
     vec3 d;         // of unit length
@@ -184,6 +185,7 @@ RevolutionRay revolution_ray(uint body, Ray world) {
     vec3 d = transform_vector(revolutions_at(body).unit_from_render, world.direction);
     RevolutionRay ray;
     ray.body = body;
+    ray.whole = world;
     ray.size = length(d);
     ray.t_offset = -dot(o, d) / dot(d, d);
     // A far origin must not cost digits: neither the product nor a unit vector's rounding may
@@ -362,7 +364,24 @@ vec2 find_root(Profile profile, RevolutionRay ray, Search search) {
     return polish(ray, point, x, e.k);
 }
 
-// The nearest hit with t_min < t < t_max on some pieces; with any_hit, some hit. hit_x is where
+// Whether a ray may meet a body at x of its profile: at parameter t, which is k from p.
+#ifdef WITHOUT_HAS_CONTACTS
+bool may_meet_profile(Profile profile, RevolutionRay ray, float x, float k, float t) {
+    return true;
+}
+#else
+bool may_meet_profile(Profile profile, RevolutionRay ray, float x, float k, float t) {
+    vec2 q = fma(vec2(k), ray.d.xy, ray.p.xy);
+    vec2 slope = profile_direction(profile, evaluate(profile, x));
+    // Of the direction and the outer normal, times the distance from the axis.
+    float cosine = slope.y * dot(q, ray.d.xy) - slope.x * ray.d.z * length(q);
+    bool leaves = (cosine > 0.0) == (revolutions_at(ray.body).flipped == 0u);
+    bool is_free = ray.whole.begin == 0.0 && ray.whole.otherwise == 0.0; // t_min alone bounds it
+    return is_free || may_meet(ray.whole, revolutions_at(ray.body).material, leaves, t);
+}
+#endif
+
+// The nearest hit with t_min < t < t_max on some pieces that the ray may meet; with any_hit, some hit. hit_x is where
 // on the profile of hit_piece.
 bool intersect_pieces(Pieces candidates, RevolutionRay ray, float t_min, bool any_hit,
                       inout float t_max, inout float hit_x, inout uint hit_piece) {
@@ -414,7 +433,7 @@ bool intersect_pieces(Pieces candidates, RevolutionRay ray, float t_min, bool an
         if (has_root) {
             vec2 root = find_root(profile, ray, search);
             float t = ray.t_offset + root.y / ray.size;
-            bool hit = t > t_min && t < t_max;
+            bool hit = t > t_min && t < t_max && may_meet_profile(profile, ray, root.x, root.y, t);
             if (hit) {
                 t_max = t;
                 hit_x = root.x;

@@ -36,7 +36,7 @@ vec3 light_on_rough(Surface surface, Material material, vec3 wo, Random random, 
                                                random_pair(random, pair + 1u));
             Response response = respond(material, wo, direct.wi, surface.shading_normal, surface.tangent, RADIANCE);
             float weight = direct.hittable ? mis_weight(direct.pdf, response.pdf) : 1.0;
-            bool blocked = occluded(offset_origin(surface, direct.wi), direct.target);
+            bool blocked = occluded(shadow_ray(surface, direct.wi, direct.target, false));
             bool lit = is_rough(material) && direct.pdf > 0.0 && response.pdf > 0.0 && !blocked;
             return lit ? direct.radiance * response.value * (weight / direct.pdf) : vec3(0.0);
         }

@@ -33,6 +33,11 @@ layout(constant_id = 26) const bool HAS_SPHERE_LIGHTS = true;
 layout(constant_id = 27) const bool HAS_DISK_LIGHTS = true;
 layout(constant_id = 28) const bool HAS_REVOLUTION_LIGHTS = true;
 layout(constant_id = 29) const uint FLAT_REVOLUTIONS = 0u;
+#ifdef WITHOUT_HAS_CONTACTS
+const bool HAS_CONTACTS = false;
+#else
+layout(constant_id = 71) const bool HAS_CONTACTS = true;        // surfaces of different bodies that coincide
+#endif
 // What plain scenes have none of, all at once: see SEPARATE in shaders/build.rs. The GLSL compiler
 // keeps branches on constants: code that is long is left out by the macro.
 #ifdef WITHOUT_IS_RICH

@@ -6,11 +6,22 @@ struct Surface {
     vec3 normal;         // geometric, on the surface's front side
     vec3 shading_normal; // on the same side as the geometric one
     uint material;
+#ifndef WITHOUT_HAS_CONTACTS
+    uint layer;          // of the primitive among surfaces in contact, or 0
+    bool from_behind;    // the ray comes from a surface in contact that is behind this one
+#endif
     uint light;          // index into lights, or NONE
     float area_pdf;      // of light from a body of revolution: with which this point is sampled
     vec2 uv;             // texture coordinates; only under HAS_TEXTURES
     vec3 tangent;        // the position's derivative by u, of any length; only under HAS_ANISOTROPIC
 };
+
+// Bound of the position's error along the normal: all three axes add up.
+float normal_error(Surface surface) {
+    return dot(abs(surface.normal), vec3(surface.error));
+}
+
+#include "surface_contact.glsl"
 
 vec3 any_perpendicular(vec3 n) {
     return abs(n.x) > abs(n.z) ? vec3(-n.y, n.x, 0.0) : vec3(0.0, -n.z, n.y);
@@ -44,7 +55,7 @@ Surface triangle_surface(uint index, vec2 barycentric) {
     surface.error = position_error(extent, 0.0);
     surface.normal = normalize(cross(triangle.p1 - triangle.p0, triangle.p2 - triangle.p0));
     surface.shading_normal = surface.normal;
-    surface.material = triangle.material;
+    set_material(surface, triangle.material);
     surface.light = triangle.light;
     if (HAS_SHADING_NORMALS && triangle.normals != NONE) {
         TriangleNormals normals = triangle_normals_at(triangle.normals);
@@ -89,7 +100,7 @@ Surface quadric_surface(Quadric quadric, bool sphere, vec3 p) {
     n = normalize(transform_normal(quadric.object_from_render, n));
     surface.normal = quadric.flipped != 0u ? -n : n;
     surface.shading_normal = surface.normal;
-    surface.material = quadric.material;
+    set_material(surface, quadric.material);
     surface.light = quadric.light;
     if (HAS_TEXTURES) {
         surface.uv = quadric_uv(quadric, sphere, on_surface);
@@ -130,7 +141,7 @@ Surface revolution_surface(uint piece, float x, vec2 azimuth) {
     float growth = length(n);
     surface.normal = n * ((body.flipped != 0u ? -1.0 : 1.0) / growth);
     surface.shading_normal = surface.normal;
-    surface.material = body.material;
+    set_material(surface, body.material);
     surface.light = revolution_pieces_at(piece).light;
     surface.area_pdf = 0.0;
     if (HAS_AREA_LIGHTS && surface.light != NONE) {
@@ -192,12 +203,32 @@ Surface surface_at(Ray ray, Hit hit) {
     if (is_inside) {
         surface = leave_instance(hit.instance, surface);
     }
+    set_contact(surface, ray, hit.t);
     return surface;
 }
 
 // Where a ray along `direction` starts, so that it does not meet the surface it leaves.
 vec3 offset_origin(Surface surface, vec3 direction) {
     vec3 n = dot(direction, surface.normal) < 0.0 ? -surface.normal : surface.normal;
-    // The error bounds each axis: along the normal, all three add up.
-    return surface.position + dot(abs(n), vec3(surface.error)) * n;
+    return surface.position + normal_error(surface) * n;
+}
+
+// Whether a path goes through a surface.
+bool goes_through(Surface surface, vec3 wo, vec3 wi) {
+    return dot(wo, surface.normal) * dot(wi, surface.normal) < 0.0;
+}
+
+// A ray from a surface along a direction.
+Ray leave(Surface surface, vec3 direction, bool passes) {
+    Ray ray = free_ray(offset_origin(surface, direction), direction);
+    see_contacts(ray, surface, passes);
+    return ray;
+}
+
+// A ray from a surface in direction wi that ends at t = 1 in a target.
+Ray shadow_ray(Surface surface, vec3 wi, vec3 target, bool passes) {
+    vec3 origin = offset_origin(surface, wi);
+    Ray ray = free_ray(origin, target - origin);
+    see_contacts(ray, surface, passes);
+    return ray;
 }

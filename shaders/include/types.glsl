@@ -19,6 +19,12 @@ const uint DISK = 2u;
 const uint REVOLUTION = 3u; // a piece of its profile
 const uint INSTANCE = 4u;   // only in hierarchies; hits are of what is in it
 
+// The material of a primitive: its index, and above it a bit for the layer that the primitive has
+// among surfaces in contact (contact.glsl), or none.
+const uint MATERIAL_MASK = 0x000fffffu;
+const uint SHEET_LAYERS = 0x03f00000u;    // from front to back
+const uint BOUNDARY_LAYERS = 0xfc000000u; // of dielectrics, which have an inside
+
 // The deepest hierarchy that a ray can walk; the host builds no deeper one.
 const uint MAX_BVH_DEPTH = 64u;
 
@@ -42,7 +48,7 @@ struct BvhPair {
 // The front side is where p0, p1, p2 run counter-clockwise.
 struct Triangle {
     vec3 p0;
-    uint material;
+    uint material; // and its layer
     vec3 p1;
     uint light;   // index into lights, or NONE
     vec3 p2;
@@ -68,7 +74,7 @@ struct TriangleUvs {
 struct Quadric {
     vec4 object_from_render[3]; // rows
     vec4 render_from_object[3]; // rows
-    uint material;
+    uint material;      // and its layer
     uint light;         // index into lights, or NONE
     uint flipped;       // 1 where the normal is reversed
     float z_min;        // cuts of a sphere
@@ -105,7 +111,7 @@ struct Revolution {
     vec4 render_from_unit[3]; // rows
     uint first_piece;  // into revolution_pieces
     uint piece_count;  // up to MAX_PIECES
-    uint material;
+    uint material;     // and its layer
     uint flipped;      // 1 where the normal is reversed
     vec3 lower;        // corners of its box
     float determinant; // of render_from_unit, positive
@@ -297,8 +303,12 @@ struct SceneInfo {
     uint seed;
     vec3 lights_center;  // a sphere around all places from which any area light is large
     float lights_reach2;
-    vec3 half_extent;    // of the bounding box about the same centre, widened
+    vec3 contact_lower;  // corners of a box around all places where surfaces are in contact
+    float contact_error; // the largest error of a position on such a surface
+    vec3 contact_upper;
     uint sky_count;      // skies are the first of the lights
+    vec3 half_extent;    // of the bounding box about the centre, widened
+    uint pad;
 };
 
 // Cells of the pixel filter along an axis, of which a sample takes any with the same chance: so

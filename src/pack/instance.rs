@@ -6,6 +6,7 @@
 
 use std::borrow::Cow;
 use std::collections::BTreeMap;
+use std::ops::Range;
 
 use glam::{DAffine3, DVec3, Vec3A};
 use obvhs::aabb::Aabb;
@@ -84,6 +85,24 @@ impl<'a> Placed<'a> {
     /// All shapes, each of an object once.
     pub fn shapes_mut(&mut self) -> impl Iterator<Item = &mut Cow<'a, Shape>> {
         self.shapes.iter_mut().chain(self.objects.iter_mut().flat_map(|object| &mut object.shapes))
+    }
+
+    /// All shapes in the order in which they are packed: those of objects first.
+    pub fn shapes_as_packed(&self) -> impl Iterator<Item = &Shape> {
+        let of_objects = self.objects.iter().flat_map(|object| &object.shapes);
+        of_objects.chain(&self.shapes).map(|shape| &**shape)
+    }
+
+    /// The number of shapes that are packed for objects, and for each instance the places of its
+    /// own among them.
+    pub fn parts_of_objects(&self) -> (usize, Vec<Range<usize>>) {
+        let (mut first, mut parts) = (0, Vec::new());
+        for object in &self.objects {
+            let own = first..first + object.shapes.len();
+            first = own.end;
+            parts.extend(object.world_from_instance.iter().map(|_| own.clone()));
+        }
+        (first, parts)
     }
 
     /// Bounds of everything, in world space.

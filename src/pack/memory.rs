@@ -30,6 +30,7 @@ impl PackedScene {
             infinite: _,
             mean_power: _,
             specialization: _,
+            contacts: _,
         } = self;
         let sizes = [
             size_of_val(&bvh_pairs[..]),

@@ -88,7 +88,44 @@ impl Bounds {
         0.5 * (self.upper - self.lower)
     }
 
-    fn add(&mut self, point: DVec3) {
+    /// The box between two corners.
+    pub fn of(lower: DVec3, upper: DVec3) -> Self {
+        Self { lower, upper }
+    }
+
+    /// The box around points.
+    pub fn around(points: &[DVec3]) -> Self {
+        let mut bounds = Self::default();
+        points.iter().for_each(|point| bounds.add(*point));
+        bounds
+    }
+
+    pub fn lower(&self) -> DVec3 {
+        self.lower
+    }
+
+    pub fn upper(&self) -> DVec3 {
+        self.upper
+    }
+
+    /// What two boxes have in common.
+    pub fn common(&self, other: &Self) -> Option<Self> {
+        let common = Self { lower: self.lower.max(other.lower), upper: self.upper.min(other.upper) };
+        (!common.is_empty()).then_some(common)
+    }
+
+    /// Widens it by another one.
+    pub fn unite(&mut self, other: &Self) {
+        *self = Self { lower: self.lower.min(other.lower), upper: self.upper.max(other.upper) };
+    }
+
+    /// A box that reaches further on each side.
+    pub fn widened(&self, by: f64) -> Self {
+        Self { lower: self.lower - by, upper: self.upper + by }
+    }
+
+    /// Widens it by a point.
+    pub fn add(&mut self, point: DVec3) {
         self.lower = self.lower.min(point);
         self.upper = self.upper.max(point);
     }

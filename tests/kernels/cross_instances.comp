@@ -36,7 +36,7 @@ void main() {
     if (i >= rays.data.length()) {
         return;
     }
-    Ray ray = Ray(rays.data[i].origin, rays.data[i].direction);
+    Ray ray = free_ray(rays.data[i].origin, rays.data[i].direction);
     Hit hit = intersect(ray);
     if (hit.primitive == NONE) {
         crossings.data[i] = Crossing(vec3(0.0), -1.0, vec3(0.0), 0.0, vec3(0.0), -1.0);
@@ -45,7 +45,7 @@ void main() {
     Surface surface = surface_at(ray, hit);
     vec3 leaving = rays.data[i].leaving;
     leaving = dot(leaving, surface.normal) < 0.0 ? -leaving : leaving;
-    Hit again = intersect(Ray(offset_origin(surface, leaving), leaving));
+    Hit again = intersect(free_ray(offset_origin(surface, leaving), leaving));
     float t_again = again.primitive == NONE ? -1.0 : again.t;
     crossings.data[i] =
         Crossing(surface.position, hit.t, surface.normal, surface.error, surface.shading_normal, t_again);

@@ -34,7 +34,7 @@ void main() {
     if (i >= rays.data.length()) {
         return;
     }
-    RevolutionRay ray = revolution_ray(0u, Ray(rays.data[i].origin, rays.data[i].direction));
+    RevolutionRay ray = revolution_ray(0u, free_ray(rays.data[i].origin, rays.data[i].direction));
     float t_min = rays.data[i].t_min;
     for (uint n = 0u; n < MOST_ON_PIECE; n++) {
         float t = rays.data[i].t_max;

@@ -25,14 +25,15 @@ void main() {
     if (i >= rays.data.length()) {
         return;
     }
-    ObjectRay ray = rays.data[i];
-    Quadric quadric = quadrics_at(ray.quadric & INDEX_MASK);
-    float t = ray.t_max;
+    ObjectRay object_ray = rays.data[i];
+    Quadric quadric = quadrics_at(object_ray.quadric & INDEX_MASK);
+    Ray ray = free_ray(object_ray.origin, object_ray.direction);
+    float t = object_ray.t_max;
     bool found = false;
-    if (ray.quadric >> KIND_SHIFT == SPHERE) {
-        found = intersect_sphere(quadric, ray.origin, ray.direction, t);
+    if (object_ray.quadric >> KIND_SHIFT == SPHERE) {
+        found = intersect_sphere(quadric, ray, t);
     } else {
-        found = intersect_disk(quadric, ray.origin, ray.direction, t);
+        found = intersect_disk(quadric, ray, t);
     }
     hits.data[i] = ObjectHit(t, found ? 1u : 0u);
 }

@@ -37,7 +37,7 @@ void main() {
     if (i >= rays.data.length()) {
         return;
     }
-    Ray ray = Ray(rays.data[i].origin, rays.data[i].direction);
+    Ray ray = free_ray(rays.data[i].origin, rays.data[i].direction);
     Hit hit = traverse(ray, INFINITY_T, false);
     if (hit.primitive == NONE) {
         met.data[i] = Met(vec3(0.0), 0.0, vec3(0.0), -1.0, vec2(0.0), 0.0, NONE, vec3(0.0), 0u, vec3(0.0), 0.0);

@@ -35,7 +35,7 @@ void main() {
         return;
     }
     Arrival arrival = arrivals.data[i];
-    Ray ray = Ray(arrival.origin, arrival.direction);
+    Ray ray = free_ray(arrival.origin, arrival.direction);
     Hit hit = Hit(INFINITY_T, NONE, vec2(0.0), NONE);
     if (!intersect_primitive(arrival.primitive, ray, shear_of(ray.direction), hit)) {
         departures.data[i] = Departure(vec3(0.0), 0.0, vec3(0.0), 0u, vec3(0.0), -1.0);
@@ -44,6 +44,6 @@ void main() {
     Surface surface = surface_at(ray, hit);
     vec3 origin = offset_origin(surface, arrival.leaving);
     Hit again = Hit(INFINITY_T, NONE, vec2(0.0), NONE);
-    bool met = intersect_primitive(arrival.primitive, Ray(origin, arrival.leaving), shear_of(arrival.leaving), again);
+    bool met = intersect_primitive(arrival.primitive, free_ray(origin, arrival.leaving), shear_of(arrival.leaving), again);
     departures.data[i] = Departure(surface.position, surface.error, surface.normal, 1u, origin, met ? again.t : -1.0);
 }

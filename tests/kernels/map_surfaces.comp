@@ -33,7 +33,7 @@ void main() {
     if (i >= rays.data.length()) {
         return;
     }
-    Ray ray = Ray(rays.data[i].origin, rays.data[i].direction);
+    Ray ray = free_ray(rays.data[i].origin, rays.data[i].direction);
     Hit hit = Hit(INFINITY_T, NONE, vec2(0.0), NONE);
     bool found = intersect_primitive(rays.data[i].primitive, ray, shear_of(ray.direction), hit);
     hit.primitive = rays.data[i].primitive;

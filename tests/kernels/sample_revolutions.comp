@@ -35,7 +35,7 @@ void main() {
     }
     Light light = lights_at(points.data[i].light);
     Surface surface = sample_revolution(light, points.data[i].u);
-    Ray ray = Ray(surface.position + AWAY * surface.normal, -surface.normal);
+    Ray ray = free_ray(surface.position + AWAY * surface.normal, -surface.normal);
     Hit hit = Hit(2.0 * AWAY, NONE, vec2(0.0), NONE);
     float pdf_of_hit = 0.0;
     if (intersect_primitive(light.primitive, ray, shear_of(ray.direction), hit)) {

@@ -45,7 +45,7 @@ void main() {
     }
     float pdf_of_hit = 0.0;
     if (view.light != NONE && direct.pdf > 0.0) {
-        Ray ray = Ray(view.from, direct.wi);
+        Ray ray = free_ray(view.from, direct.wi);
         Hit hit = Hit(INFINITY_T, NONE, vec2(0.0), NONE);
         if (intersect_primitive(lights_at(view.light).primitive, ray, shear_of(ray.direction), hit)) {
             pdf_of_hit = direct_pdf(lights_at(view.light), view.from, surface_at(ray, hit), direct.wi);

@@ -27,7 +27,7 @@ void main() {
     if (i >= rays.data.length()) {
         return;
     }
-    Ray ray = Ray(rays.data[i].origin, rays.data[i].direction);
+    Ray ray = free_ray(rays.data[i].origin, rays.data[i].direction);
     Hit hit = traverse(ray, rays.data[i].t_max, false);
     hits.data[i] = TracedHit(hit.barycentric, hit.t, hit.primitive);
     any_hits.data[i] = traverse(ray, rays.data[i].t_max, true).primitive;
