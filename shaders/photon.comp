@@ -186,7 +186,20 @@ uint advance(inout Path path) {
 
 bool is_finite(Path path) {
     vec3 size = abs(path.ray.origin) + abs(path.ray.direction) + abs(path.weight);
-    return all(lessThan(size, vec3(INFINITY_T))) && max(path.weight.x, max(path.weight.y, path.weight.z)) > 0.0;
+    return all(lessThan(size, vec3(INFINITY_T)));
+}
+
+// Whether a path carries anything: not one that begins where an image on a lamp is black.
+bool is_lit(Path path) {
+    return max(path.weight.x, max(path.weight.y, path.weight.z)) > 0.0;
+}
+
+// What becomes of a path: ALIVE, or how it ends.
+uint follow(inout Path path) {
+    if (!is_finite(path)) {
+        return NOT_FINITE;
+    }
+    return is_lit(path) ? advance(path) : ABSORBED;
 }
 
 void main() {
@@ -230,7 +243,7 @@ void main() {
 #ifndef WITHOUT_IS_RESUMABLE
         has_recorded = false;
 #endif
-        uint state = is_finite(next) ? advance(next) : NOT_FINITE;
+        uint state = follow(next);
 #ifndef WITHOUT_IS_RESUMABLE
         if (interrupted(two)) {
             break; // nothing of this segment counts

@@ -30,6 +30,16 @@ pub enum Goal {
     Error(f64),
 }
 
+/// How long a probe is.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Length {
+    /// About so long in all.
+    Time(Duration),
+    /// Iterations of each of its renders, an even number from 2. What is expected of settings does
+    /// not depend on how fast the device is, then.
+    Iterations(u32),
+}
+
 /// What to expect of settings.
 #[derive(Clone, Copy, Debug, Serialize)]
 pub struct Expected {
@@ -63,7 +73,26 @@ const FEW: u32 = 8;
 /// A gain of error or time below this is no reason to leave the defaults.
 const WORTH_IT: f64 = 0.05;
 
-/// Probes for about `time`, and advises. `base` has what is not to be changed, such as the
+/// Probes, and says what to expect of settings after some iterations, and their options. `base` has
+/// what is not to be changed, such as the resolution.
+///
+/// # Errors
+/// The scene or the device is at fault.
+pub fn expect(
+    device: &Rc<Device>,
+    scene: &Scene,
+    base: &Options,
+    choice: Choice,
+    iterations: u32,
+    length: Length,
+) -> Result<(Options, Expected), RenderError> {
+    let mut probe = Probe::new(device, scene, base, length);
+    let model = probe.model()?;
+    let corrected = probe.correct(&model, choice)?;
+    Ok((probe.options(choice), corrected.after(choice, iterations)))
+}
+
+/// Probes, and advises. `base` has what is not to be changed, such as the
 /// resolution.
 ///
 /// # Errors
@@ -73,9 +102,9 @@ pub fn advise(
     scene: &Scene,
     base: &Options,
     goal: Goal,
-    time: Duration,
+    length: Length,
 ) -> Result<Advice, RenderError> {
-    let mut probe = Probe::new(device, scene, base, time);
+    let mut probe = Probe::new(device, scene, base, length);
     let model = probe.model()?;
     let by_default = model.expect(Choice::DEFAULT, goal);
     // A few long iterations are a matter of luck: one more or less is half of the error.

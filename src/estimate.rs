@@ -47,13 +47,22 @@ fn add(sum: &mut Sum, other: Sum) {
 /// What is added to squared luminances that errors are divided by: the square of a tenth of the
 /// median of those above 0. `None` where all is black.
 pub fn dark_square(luminances: impl Iterator<Item = f64>) -> Option<f64> {
+    median_lit(luminances).map(|median| (DARK * median).powi(2))
+}
+
+/// The median of those above 0; `None` where all is black.
+fn median_lit(luminances: impl Iterator<Item = f64>) -> Option<f64> {
     let mut lit: Vec<f64> = luminances.filter(|luminance| *luminance > 0.0).collect();
     if lit.is_empty() {
         return None;
     }
     let middle = lit.len() / 2;
     let (_, median, _) = lit.select_nth_unstable_by(middle, f64::total_cmp);
-    Some((DARK * *median).powi(2))
+    Some(*median)
+}
+
+fn luminance([red, green, blue]: [f64; 3]) -> f64 {
+    LUMINANCE[0] * red + LUMINANCE[1] * green + LUMINANCE[2] * blue
 }
 
 impl Estimate {
@@ -88,9 +97,8 @@ impl Estimate {
     pub fn half_luminances(&self) -> Option<impl Iterator<Item = [f64; 2]>> {
         let [first, second] = self.halves.map(|iterations| iterations as f64);
         let halves = move |(mean, sum): ([f64; 3], &Sum)| {
-            let luminance = LUMINANCE[0] * mean[0] + LUMINANCE[1] * mean[1] + LUMINANCE[2] * mean[2];
             let sum = in_units(*sum);
-            [(luminance * (first + second) - sum) / first, sum / second]
+            [(luminance(mean) * (first + second) - sum) / first, sum / second]
         };
         (first > 0.0 && second > 0.0).then(|| self.means().zip(&self.second_half).map(halves))
     }
@@ -113,6 +121,11 @@ impl Estimate {
         let Some(floor) = dark_square(errors.iter().map(|[luminance, _]| *luminance)) else { return Some(0.0) };
         let squares = errors.iter().map(|[luminance, variance]| variance / (luminance * luminance + floor));
         Some((squares.sum::<f64>() / errors.len() as f64).sqrt())
+    }
+
+    /// The median luminance of the pixels that have any light, in units; `None` where all is black.
+    pub fn median_lit(&self) -> Option<f64> {
+        median_lit(self.means().map(luminance))
     }
 
     /// The sums of red, green, blue, and of the second half's luminance.

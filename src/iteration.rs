@@ -18,6 +18,7 @@ use crate::renderer::RenderError;
 use crate::schedule::{Pace, Schedule};
 use crate::sequence::{Place, Sequence, Shard};
 use crate::tally::{Counted, Tally};
+use crate::unsampled::response;
 use crate::upload::GpuScene;
 
 /// The passes, compiled for a scene and bound to its buffers.
@@ -45,6 +46,10 @@ pub struct Settings {
     pub alpha: f64,
     /// Who decides how radii shrink.
     pub radius_schedule: RadiusSchedule,
+    /// Width of a pixel at distance 1, or at any where rays are parallel; render units.
+    pub pixel_width: f64,
+    /// Rays of the camera are parallel.
+    pub is_parallel: bool,
     /// Radius of a visible point at distance 1, where radii follow the footprints of pixels.
     pub radius_per_length: f64,
     /// The iterations.
@@ -57,12 +62,19 @@ pub struct Settings {
     pub contribution: Contribution,
     /// Whether there is a light, and a surface for its photons to meet.
     pub has_photons: bool,
+    /// Photons may bring light that eye paths do not.
+    pub photons_matter: bool,
 }
 
 impl Settings {
     /// Photons to emit: none where they would bring nothing, or nobody wants to see it.
     pub fn wanted_photons(&self) -> u64 {
         if self.has_photons && self.contribution != Contribution::Direct { self.photons } else { 0 }
+    }
+
+    /// The first of all iterations, of whichever shard.
+    fn first_place(&self) -> Place {
+        Sequence { shard: Shard::WHOLE, ..self.sequence }.place(0)
     }
 
     /// Pixels of the image.
@@ -91,6 +103,8 @@ pub struct Progress {
     pub done: u32,
     /// The radius that visible points start with, once it is known.
     pub first_radius: Option<FirstRadius>,
+    /// Of the first of all rounds, once it is known: [`response`].
+    pub response: Option<f64>,
     /// The round whose visible points are on the device.
     pub seen: Option<u32>,
     /// How much the global schedule has shrunk squared radii.
@@ -157,11 +171,17 @@ impl Stage<'_> {
     }
 }
 
-/// A radius that follows the footprints of pixels at the visible points on the device.
-fn measure_radius(on: Stage<'_>) -> Result<FirstRadius, RenderError> {
-    let throughputs = on.device.read_first_texels(&on.buffers.visible_throughputs, on.settings.pixels())?;
-    let lengths = throughputs.into_iter().map(|throughput| throughput[3]);
-    Ok(FirstRadius::from_footprints(on.settings.radius_per_length, lengths))
+impl Progress {
+    /// Learns from the visible points of the first of all rounds, which are on the device: the
+    /// radius that follows the footprints of pixels, and how bright photons are there.
+    fn measure(&mut self, on: Stage<'_>) -> Result<(), RenderError> {
+        let Settings { pixel_width, is_parallel, radius_per_length, .. } = *on.settings;
+        let throughputs = on.device.read_first_texels(&on.buffers.visible_throughputs, on.settings.pixels())?;
+        let lengths = throughputs.iter().map(|throughput| throughput[3]);
+        self.first_radius.get_or_insert_with(|| FirstRadius::from_footprints(radius_per_length, lengths));
+        self.response = Some(response(throughputs.into_iter(), pixel_width, is_parallel));
+        Ok(())
+    }
 }
 
 impl Passes {
@@ -200,14 +220,13 @@ impl Passes {
     /// Finds the visible points of a round, and the radius that they start with. Where nobody
     /// has given one, the first of all rounds decides, so that every shard has the same.
     fn look(&mut self, on: Stage<'_>, place: Place, progress: &mut Progress) -> Result<(), RenderError> {
-        let first = Sequence { shard: Shard::WHOLE, ..on.settings.sequence }.place(0);
+        let first = on.settings.first_place();
         if progress.first_radius.is_none() && place.round != first.round {
-            self.trace_eye_paths(on, first, &mut progress.schedule)?;
-            progress.first_radius = Some(measure_radius(on)?);
+            self.measure(on, progress)?;
         }
         let seen = self.trace_eye_paths(on, place, &mut progress.schedule)?;
-        if progress.first_radius.is_none() {
-            progress.first_radius = Some(measure_radius(on)?);
+        if progress.response.is_none() && place.round == first.round {
+            progress.measure(on)?;
         }
         if place.step == 0 {
             // Else they were counted before a checkpoint.
@@ -215,6 +234,17 @@ impl Passes {
         }
         progress.seen = Some(place.round);
         Ok(())
+    }
+
+    /// Traces the eye paths of the first of all rounds, which then are on the device, and learns
+    /// from them.
+    ///
+    /// # Errors
+    /// As [`Passes::run`].
+    pub fn measure(&mut self, on: Stage<'_>, progress: &mut Progress) -> Result<(), RenderError> {
+        progress.seen = None;
+        self.trace_eye_paths(on, on.settings.first_place(), &mut progress.schedule)?;
+        progress.measure(on)
     }
 
     /// Traces all eye paths of a round.

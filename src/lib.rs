@@ -57,6 +57,7 @@ mod schedule;
 mod sequence;
 mod tally;
 pub mod tessellate;
+mod unsampled;
 mod upload;
 mod view;
 #[cfg(feature = "view")]
@@ -68,3 +69,4 @@ pub use radius::RadiusSchedule;
 pub use renderer::{RenderError, Renderer, open_device};
 pub use sequence::Shard;
 pub use tally::{ByPass, Tally};
+pub use unsampled::Noise;

@@ -397,8 +397,9 @@ impl Packer {
             has_spheres: has_kind(SPHERE),
             has_disks: has_kind(DISK),
             has_quadrics: !self.quadrics.is_empty(),
-            has_revolutions: has_kind(REVOLUTION),
-            has_curved: !self.quadrics.is_empty() || has_kind(REVOLUTION),
+            // Also those that no ray meets: light comes from them.
+            has_revolutions: !self.revolutions.is_empty(),
+            has_curved: !self.quadrics.is_empty() || !self.revolutions.is_empty(),
             revolution_pairs: revolution::degree(scene) / 2 + 1,
             revolution_newton: self.solver != RevolutionSolver::Certified,
             has_cut_spheres: self.quadrics.iter().any(|quadric| !whole(quadric)),

@@ -21,6 +21,7 @@ use crate::scene::Scene;
 use crate::schedule::Schedule;
 use crate::sequence::Sequence;
 use crate::tally::Tally;
+use crate::unsampled::{Noise, of_one_photon, photons_matter};
 use crate::upload::GpuScene;
 use crate::view::{View, pack_camera};
 
@@ -71,6 +72,7 @@ pub struct Renderer {
     buffers: Buffers,
     passes: Passes,
     progress: Progress,
+    warnings: Vec<String>,
     build_time: Duration,
     compile_time: Duration,
 }
@@ -82,6 +84,7 @@ struct Base {
     mean_power: f64,
     has_surfaces: bool,
     specialization: Specialization,
+    is_plane: bool,
 }
 
 /// What only a new renderer can have otherwise.
@@ -127,6 +130,8 @@ impl Base {
             eye_paths: resolved.eye_paths,
             alpha: resolved.alpha,
             radius_schedule: options.radius_schedule,
+            pixel_width: view.pixel_width,
+            is_parallel: view.is_parallel(),
             radius_per_length: resolved.radius_in_pixels * view.pixel_width,
             sequence: resolved.sequence,
             mean_power: self.mean_power,
@@ -134,6 +139,7 @@ impl Base {
             unit: if self.mean_power > 0.0 { self.mean_power.log2().ceil().exp2() } else { 1.0 },
             contribution: options.contribution,
             has_photons: self.mean_power > 0.0 && self.has_surfaces,
+            photons_matter: photons_matter(options, resolved.max_depth, self.is_plane),
         }
     }
 
@@ -144,6 +150,7 @@ impl Base {
                 .radius
                 .map(|radius| FirstRadius::constant(radius * self.space.scale))
                 .or(view.is_parallel().then(|| FirstRadius::constant(resolved.radius_in_pixels * view.pixel_width))),
+            response: None,
             seen: None,
             shrink: GlobalShrink::new(resolved.alpha),
             schedule: Schedule::new(options.batch_size, resolved.photons, device.info().kind, options.responsive),
@@ -166,6 +173,7 @@ impl Renderer {
             mean_power: packed.mean_power,
             has_surfaces: !packed.primitives.is_empty(),
             specialization: packed.specialization,
+            is_plane: scene.is_plane(),
         };
         let (resolved, view) = base.resolve(scene, options)?;
         let sizes = Sizes::new(resolved.resolution, resolved.photons, resolved.max_depth);
@@ -187,6 +195,7 @@ impl Renderer {
             identity,
             buffers,
             passes,
+            warnings: packed.contacts.warnings(),
             build_time,
             compile_time: start.elapsed(),
             device,
@@ -272,6 +281,36 @@ impl Renderer {
         })
     }
 
+    /// How far the noise of the image is known; `estimate` is that of the iterations so far.
+    ///
+    /// # Errors
+    /// The device fails.
+    pub fn noise(&mut self, estimate: &Estimate) -> Result<Noise, RenderError> {
+        let of_halves = estimate.relative_error();
+        let photons = self.photons();
+        if !self.settings.photons_matter || photons == 0 {
+            return Ok(Noise { of_halves, of_one_photon: 0.0 });
+        }
+        if self.progress.response.is_none() {
+            // After a checkpoint: what follows must not depend on where that was.
+            let stage =
+                Stage { device: &self.device, buffers: &self.buffers, settings: &self.settings, gives_up: &|| false };
+            self.passes.measure(stage, &mut self.progress)?;
+        }
+        let response = self.progress.response.unwrap_or_default();
+        let flux = self.settings.mean_power / photons as f64;
+        Ok(Noise { of_halves, of_one_photon: of_one_photon(response, flux, self.settings.unit, estimate) })
+    }
+
+    /// The relative error of the image so far, as far as it is known: [`Noise::relative_error`].
+    ///
+    /// # Errors
+    /// The device fails.
+    pub fn relative_error(&mut self) -> Result<Option<f64>, RenderError> {
+        let estimate = self.estimate()?;
+        Ok(self.noise(&estimate)?.relative_error())
+    }
+
     /// The image after the iterations so far; black before the first.
     ///
     /// # Errors
@@ -316,6 +355,11 @@ impl Renderer {
         self.progress.seen = None;
         self.progress.tally = checkpoint.tally;
         Ok(())
+    }
+
+    /// What of the scene rays cannot decide, one line each.
+    pub fn warnings(&self) -> &[String] {
+        &self.warnings
     }
 
     /// Iterations finished.

@@ -54,7 +54,9 @@ impl GpuScene {
             contact_lower: scene.contacts.lower,
             contact_error: scene.contacts.error,
             contact_upper: scene.contacts.upper,
+            half_extent: scene.space.half_extent.as_vec3().to_array(),
             sky_count: scene.sky_count,
+            pad: 0,
         };
         Ok(Self {
             scene_info: device.upload_texels("scene_info", &[info])?,

@@ -1,4 +1,4 @@
-//! `goblet advise` against what then happens: its command is run, and the error measured
+//! `goblet advise` against what then happens: settings are rendered, and the error measured
 //! against the image of an independent renderer.
 
 #[path = "support/command.rs"]
@@ -6,12 +6,20 @@ mod command;
 #[path = "support/variants.rs"]
 mod variants;
 
+use std::rc::Rc;
+
 use command::Bench;
+use goblet::advise::{Choice, Length, expect};
 use goblet::estimate::dark_square;
 use goblet::film::{Image, luminance};
+use goblet::scene::Scene;
+use goblet::{Options, Renderer, open_device};
+use goblet_host::Device;
 
 /// A prediction is right within this factor.
-const FACTOR: f64 = 1.5;
+const FACTOR: f64 = 1.3;
+/// Iterations of each render of a probe.
+const PROBE: u32 = 16;
 const SCENES: [&str; 3] = ["cornell-caustic", "caustic-point", "revolution"];
 
 fn file(scene: &str, extension: &str) -> String {
@@ -29,42 +37,56 @@ fn relative_error(image: &Image, reference: &Image) -> f64 {
     (squares.iter().sum::<f64>() / squares.len() as f64).sqrt()
 }
 
-/// Advice for a scene, and what becomes of the command it gives: expected and true error.
-fn follow(scene: &str, arguments: &[&str]) -> [f64; 2] {
-    let bench = Bench::new();
-    let scene_file = file(scene, "pbrt");
+/// Renders settings of a scene, and compares what was expected of them with the truth. All lengths
+/// are numbers of iterations: the clock has no part in it.
+fn assert_is_as_expected(device: &Rc<Device>, name: &str, choice: Choice, iterations: u32) {
+    let scene = Scene::load(file(name, "pbrt")).expect("a scene");
     // A pixel for four of the reference, which so has a quarter of its own noise.
-    let fixed = ["advise", &scene_file, "--json", "--probe", "2", "--resolution", "64x64"];
-    let run = bench.run(&[&fixed, arguments].concat());
-    assert_eq!(run.code, 0, "{run:?}");
-    let advice: serde_json::Value = serde_json::from_str(&run.stdout).expect("JSON");
-    let command = advice["command"].as_str().expect("a command");
-    let options: Vec<&str> = command.split_whitespace().skip(1).chain(["--quiet", "-o", "image.exr"]).collect();
-    assert_eq!(options[..2], ["render", &scene_file]);
-    let run = bench.run(&options);
-    assert_eq!(run.code, 0, "{command}: {run:?}");
-    let reference = variants::reference(file(scene, "exr").as_ref(), 2);
-    let truth = relative_error(&bench.image("image.exr"), &reference);
-    let expected = advice["expected"]["error"].as_f64().expect("an error");
-    let options = command.split_once(".pbrt").map_or("", |(_, options)| options);
-    println!("| {scene} | {options} | {expected:.4} | {truth:.4} | {:.2} |", truth / expected);
-    [expected, truth]
-}
-
-fn assert_near([expected, truth]: [f64; 2], what: &str) {
-    let ratio = truth / expected;
-    assert!(ratio < FACTOR && ratio > 1.0 / FACTOR, "{what}: expected {expected}, is {truth}");
+    let base = Options { resolution: Some([64, 64]), ..Options::default() };
+    let (options, expected) =
+        expect(device, &scene, &base, choice, iterations, Length::Iterations(PROBE)).expect("a probe");
+    let mut renderer = Renderer::new(Rc::clone(device), &scene, &options).expect("a renderer");
+    for _ in 0..iterations {
+        renderer.step().expect("an iteration");
+    }
+    let reference = variants::reference(file(name, "exr").as_ref(), 2);
+    let truth = relative_error(&renderer.resolve().expect("an image"), &reference);
+    let ratio = truth / expected.error;
+    println!("| {name} | {choice:?} | {iterations} | {:.4} | {truth:.4} | {ratio:.2} |", expected.error);
+    assert_eq!(expected.iterations, iterations);
+    assert!(ratio < FACTOR && ratio > 1.0 / FACTOR, "{name}, {choice:?}: expected {expected:?}, is {truth}");
 }
 
 #[test]
-fn errors_and_times_are_as_expected() {
-    for scene in SCENES {
-        for time in ["1.5", "3", "6"] {
-            assert_near(follow(scene, &["--time", time]), &format!("{scene} for {time} s"));
-        }
+fn errors_are_as_expected() {
+    let device = Rc::new(open_device(None, false).expect("a device"));
+    let choices = [
+        (Choice::DEFAULT, 48),
+        (Choice { eye_paths: 2, radius: 1.4, photons: 0.5 }, 96),
+        (Choice { eye_paths: 8, radius: 0.7, photons: 2.0 }, 24),
+    ];
+    for (scene, (choice, iterations)) in SCENES.iter().flat_map(|scene| choices.map(|choice| (scene, choice))) {
+        assert_is_as_expected(&device, scene, choice, iterations);
     }
-    // However long that takes here; not at the same time, which it would change.
-    assert_near(follow("caustic-point", &["--error", "0.06"]), "caustic-point to 0.06");
+}
+
+/// What is advised for an error or a time is a command that renders; for an error, with the
+/// iterations that are expected.
+#[test]
+fn the_command_renders() {
+    let bench = Bench::new();
+    for goal in [["--error", "0.3"], ["--time", "0.5"]] {
+        let run = bench.run(&[&["advise", "scene.pbrt", "--json", "--probe", "0.2"], &goal[..]].concat());
+        assert_eq!(run.code, 0, "{run:?}");
+        let advice: serde_json::Value = serde_json::from_str(&run.stdout).expect("JSON");
+        let command = advice["command"].as_str().expect("a command");
+        let options = ["--quiet", "-o", "image.exr", "--stats", "image.json"];
+        let options: Vec<&str> = command.split_whitespace().skip(1).chain(options).collect();
+        assert_eq!(options[..2], ["render", "scene.pbrt"]);
+        let run = bench.run(&options);
+        assert_eq!(run.code, 0, "{command}: {run:?}");
+        assert!(goal[0] == "--time" || bench.json("image.json")["iterations"] == advice["expected"]["iterations"]);
+    }
 }
 
 #[test]

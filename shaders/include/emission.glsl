@@ -57,12 +57,21 @@ Emission emit_area(Light light, vec2 u_position, vec2 u_direction, float u_side)
     return Emission(leave(surface, direction, false), exitance * area);
 }
 
-// Parallel light through the disk that the scene's bounding sphere shows it.
-Emission emit_parallel(vec3 direction, vec3 irradiance, vec2 u) {
-    float radius = scene.radius;
-    vec3 offset = to_world(vec3(sample_disk(u), -1.0), direction);
-    Ray ray = free_ray(scene.center + radius * offset, direction);
-    return Emission(ray, irradiance * (PI * radius * radius));
+// Parallel light through the faces that the scene's bounding box shows it, evenly across the
+// light: no ray misses the box. A face is chosen by the area that it shows.
+Emission emit_parallel(vec3 direction, vec3 irradiance, vec2 u, float u_face) {
+    vec3 shown = 4.0 * scene.half_extent.yzx * scene.half_extent.zxy * abs(direction);
+    float area = shown.x + shown.y + shown.z;
+    float pick = u_face * area;
+    vec3 facing = mix(vec3(-1.0), vec3(1.0), lessThan(direction, vec3(0.0)));
+    vec2 place = 2.0 * u - 1.0;
+    vec3 point = pick < shown.x ? vec3(facing.x, place)
+               : pick < shown.x + shown.y ? vec3(place.y, facing.y, place.x)
+               : vec3(place, facing.z);
+    point *= scene.half_extent;
+    // From where nothing of the scene is behind it.
+    vec3 origin = scene.center + point - (dot(point, direction) + scene.radius) * direction;
+    return Emission(free_ray(origin, direction), irradiance * area);
 }
 
 Emission emit_from(Light light, vec2 u_position, vec2 u_direction, float u_side) {
@@ -71,7 +80,7 @@ Emission emit_from(Light light, vec2 u_position, vec2 u_direction, float u_side)
     }
     if (HAS_SKIES && light.kind == SKY) {
         ImageSample from = sample_octahedral(light_images_at(light.primitive), u_direction);
-        return emit_parallel(-from.direction, light.emission * from.color / from.pdf, u_position);
+        return emit_parallel(-from.direction, light.emission * from.color / from.pdf, u_position, u_side);
     }
     if (HAS_GONIOMETRIC_LIGHTS && light.kind == GONIOMETRIC) {
         ImageSample to = sample_octahedral(light_images_at(light.primitive), u_direction);
@@ -82,11 +91,11 @@ Emission emit_from(Light light, vec2 u_position, vec2 u_direction, float u_side)
         return Emission(free_ray(light.position, to.direction), light.emission * to.color / to.pdf);
     }
     if (HAS_DISTANT_LIGHTS && light.kind == DISTANT) {
-        return emit_parallel(light.direction, light.emission, u_position);
+        return emit_parallel(light.direction, light.emission, u_position, u_side);
     }
     if (HAS_INFINITE_LIGHTS && light.kind == INFINITE) {
         vec3 direction = sample_cap(u_direction, 2.0);
-        return emit_parallel(direction, light.emission * (4.0 * PI), u_position);
+        return emit_parallel(direction, light.emission * (4.0 * PI), u_position, u_side);
     }
     float solid_angle = 4.0 * PI;
     vec3 direction;

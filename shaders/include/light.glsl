@@ -17,6 +17,11 @@ bool competes(Light light, vec3 from) {
     return dot(d, d) < light.reach2;
 }
 
+// Whether rays may meet an area light: not one whose alpha is 0, which has no reach.
+bool is_hittable(Light light) {
+    return light.reach2 > 0.0;
+}
+
 // Whether there may be any such light.
 bool is_near_lights(vec3 from) {
     vec3 d = scene.lights_center - from;
@@ -120,6 +125,8 @@ Surface sample_revolution(Light light, vec2 u) {
     uint piece = light.primitive & INDEX_MASK;
     vec4 ends = revolution_pieces_at(piece).ends;
     // Inverts the distribution of piece_pdf.
+    // Points on the axis have no area and no pdf; numbers are multiples of ROUNDING.
+    u.x = max(u.x, 0.5 * ROUNDING);
     float x = 2.0 * u.x * (ends.x + ends.z) / (ends.x + sqrt(mix(ends.x * ends.x, ends.z * ends.z, u.x))) - 1.0;
     float phi = 2.0 * PI * u.y;
     return revolution_surface(piece, clamp(x, -1.0, 1.0), vec2(cos(phi), sin(phi)));
@@ -143,7 +150,7 @@ Surface sample_emitter(Light light, vec2 u) {
 
 // An emitter seen from a point by next-event estimation.
 LightSample sample_area(Light light, vec3 from, vec2 u) {
-    LightSample direct = LightSample(from, vec3(0.0), vec3(0.0), 0.0, competes(light, from), true);
+    LightSample direct = LightSample(from, vec3(0.0), vec3(0.0), 0.0, competes(light, from), is_hittable(light));
     Surface surface = sample_emitter(light, u);
     if (HAS_SPHERE_LIGHTS && light.primitive >> KIND_SHIFT == SPHERE) {
         if (!sample_sphere(light, from, u, surface)) {
@@ -209,9 +216,10 @@ LightSample sample_direct(vec3 from, float u_light, vec2 u) {
     return LightSample(light.position, wi, radiance, light.direct_pmf, false, false);
 }
 
-// Weight of one of two strategies (Veach 1997, power heuristic).
+// Weight of one of two strategies (Veach 1997, power heuristic): a number even if neither finds
+// the light.
 float mis_weight(float pdf, float other) {
-    float ratio = other / pdf;
+    float ratio = other / max(pdf, 1.0e-30);
     return 1.0 / (1.0 + ratio * ratio);
 }
 

@@ -259,7 +259,7 @@ struct Light {
     float falloff_end;  // spot: 1 - cos of the angle outside which it is dark
     float area;         // triangle and disk: area
     uint two_sided;     // area: emits on both sides
-    float reach2;       // area: squared distance from there, within which it is large
+    float reach2;       // area: squared distance from there, within which it is large; 0 if no ray meets it
     uint image;         // area: a texture that the emission is times, or NONE
     float pad;
     float direct_pmf;   // chance that next-event estimation picks it
@@ -293,7 +293,7 @@ struct AliasEntry {
 };
 
 struct SceneInfo {
-    vec3 center;         // of the bounding sphere, render units
+    vec3 center;         // of the bounding sphere and box, render units
     float radius;        // of the bounding sphere
     vec3 infinite;       // radiance from infinitely far away, W/(m^2 sr)
     float mean_power;    // power of all lights, mean of channels, W: the unit of photon weight
@@ -307,6 +307,8 @@ struct SceneInfo {
     float contact_error; // the largest error of a position on such a surface
     vec3 contact_upper;
     uint sky_count;      // skies are the first of the lights
+    vec3 half_extent;    // of the bounding box about the centre, widened
+    uint pad;
 };
 
 // Cells of the pixel filter along an axis, of which a sample takes any with the same chance: so

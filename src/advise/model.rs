@@ -135,16 +135,20 @@ impl Model {
 
     /// When the goal is reached, or what is reached by then.
     pub fn expect(&self, choice: Choice, goal: Goal) -> Expected {
-        let each = self.seconds_of(choice);
         let iterations = match goal {
-            Goal::Time(seconds) => (seconds / each).ceil().clamp(1.0, f64::from(MOST)) as u32,
+            Goal::Time(seconds) => (seconds / self.seconds_of(choice)).ceil().clamp(1.0, f64::from(MOST)) as u32,
             Goal::Error(error) => self.iterations_for(choice, error),
         };
+        self.after(choice, iterations)
+    }
+
+    /// What is reached by some iterations.
+    pub fn after(&self, choice: Choice, iterations: u32) -> Expected {
         let parts = self.parts(choice, iterations);
         let sum = parts.sum();
         let share = |part: f64| if sum > 0.0 { part / sum } else { 0.0 };
         let parts = Parts { eye: share(parts.eye), photons: share(parts.photons), blur: share(parts.blur) };
-        Expected { iterations, seconds: f64::from(iterations) * each, error: sum.sqrt(), parts }
+        Expected { iterations, seconds: f64::from(iterations) * self.seconds_of(choice), error: sum.sqrt(), parts }
     }
 
     /// By bisection: more iterations never have more error.

@@ -6,14 +6,17 @@ use std::time::{Duration, Instant};
 
 use goblet_host::Device;
 
+use super::Length;
 use super::model::{Choice, Model, Seconds};
 use crate::estimate::dark_square;
 use crate::options::Options;
 use crate::renderer::{RenderError, Renderer};
 use crate::scene::Scene;
 
-/// Renders of equal length that a model takes, and one of three lengths that corrects it.
-const SHARES: u32 = 7;
+/// Four renders of equal length give a model, and one that is so much longer corrects it.
+const LONGER: u32 = 3;
+/// The lengths of all.
+const SHARES: u32 = 4 + LONGER;
 /// Iterations of each: two halves have at least one.
 const LEAST: u32 = 2;
 const MOST: u32 = 64;
@@ -28,7 +31,7 @@ pub struct Probe<'a> {
     device: &'a Rc<Device>,
     scene: &'a Scene,
     base: &'a Options,
-    time: Duration,
+    length: Length,
     start: Instant,
     /// Luminance of each pixel, summed over the iterations of all shots.
     luminances: Vec<f64>,
@@ -67,8 +70,8 @@ impl Estimated {
 }
 
 impl<'a> Probe<'a> {
-    pub fn new(device: &'a Rc<Device>, scene: &'a Scene, base: &'a Options, time: Duration) -> Self {
-        Self { device, scene, base, time, start: Instant::now(), luminances: vec![], iterations: 0, weights: vec![] }
+    pub fn new(device: &'a Rc<Device>, scene: &'a Scene, base: &'a Options, length: Length) -> Self {
+        Self { device, scene, base, length, start: Instant::now(), luminances: vec![], iterations: 0, weights: vec![] }
     }
 
     /// Since it was begun.
@@ -106,9 +109,12 @@ impl<'a> Probe<'a> {
     /// Renders what a model needs, and fits it.
     pub fn model(&mut self) -> Result<Model, RenderError> {
         let at = |radius| Choice { radius, ..Choice::DEFAULT };
-        let share = self.time / SHARES;
+        let (iterations, share) = match self.length {
+            Length::Time(time) => (LEAST..=MOST, time / SHARES),
+            Length::Iterations(count) => (count..=count, Duration::MAX),
+        };
         // The same random numbers throughout: what differs is what the settings make of them.
-        let wide = self.shoot(at(2.0), LEAST..=MOST, share)?;
+        let wide = self.shoot(at(2.0), iterations, share)?;
         let same = wide.iterations..=wide.iterations;
         let usual = self.shoot(at(1.0), same.clone(), share)?;
         let narrow = self.shoot(at(0.5), same.clone(), share)?;
@@ -158,8 +164,13 @@ impl<'a> Probe<'a> {
     /// Renders a choice for a moment: how noisy it is and how long an iteration takes is then
     /// measured, and the rest remains the model's.
     pub fn correct(&mut self, model: &Model, choice: Choice) -> Result<Model, RenderError> {
-        let left = self.time.saturating_sub(self.start.elapsed()).max(self.time * 3 / SHARES);
-        let shot = self.shoot(choice, LEAST..=u32::MAX, left)?;
+        let (iterations, left) = match self.length {
+            Length::Time(time) => {
+                (LEAST..=u32::MAX, time.saturating_sub(self.start.elapsed()).max(time * LONGER / SHARES))
+            }
+            Length::Iterations(count) => (LONGER * count..=LONGER * count, Duration::MAX),
+        };
+        let shot = self.shoot(choice, iterations, left)?;
         let parts = model.parts(choice, shot.iterations);
         let predicted = parts.eye + parts.photons;
         let noise = self.noise(&shot);

@@ -9,7 +9,7 @@ use serde::Serialize;
 
 use super::Failure;
 use super::values::{resolution, seconds, target_error};
-use crate::advise::{Advice, Expected, Goal, advise};
+use crate::advise::{Advice, Expected, Goal, Length, advise};
 use crate::options::Options;
 use crate::renderer::open_device;
 use crate::scene::Scene;
@@ -83,7 +83,7 @@ pub fn run(args: &AdviseArgs) -> Result<(), Failure> {
     let probe = args.probe.unwrap_or(Duration::from_secs_f64(usual));
     let device = Rc::new(open_device(args.device.as_deref(), false)?);
     let base = Options { resolution: args.resolution, ..Options::default() };
-    let advice = advise(&device, &scene, &base, goal, probe)?;
+    let advice = advise(&device, &scene, &base, goal, Length::Time(probe))?;
     let options = options(args, &advice);
     let report = Report {
         device: device.info().name.clone(),

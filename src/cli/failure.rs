@@ -68,6 +68,9 @@ pub enum Failure {
     /// There is no window to show anything in.
     #[error("cannot open a window: {0}; goblet render needs none")]
     Window(String),
+    /// No path of a kind has brought any light; the image is written.
+    #[error("every {0} was dropped for values that are not finite: the image is not right")]
+    NotFinite(&'static str),
     /// The validation layer had something to say.
     #[error("{} validation message(s), the first: {}", .0.len(), .0[0])]
     Validation(Vec<String>),
@@ -95,6 +98,7 @@ impl Failure {
             | Self::Stats { .. }
             | Self::Info(_)
             | Self::Report { .. }
+            | Self::NotFinite(_)
             | Self::Validation(_) => 1,
         }
     }

@@ -64,6 +64,9 @@ fn run_with(args: &RenderArgs, step: impl Fn(&mut Renderer) -> Result<(), Render
     let notice = Notice::new("preparing the scene", args.quiet);
     let mut renderer = Renderer::new(device, &scene, &args.options())?;
     drop(notice);
+    for warning in renderer.warnings().iter().filter(|_| !args.quiet) {
+        eprintln!("warning: {warning}");
+    }
     if let (Some(path), Some(checkpoint)) = (&args.resume, &resumed) {
         renderer.resume(checkpoint).map_err(|reason| at(path, reason))?;
         if !args.quiet {
@@ -74,13 +77,14 @@ fn run_with(args: &RenderArgs, step: impl Fn(&mut Renderer) -> Result<(), Render
     let outcome = iterate(args, &scene, &signals, &mut renderer, &begin, step);
     let render_time = begin.time.elapsed();
     let saved = args.checkpoint.as_ref().map_or(Ok(()), |path| save(args, path, &renderer));
-    let write = || {
+    let write = |renderer: &mut Renderer| {
         let estimate = renderer.estimate()?;
         let made_by = MadeBy::new(renderer.device());
         let metadata = metadata(&scene_name(&args.scene), &made_by, &estimate, renderer.photons());
         write_images(&outputs, &estimate, &args.aov, &metadata, args.quiet)?;
         let photons = renderer.photons() - begin.photons;
-        let stats = Stats::new(&scene, &renderer, &estimate, photons, [load_time, render_time, start.elapsed()])?;
+        let noise = renderer.noise(&estimate)?;
+        let stats = Stats::new(&scene, renderer, noise, photons, [load_time, render_time, start.elapsed()])?;
         for warning in stats.warnings() {
             eprintln!("warning: {warning}");
         }
@@ -89,16 +93,17 @@ fn run_with(args: &RenderArgs, step: impl Fn(&mut Renderer) -> Result<(), Render
     match outcome {
         Err(failure) => {
             // The failure is what counts, whatever is still possible after it.
-            let written = if renderer.iterations() > 0 { write() } else { Ok(()) };
+            let written = if renderer.iterations() > 0 { write(&mut renderer) } else { Ok(()) };
             for other in [saved, written].into_iter().filter_map(Result::err) {
                 eprintln!("warning: {other}");
             }
             Err(failure)
         }
         Ok(end) => {
-            write()?;
+            write(&mut renderer)?;
             // The image is written even if the checkpoint could not be.
             saved?;
+            check_paths(&renderer)?;
             let messages = renderer.device().validation_messages();
             if messages.is_empty() { Ok(end) } else { Err(Failure::Validation(messages)) }
         }
@@ -127,7 +132,7 @@ fn iterate(
     let mut saved = Instant::now();
     // What is resumed may be good enough.
     if limit.wants_error(renderer.iterations(), args.quiet) {
-        progress.error = renderer.estimate()?.relative_error();
+        progress.error = renderer.relative_error()?;
     }
     while !limit.reached(renderer.iterations(), begin.time.elapsed(), progress.error) {
         if signals.received() && renderer.iterations() > 0 {
@@ -135,7 +140,7 @@ fn iterate(
         }
         step(renderer)?;
         if limit.wants_error(renderer.iterations(), args.quiet) {
-            progress.error = renderer.estimate()?.relative_error();
+            progress.error = renderer.relative_error()?;
         }
         progress.show(renderer, &limit);
         if let Some(path) = args.checkpoint.as_ref().filter(|_| saved.elapsed() >= args.checkpoint_every) {
@@ -148,6 +153,19 @@ fn iterate(
     }
     progress.finish();
     Ok(End::Done)
+}
+
+/// Fails if nothing of the light was a number.
+fn check_paths(renderer: &Renderer) -> Result<(), Failure> {
+    let tally = renderer.tally();
+    let all = |dropped: u64, traced: u64| traced > 0 && dropped >= traced;
+    if all(tally.non_finite.photon, tally.emitted) {
+        return Err(Failure::NotFinite("photon"));
+    }
+    if all(tally.non_finite.eye, renderer.eye_paths()) {
+        return Err(Failure::NotFinite("eye path"));
+    }
+    Ok(())
 }
 
 /// The files to write: as asked, else what the scene names, else an EXR named after it. A

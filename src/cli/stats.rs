@@ -9,10 +9,13 @@ use std::time::Duration;
 use serde::Serialize;
 
 use super::Failure;
-use crate::estimate::Estimate;
 use crate::renderer::{RenderError, Renderer};
 use crate::scene::{Geometry, Light, Material, Scene};
 use crate::tally::Tally;
+use crate::unsampled::Noise;
+
+/// The share of photon paths that may be lost in glass without a word.
+const MOST_LOST: f64 = 1e-4;
 
 /// Times, counts and memory of a render.
 #[derive(Serialize)]
@@ -28,12 +31,20 @@ pub struct Stats {
     /// Device seconds by kernel, compilation included where the driver defers it.
     passes: BTreeMap<&'static str, f64>,
     radius: Range,
-    /// Estimated, of noise; null before both halves of the rounds have begun.
+    /// Estimated, of noise; null before both halves of the rounds have begun, and where nothing
+    /// is known of it.
     relative_error: Option<f64>,
+    /// What the light of one photon would add to the image, relative to it: below this, no error
+    /// is known. Null where an image that photons could light is black.
+    error_of_one_photon: Option<f64>,
+    /// Photons stored on diffuse surfaces over photons emitted; null without any.
+    recorded_share: Option<f64>,
     device_memory_bytes: u64,
     eye_paths: u64,
     #[serde(flatten)]
     tally: Tally,
+    #[serde(skip)]
+    noise: Noise,
 }
 
 #[derive(Serialize)]
@@ -63,12 +74,14 @@ impl Stats {
     pub fn new(
         scene: &Scene,
         renderer: &Renderer,
-        estimate: &Estimate,
+        noise: Noise,
         photons: u64,
         [load, render, total]: [Duration; 3],
     ) -> Result<Self, RenderError> {
         let device = renderer.device();
         let [min, max] = renderer.radius_range()?;
+        let tally = *renderer.tally();
+        let finite = |value: f64| value.is_finite().then_some(value);
         Ok(Self {
             device: device.info().name.clone(),
             driver: device.info().driver.clone(),
@@ -86,10 +99,13 @@ impl Stats {
             },
             passes: device.pass_times().into_iter().map(|(name, time)| (name, time.as_secs_f64())).collect(),
             radius: Range { min, max },
-            relative_error: estimate.relative_error(),
+            relative_error: noise.relative_error(),
+            error_of_one_photon: finite(noise.of_one_photon),
+            recorded_share: finite(tally.recorded as f64 / tally.emitted as f64),
             device_memory_bytes: device.allocated_bytes(),
             eye_paths: renderer.eye_paths(),
-            tally: *renderer.tally(),
+            tally,
+            noise,
         })
     }
 
@@ -112,7 +128,35 @@ impl Stats {
                 share(cut.eye, self.eye_paths),
             ));
         }
+        let lost = (self.tally.lost_in_glass - self.tally.eye_lost_in_glass) as f64 / self.tally.emitted.max(1) as f64;
+        if lost > MOST_LOST {
+            warnings.push(format!(
+                "{:.2} % of photon paths found no way out of a dielectric: its surface is not closed, or is nearer to \
+                 itself or to another than rays can tell",
+                100.0 * lost
+            ));
+        }
+        warnings.extend(self.missing_light());
         warnings
+    }
+
+    /// What to say where nearly all photons land far from what is seen.
+    fn missing_light(&self) -> Option<String> {
+        let Tally { emitted, recorded, .. } = self.tally;
+        if !self.noise.misses_light(emitted, recorded) {
+            return None;
+        }
+        let one = match self.noise.of_one_photon {
+            infinite if infinite.is_infinite() => "and the image is black".to_owned(),
+            one if one > 1.0 => format!("and one more would bring {one:.1} times the light that is seen"),
+            one => format!("and one more would bring {} of the light that is seen", percent(one)),
+        };
+        Some(format!(
+            "photons hardly reach what is seen: {recorded} of {emitted} were recorded ({}), {one}. Caustics and other light \
+             that photons bring may be missing, and the error is not known to be smaller. More iterations or --photons \
+             help, or smaller surroundings: they take most of the light of a sun, a sky or a far lamp",
+            percent(recorded as f64 / emitted as f64)
+        ))
     }
 
     /// Checks, before a long render, that [`write`](Self::write) will be able to.
@@ -139,6 +183,13 @@ impl Stats {
     pub fn write(&self, path: &Path) -> Result<(), Failure> {
         write_json(path, self)
     }
+}
+
+/// With two digits.
+fn percent(share: f64) -> String {
+    let percent = 100.0 * share;
+    let digits = if percent > 0.0 { (1.0 - percent.log10().floor()).clamp(0.0, 12.0) as usize } else { 0 };
+    format!("{percent:.digits$} %")
 }
 
 /// Writes statistics as JSON.

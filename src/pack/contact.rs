@@ -5,6 +5,7 @@
 //! Only contacts whose order can be seen count: of dielectrics, lamps, and surfaces that let light
 //! pass with anything, and of open sheets with other sheets, such as a decal on a wall.
 
+mod body;
 mod layer;
 mod near;
 
@@ -22,7 +23,8 @@ use crate::kernels::{
     DIELECTRIC, DIFFUSE_TRANSMISSION, DISK, INDEX_MASK, INSTANCE, KIND_SHIFT, MATERIAL_MASK, MIX, NONE, REVOLUTION,
     THIN_DIELECTRIC, TRIANGLE,
 };
-use crate::scene::{Geometry, Mesh, Shape};
+use crate::scene::{Geometry, Shape};
+use body::{connected, is_closed};
 use near::{Form, contact};
 
 /// Half a unit in the last place of 1, for f32.
@@ -475,49 +477,5 @@ fn faces(a: &Form, b: &Form) -> bool {
     match (a, b) {
         (Form::Flat { normal, .. }, Form::Flat { normal: other, .. }) => normal.dot(*other) < 0.0,
         _ => false,
-    }
-}
-
-/// For each triangle of a mesh, the least vertex that it is connected with.
-fn connected(mesh: &Mesh) -> Vec<u32> {
-    let mut parents: Vec<u32> = (0..mesh.positions.len() as u32).collect();
-    fn root(parents: &mut [u32], mut vertex: u32) -> u32 {
-        while parents[vertex as usize] != vertex {
-            parents[vertex as usize] = parents[parents[vertex as usize] as usize];
-            vertex = parents[vertex as usize];
-        }
-        vertex
-    }
-    for [a, b, c] in &mesh.triangles {
-        for other in [*b, *c] {
-            let [x, y] = [*a, other].map(|vertex| root(&mut parents, vertex));
-            parents[x.max(y) as usize] = x.min(y);
-        }
-    }
-    mesh.triangles.iter().map(|[a, _, _]| root(&mut parents, *a)).collect()
-}
-
-/// Whether a shape has an inside, so that what it stands on is hidden.
-fn is_closed(shape: &Shape) -> bool {
-    match &shape.geometry {
-        Geometry::Mesh(mesh) => {
-            let mut edges = BTreeMap::<[u32; 2], i32>::new();
-            for [a, b, c] in &mesh.triangles {
-                for (from, to) in [(*a, *b), (*b, *c), (*c, *a)] {
-                    *edges.entry([from.min(to), from.max(to)]).or_default() += if from < to { 1 } else { -1 };
-                }
-            }
-            edges.values().all(|count| *count == 0)
-        }
-        Geometry::Sphere { radius, z_min, z_max, phi_max } => {
-            *z_min <= -radius && z_max >= radius && *phi_max >= std::f64::consts::TAU
-        }
-        Geometry::Disk { .. } => false,
-        Geometry::Revolution(profile) => {
-            let ends = [profile.segments.first(), profile.segments.last()];
-            let on_axis = |point: Option<&glam::DVec2>| point.is_some_and(|point| point.x == 0.0);
-            on_axis(ends[0].and_then(|segment| segment.points.first()))
-                && on_axis(ends[1].and_then(|segment| segment.points.last()))
-        }
     }
 }

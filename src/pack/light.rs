@@ -24,7 +24,6 @@ impl Packer {
         let render_from_world = self.render_from_world;
         let place = |position: DVec3| render_from_world.transform_point3(position).as_vec3().to_array();
         let area_scale = space.scale * space.scale;
-        let disk = PI * space.radius * space.radius;
         let sphere = 4.0 * PI;
         let (packed, power) = match light {
             Light::Point { position, intensity } => {
@@ -46,7 +45,7 @@ impl Packer {
             Light::Distant { direction, irradiance } => {
                 let light =
                     kernels::Light { direction: direction.as_vec3().to_array(), ..light_of(DISTANT, *irradiance) };
-                (light, mean(*irradiance) * disk)
+                (light, mean(*irradiance) * space.shown_to(*direction))
             }
             Light::Goniometric { position, image, intensity } => {
                 let intensity = *intensity * area_scale;
@@ -64,11 +63,11 @@ impl Packer {
             Light::Sky { image, radiance } => {
                 let (primitive, colour) = self.add_light_image(image, None);
                 let light = kernels::Light { primitive, ..light_of(SKY, *radiance) };
-                (light, mean(*radiance * colour) * sphere * disk)
+                (light, mean(*radiance * colour) * sphere * space.mean_shown())
             }
             Light::Infinite { radiance } => {
                 self.infinite += *radiance;
-                (light_of(INFINITE, *radiance), mean(*radiance) * sphere * disk)
+                (light_of(INFINITE, *radiance), mean(*radiance) * sphere * space.mean_shown())
             }
         };
         self.push_light(packed, power);

@@ -8,10 +8,10 @@ use crate::kernels::{
 };
 use crate::scene::{Coat, Input, Material, Metal, Rgb, Roughness};
 
-/// Smoother surfaces are mirrors: pbrt's bound.
-const LEAST_ALPHA: f64 = 1e-3;
 /// Beyond it, facets stand on end: rougher ones look the same.
 const MOST_ALPHA: f64 = 100.0;
+/// Metals of larger optical constants reflect as much; their fourth powers would overflow fp32.
+const MOST_INDEX: f64 = 1e9;
 
 /// Packs all materials of a scene, and the textures that they use.
 pub(super) fn pack_materials(
@@ -110,7 +110,8 @@ fn with_metal(
 ) -> Result<kernels::Material, PackError> {
     Ok(match metal {
         Metal::Index { eta, k } => {
-            kernels::Material { eta: eta.as_vec3().to_array(), k: k.as_vec3().to_array(), ..material }
+            let [eta, k] = [eta, k].map(|index| index.min(Rgb::splat(MOST_INDEX)).as_vec3().to_array());
+            kernels::Material { eta, k, ..material }
         }
         Metal::Reflectance(input) => {
             let material = with_color(material, input, textures)?;
@@ -122,18 +123,15 @@ fn with_metal(
 /// What stands for a roughness that a texture gives: not 0, which would be smooth.
 const SOME_ALPHA: f64 = 0.5;
 
-/// GGX's alpha along both directions, from constant values.
-fn alphas(values: [Option<f64>; 2], remap: bool) -> [f32; 2] {
-    let [u, v] = values.map(|value| value.map_or(SOME_ALPHA, |value| if remap { value.sqrt() } else { value }));
-    let is_smooth = u.max(v) < LEAST_ALPHA;
-    [u, v].map(|alpha| if is_smooth { 0.0 } else { alpha.clamp(LEAST_ALPHA, MOST_ALPHA) as f32 })
-}
-
-/// The same, and the textures that give them.
+/// GGX's alpha along both directions, and the textures that give them.
 fn roughness_of(roughness: &Roughness, textures: &mut PackedTextures) -> Result<([f32; 2], [u32; 2]), PackError> {
     let (u_texture, u) = textures.number(&roughness.u)?;
     let (v_texture, v) = textures.number(&roughness.v)?;
-    Ok((alphas([u, v], roughness.remap), [u_texture, v_texture]))
+    let alpha = |value: Option<f64>| {
+        let alpha = value.map_or(SOME_ALPHA, |value| roughness.alpha(value));
+        if roughness.is_smooth() { 0.0 } else { alpha.clamp(Roughness::LEAST_ALPHA, MOST_ALPHA) as f32 }
+    };
+    Ok(([alpha(u), alpha(v)], [u_texture, v_texture]))
 }
 
 fn with_roughness(
@@ -264,9 +262,13 @@ mod tests {
 
     #[test]
     fn small_roughness_is_none_and_perceptual_values_are_squares() {
-        assert_eq!(alphas([Some(9e-4); 2], false), [0.0; 2]);
-        assert_eq!(alphas([Some(0.25); 2], true), [0.5; 2]);
-        assert_eq!(alphas([Some(0.25); 2], false), [0.25; 2]);
-        assert!(alphas([None, Some(0.0)], true)[0] > 0.0);
+        let alphas = |[u, v]: [Input<f64>; 2], remap| {
+            roughness_of(&Roughness { u, v, remap }, &mut PackedTextures::default()).unwrap().0
+        };
+        let constant = |value| [Input::Constant(value); 2];
+        assert_eq!(alphas(constant(9e-4), false), [0.0; 2]);
+        assert_eq!(alphas(constant(0.25), true), [0.5; 2]);
+        assert_eq!(alphas(constant(0.25), false), [0.25; 2]);
+        assert_eq!(alphas([Input::Constant(0.25), Input::Constant(0.0)], false), [0.25, 1e-3]);
     }
 }

@@ -18,7 +18,12 @@ pub struct RenderSpace {
     pub scale: f64,
     /// Radius of the scene's bounding sphere, render units, in (1/2, 1].
     pub radius: f64,
+    /// Half the edges of the scene's bounding box about the origin, render units; widened.
+    pub half_extent: DVec3,
 }
+
+/// So much rounding cannot move a surface, render units.
+const PADDING: f64 = 1e-5;
 
 impl RenderSpace {
     /// Around what is in some bounds; nothing where that has no extent.
@@ -37,7 +42,25 @@ impl RenderSpace {
     pub(super) fn around(center: DVec3, half_extent: DVec3) -> Self {
         let half_diagonal = half_extent.length();
         let scale = (-half_diagonal.log2().ceil()).exp2();
-        Self { center, scale, radius: half_diagonal * scale }
+        let half_extent = scale * half_extent + PADDING;
+        Self { center, scale, radius: half_diagonal * scale, half_extent }
+    }
+
+    /// Area of the scene's bounding box as light that travels along a unit vector sees it, render
+    /// units squared.
+    pub fn shown_to(&self, direction: DVec3) -> f64 {
+        self.faces().dot(direction.abs())
+    }
+
+    /// The mean of that over all directions: a quarter of the surface (Cauchy).
+    pub fn mean_shown(&self) -> f64 {
+        0.5 * self.faces().element_sum()
+    }
+
+    /// Areas of the faces across each axis.
+    fn faces(&self) -> DVec3 {
+        let e = self.half_extent;
+        4.0 * DVec3::new(e.y * e.z, e.z * e.x, e.x * e.y)
     }
 
     /// The transform from world space.

@@ -24,11 +24,13 @@ mod light_image;
 mod material;
 #[cfg(test)]
 mod material_tests;
+mod missing_light;
 mod model;
 mod object;
 mod option;
 mod params;
 mod parser;
+mod plane;
 mod ply;
 #[cfg(test)]
 mod reading_tests;

@@ -187,6 +187,19 @@ pub struct Roughness {
 impl Roughness {
     /// None at all.
     pub const SMOOTH: Self = Self { u: Input::Constant(0.0), v: Input::Constant(0.0), remap: false };
+    /// Surfaces with a smaller alpha along both directions are smooth: pbrt's bound.
+    pub const LEAST_ALPHA: f64 = 1e-3;
+
+    /// GGX's alpha for a value.
+    pub fn alpha(&self, value: f64) -> f64 {
+        if self.remap { value.sqrt() } else { value }
+    }
+
+    /// Whether it is none; never that of a texture.
+    pub fn is_smooth(&self) -> bool {
+        let is_small = |input| matches!(input, Input::Constant(value) if self.alpha(value) < Self::LEAST_ALPHA);
+        is_small(self.u) && is_small(self.v)
+    }
 }
 
 /// What a metal reflects.

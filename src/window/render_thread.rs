@@ -299,7 +299,7 @@ impl Render {
         let estimate = self.renderer.estimate()?;
         let has_lengths = self.told.is_some();
         if self.coarseness == 1 && (self.error.is_none() || self.estimated.elapsed() > BETWEEN_ERRORS) {
-            self.error = estimate.relative_error();
+            self.error = self.renderer.noise(&estimate)?.relative_error();
             self.estimated = Instant::now();
         }
         let picture = quantity.picture(&self.renderer, &estimate)?;

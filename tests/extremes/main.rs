@@ -5,6 +5,7 @@ mod bounds;
 mod camera;
 #[path = "../support/command.rs"]
 mod command;
+mod few_photons;
 mod film;
 mod geometry;
 mod light;

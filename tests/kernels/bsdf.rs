@@ -163,6 +163,23 @@ fn conductor_reflectance_agrees_with_f64() {
     assert!(worst < 1e-3, "{worst:e}");
 }
 
+/// An index of 0, that of what is around the metal, and indices as large as materials have: at
+/// the angles where sums of squares are 0.
+#[test]
+fn metals_at_the_ends_reflect_what_their_limits_say() {
+    let limits = [(0.0, 0.0, 1.0, 1.0), (0.0, 0.0, 0.5, 1.0), (1.0, 0.0, 1.0, 0.0), (1.0, 0.0, 0.5, 0.0)];
+    let large = [(1e9, 1e9, 1.0, 1.0), (0.0, 1e9, 0.5, 1.0), (1e9, 0.0, 1.0, 1.0)];
+    for (boundary, expected) in limits.iter().chain(&large).map(|(eta, k, cos, r)| (boundary(*cos, *eta, *k), *r)) {
+        let value = f64::from(reflectances(&[boundary])[0].conductor);
+        assert!((value - expected).abs() < 1e-6, "{boundary:?} reflects {value}, not {expected}");
+    }
+    // Grazing, all reflect all or, without a difference of index, any part: a number at least.
+    for (eta, k) in [(0.0, 0.0), (1.0, 0.0), (1.0, 1.0), (1e9, 1e9)] {
+        let value = reflectances(&[boundary(0.0, eta, k)])[0].conductor;
+        assert!((0.0..=1.0).contains(&value), "{eta} {k} reflects {value}");
+    }
+}
+
 /// Gold and copper at 630, 530 and 465 nm (Johnson and Christy 1972), at normal incidence.
 #[test]
 fn known_metals_have_their_colours() {

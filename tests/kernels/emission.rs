@@ -3,7 +3,7 @@
 use std::f64::consts::{PI, TAU};
 
 use bytemuck::Zeroable;
-use glam::{DAffine3, DMat3, DVec2, DVec3};
+use glam::{DAffine3, DMat3, DVec3};
 
 use crate::bench::{Bench, Rng, double, frame};
 use crate::generated::{
@@ -25,6 +25,8 @@ fn emit(world: &World) -> Vec<Emitted> {
 
 const EMISSION: [f32; 3] = [1.0, 2.0, 3.0];
 const CENTER: DVec3 = DVec3::new(0.01, -0.02, 0.03);
+const HALF_EXTENT: DVec3 = DVec3::new(0.6, 0.3, 0.2);
+/// Of a sphere around the box.
 const RADIUS: f64 = 0.75;
 
 /// One light, whose photons therefore have the weight of its power in units of 1 W.
@@ -34,6 +36,7 @@ fn lone(light: Light, world: World) -> World {
     let info = SceneInfo {
         center: CENTER.as_vec3().to_array(),
         radius: RADIUS as f32,
+        half_extent: HALF_EXTENT.as_vec3().to_array(),
         mean_power: 1.0,
         emission_count: 1,
         direct_count: 1,
@@ -156,35 +159,67 @@ fn quantiles_of_smoothstep_are_right() {
     }
 }
 
-/// Photons of parallel light cross the disk that shows the scene's bounding sphere.
-fn assert_disk(emitted: &[Emitted], what: &str) {
-    let places = emitted.iter().map(|photon| {
+/// Areas of the faces of the bounding box across each axis.
+fn faces() -> DVec3 {
+    let e = HALF_EXTENT;
+    4.0 * DVec3::new(e.y * e.z, e.z * e.x, e.x * e.y)
+}
+
+/// Photons of parallel light enter the scene's bounding box evenly through the faces that it shows
+/// to `directions`, each with the power of what it shows.
+fn assert_enters_box(emitted: &[Emitted], what: &str) {
+    let mut places = [const { Vec::new() }; 3];
+    let mut shown = DVec3::ZERO;
+    for photon in emitted {
         let direction = double(photon.direction);
         let from = double(photon.origin) - CENTER;
         assert!((from.dot(direction) + RADIUS).abs() < 1e-6, "{what}: {photon:?} starts at the wrong height");
-        let (s, t) = frame(direction);
-        let place = DVec2::new(from.dot(s), from.dot(t)) / RADIUS;
-        assert!(place.length() < 1.0 + 1e-6, "{what}: {photon:?} misses the scene");
-        [place.length_squared().min(1.0), azimuth(place.x, place.y)]
-    });
-    assert_uniform(&cells(places, 32), what);
+        // The last of the planes that it enters through.
+        let entries = (-HALF_EXTENT.copysign(direction) - from) / direction;
+        let axis = (0..3).max_by(|a, b| entries[*a].total_cmp(&entries[*b])).unwrap();
+        let place = (from + entries[axis] * direction) / HALF_EXTENT;
+        assert!(place.abs().max_element() < 1.0 + 1e-4, "{what}: {photon:?} misses the scene");
+        places[axis].push([1, 2].map(|next| (0.5 + 0.5 * place[(axis + next) % 3]).clamp(0.0, 1.0)));
+        shown += faces() * direction.abs() / faces().dot(direction.abs());
+    }
+    for (axis, places) in places.into_iter().enumerate() {
+        assert_near(places.len() as f64, shown[axis], 0.01, what);
+        assert_uniform(&cells(places, 16), what);
+    }
 }
 
 #[test]
 fn distant_lights_shine_through_the_scene() {
     let direction = [0.48, -0.6, 0.64];
     let emitted = emit(&lone(Light { kind: DISTANT, direction, ..Light::zeroed() }, World::default()));
-    assert_power(&emitted, PI * RADIUS * RADIUS, 1e-6, "distant light");
+    assert_power(&emitted, faces().dot(DVec3::new(0.48, 0.6, 0.64)), 1e-6, "distant light");
     assert!(emitted.iter().all(|photon| photon.direction == direction));
-    assert_disk(&emitted, "places of a distant light");
+    assert_enters_box(&emitted, "places of a distant light");
+}
+
+/// Along an axis, one face is all that it meets.
+#[test]
+fn distant_lights_along_an_axis_shine_through_one_face() {
+    for axis in 0..3 {
+        let mut direction = [0.0; 3];
+        direction[axis] = -1.0;
+        let emitted = emit(&lone(Light { kind: DISTANT, direction, ..Light::zeroed() }, World::default()));
+        assert_power(&emitted, faces()[axis], 1e-6, "distant light along an axis");
+        let places = emitted.iter().map(|photon| {
+            let place = (double(photon.origin) - CENTER) / HALF_EXTENT;
+            [1, 2].map(|next| (0.5 + 0.5 * place[(axis + next) % 3]).clamp(0.0, 1.0))
+        });
+        assert_uniform(&cells(places, 32), "places of a distant light along an axis");
+    }
 }
 
 #[test]
 fn infinite_light_comes_from_all_around() {
     let emitted = emit(&lone(Light { kind: INFINITE, ..Light::zeroed() }, World::default()));
-    assert_power(&emitted, 4.0 * PI * PI * RADIUS * RADIUS, 1e-6, "infinite light");
+    // The mean of what a convex body shows is a quarter of its surface.
+    assert_power(&emitted, 4.0 * PI * 0.5 * faces().element_sum(), 2e-4, "infinite light");
     assert_uniform(&sphere_directions(&emitted), "directions of infinite light");
-    assert_disk(&emitted, "places of infinite light");
+    assert_enters_box(&emitted, "places of infinite light");
 }
 
 fn area_light(kind: u32, area: f64) -> Light {
@@ -334,16 +369,18 @@ Shape "trianglemesh" "point3 P" [0 0 2  1 0 2  0 1 2  1 1 2] "integer indices" [
 AttributeEnd
 "#;
 
-/// The power of each light of SCENE per channel, by its formula, W.
-fn scene_power(radius: f64) -> DVec3 {
+/// The power of each light of SCENE per channel, by its formula, W; its bounding box has the half
+/// extent `e`.
+fn scene_power(e: DVec3) -> DVec3 {
     let rim = |inner: f64, outer: f64| 1.0 - 0.5 * (inner.to_radians().cos() + outer.to_radians().cos());
+    let faces = 4.0 * DVec3::new(e.y * e.z, e.z * e.x, e.x * e.y);
     // A spheroid of semi-axes 0.6, 0.3, 0.3.
     let e = (1.0 - 0.25_f64).sqrt();
     let spheroid = TAU * 0.09 * (1.0 + 2.0 / e * e.asin());
     DVec3::new(1.0, 2.0, 3.0) * 4.0 * PI
         + DVec3::new(30.0, 20.0, 10.0) * TAU * rim(25.0, 40.0)
-        + DVec3::new(2.0, 2.0, 1.0) * PI * radius * radius
-        + DVec3::new(0.1, 0.2, 0.3) * 4.0 * PI * PI * radius * radius
+        + DVec3::new(2.0, 2.0, 1.0) * faces.dot(DVec3::new(1.0, 2.0, 2.0) / 3.0)
+        + DVec3::new(0.1, 0.2, 0.3) * 4.0 * PI * 0.5 * faces.element_sum()
         + DVec3::new(5.0, 4.0, 3.0) * 2.0 * PI * PI * 0.25
         + DVec3::new(0.5, 0.4, 3.0) * PI * spheroid
         + DVec3::new(7.0, 0.0, 0.0) * PI
@@ -353,7 +390,7 @@ fn scene_power(radius: f64) -> DVec3 {
 fn photons_of_a_scene_carry_the_power_of_all_lights() {
     let (world, packed) = World::parse(SCENE);
     let area_scale = packed.space.scale * packed.space.scale;
-    let power = scene_power(packed.space.radius / packed.space.scale);
+    let power = scene_power(packed.space.half_extent / packed.space.scale);
     assert_near(packed.mean_power / area_scale, power.element_sum() / 3.0, 1e-4, "mean power");
     let expected = power / (power.element_sum() / 3.0);
     let mean = mean_weight(&emit(&world));

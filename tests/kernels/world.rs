@@ -87,6 +87,7 @@ impl World {
             info: SceneInfo {
                 center: [0.0; 3],
                 radius: packed.space.radius as f32,
+                half_extent: packed.space.half_extent.as_vec3().to_array(),
                 infinite: packed.infinite.as_vec3().to_array(),
                 mean_power: packed.mean_power as f32,
                 emission_count: packed.emission_table.len() as u32,
@@ -99,7 +100,7 @@ impl World {
                 contact_error: packed.contacts.error,
                 contact_upper: packed.contacts.upper,
                 sky_count: packed.sky_count,
-                ..SceneInfo::zeroed()
+                pad: 0,
             },
             bvh_pairs: twins(&packed.bvh_pairs),
             primitives: packed.primitives.clone(),

@@ -1,9 +1,11 @@
 //! Renders against closed forms: what light must do, whatever the scene.
 
 mod camera;
+mod contact;
 mod diffuse;
 mod focus;
 mod images;
+mod invisible;
 mod layers;
 mod leaks;
 mod lights;

@@ -1,10 +1,13 @@
 //! From directives to a scene, once all are known.
 
+use std::collections::BTreeMap;
+use std::sync::Arc;
+
 use super::super::error::{Location, SceneError};
 use super::super::lexer::shorten;
-use super::super::material;
 use super::super::model::{Input, Material, Scene, Shape};
 use super::super::shape;
+use super::super::{material, missing_light};
 use super::{MAX_MIX_DEPTH, Made, MaterialRef, PendingShape, Saved, SceneBuilder};
 
 impl SceneBuilder {
@@ -35,7 +38,16 @@ impl SceneBuilder {
         let (lights, warnings) = (std::mem::take(&mut self.lights), std::mem::take(&mut self.warnings));
         let textures = std::mem::take(&mut self.textures).made;
         let included = std::mem::take(&mut self.included);
-        Ok(Scene { camera, integrator, film, materials, textures, shapes, instances, lights, included, warnings })
+        let mut scene =
+            Scene { camera, integrator, film, materials, textures, shapes, instances, lights, included, warnings };
+        scene.warnings.extend(missing_light::warning(&scene, &self.material_names()));
+        Ok(scene)
+    }
+
+    /// Names of materials in use, by their index.
+    fn material_names(&self) -> BTreeMap<usize, Arc<str>> {
+        let index = |(name, slot): (&Arc<str>, &usize)| Some((self.slots[*slot].index?, Arc::clone(name)));
+        self.named.iter().filter_map(index).collect()
     }
 
     fn warn_of_nothing(&mut self, shapes: &[Shape], end: &Location) {

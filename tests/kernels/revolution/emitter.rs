@@ -83,18 +83,23 @@ impl Areas {
 
 /// An even grid of samples of every light.
 fn sample(bench: &Bench, world: &World) -> Vec<Vec<Sampled>> {
+    let middle = |i: usize| (i as f32 + 0.5) / GRID as f32;
+    let grid: Vec<[f32; 2]> = (0..GRID * GRID).map(|i| [middle(i % GRID), middle(i / GRID)]).collect();
+    sample_at(bench, world, &grid)
+}
+
+/// Samples of every light by these numbers.
+fn sample_at(bench: &Bench, world: &World, numbers: &[[f32; 2]]) -> Vec<Vec<Sampled>> {
     let lights = lit_pieces(world);
     let mut points = Vec::new();
     for (light, _) in &lights {
-        let middle = |i: usize| (i as f32 + 0.5) / GRID as f32;
-        let point = |i: usize| LightPoint { u: [middle(i % GRID), middle(i / GRID)], light: *light, pad0: 0.0 };
-        points.extend((0..GRID * GRID).map(point));
+        points.extend(numbers.iter().map(|u| LightPoint { u: *u, light: *light, pad0: 0.0 }));
     }
     let uploaded = world.upload(bench);
     let (points, sampled) = (bench.upload(&points), bench.output(points.len()));
     let kernel = SampleRevolutions { scene: uploaded.bindings(), points: &points, sampled: &sampled };
     bench.run(&kernel, points.len() as usize);
-    bench.read(&sampled).chunks_exact(GRID * GRID).map(<[Sampled]>::to_vec).collect()
+    bench.read(&sampled).chunks_exact(numbers.len()).map(<[Sampled]>::to_vec).collect()
 }
 
 /// Pieces that are lights.
@@ -121,6 +126,22 @@ fn pieces_are_sampled_by_area() {
             let exact = Areas::of(piece, &render_from_unit);
             areas.assert_are(&exact, 5e-4, &what);
             assert_near(world.lights[*light as usize].area.into(), exact.area, 2e-3, &what);
+        }
+    }
+}
+
+/// The least and the largest numbers there are give points next to the axis: of a photon's
+/// power, divided by a pdf, nothing may be lost.
+#[test]
+fn points_next_to_the_axis_have_a_pdf() {
+    const STEP: f32 = 0.5 * f32::EPSILON;
+    let bench = Bench::new();
+    for profile in bodies() {
+        let world = world(&profile, TRANSFORMS[2]);
+        for sampled in sample_at(&bench, &world, &[[0.0, 0.3], [STEP, 0.3], [1.0 - STEP, 0.3]]).iter().flatten() {
+            assert!(double(sampled.position).is_finite(), "{}: {sampled:?}", profile.name);
+            let area = 1.0 / sampled.area_pdf;
+            assert!(area.is_finite() && area >= 0.0, "{}: {sampled:?}", profile.name);
         }
     }
 }

@@ -1,0 +1,51 @@
+//! What of a shape is a body of its own, and whether it has an inside.
+
+use std::collections::BTreeMap;
+
+use glam::DVec2;
+
+use crate::scene::{Geometry, Mesh, Shape};
+
+/// For each triangle of a mesh, the least vertex that it is connected with.
+pub(super) fn connected(mesh: &Mesh) -> Vec<u32> {
+    let mut parents: Vec<u32> = (0..mesh.positions.len() as u32).collect();
+    fn root(parents: &mut [u32], mut vertex: u32) -> u32 {
+        while parents[vertex as usize] != vertex {
+            parents[vertex as usize] = parents[parents[vertex as usize] as usize];
+            vertex = parents[vertex as usize];
+        }
+        vertex
+    }
+    for [a, b, c] in &mesh.triangles {
+        for other in [*b, *c] {
+            let [x, y] = [*a, other].map(|vertex| root(&mut parents, vertex));
+            parents[x.max(y) as usize] = x.min(y);
+        }
+    }
+    mesh.triangles.iter().map(|[a, _, _]| root(&mut parents, *a)).collect()
+}
+
+/// Whether a shape has an inside, so that what it stands on is hidden.
+pub(super) fn is_closed(shape: &Shape) -> bool {
+    match &shape.geometry {
+        Geometry::Mesh(mesh) => {
+            let mut edges = BTreeMap::<[u32; 2], i32>::new();
+            for [a, b, c] in &mesh.triangles {
+                for (from, to) in [(*a, *b), (*b, *c), (*c, *a)] {
+                    *edges.entry([from.min(to), from.max(to)]).or_default() += if from < to { 1 } else { -1 };
+                }
+            }
+            edges.values().all(|count| *count == 0)
+        }
+        Geometry::Sphere { radius, z_min, z_max, phi_max } => {
+            *z_min <= -radius && z_max >= radius && *phi_max >= std::f64::consts::TAU
+        }
+        Geometry::Disk { .. } => false,
+        Geometry::Revolution(profile) => {
+            let ends = [profile.segments.first(), profile.segments.last()];
+            let on_axis = |point: Option<&DVec2>| point.is_some_and(|point| point.x == 0.0);
+            on_axis(ends[0].and_then(|segment| segment.points.first()))
+                && on_axis(ends[1].and_then(|segment| segment.points.last()))
+        }
+    }
+}
