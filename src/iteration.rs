@@ -178,8 +178,8 @@ impl Progress {
         let Settings { pixel_width, is_parallel, radius_per_length, .. } = *on.settings;
         let throughputs = on.device.read_first_texels(&on.buffers.visible_throughputs, on.settings.pixels())?;
         let lengths = throughputs.iter().map(|throughput| throughput[3]);
-        self.first_radius.get_or_insert_with(|| FirstRadius::from_footprints(radius_per_length, lengths));
-        self.response = Some(response(throughputs.into_iter(), pixel_width, is_parallel));
+        let radius = self.first_radius.get_or_insert_with(|| FirstRadius::from_footprints(radius_per_length, lengths));
+        self.response = Some(response(throughputs.into_iter(), pixel_width, is_parallel, radius.least.into()));
         Ok(())
     }
 }

@@ -42,11 +42,11 @@ impl Noise {
     }
 }
 
-/// Mean radiance that one watt brings to an image, evenly spread over all that is seen,
-/// 1/(m² sr) in render units. Each pixel has a bsdf times throughput, 1/sr, and the length of
+/// Mean radiance that one watt brings to an image, evenly spread over all that is seen, or over a
+/// photon's disc of that `radius` where less than that is seen; 1/(m² sr) in render units. Each pixel has a bsdf times throughput, 1/sr, and the length of
 /// its eye path, 0 where that found nothing; a pixel is `width` wide at distance 1, or
 /// everywhere where rays are parallel.
-pub fn response(pixels: impl ExactSizeIterator<Item = [f32; 4]>, width: f64, is_parallel: bool) -> f64 {
+pub fn response(pixels: impl ExactSizeIterator<Item = [f32; 4]>, width: f64, is_parallel: bool, radius: f64) -> f64 {
     let count = pixels.len() as f64;
     let (mut bsdfs, mut area) = (0.0, 0.0);
     for [red, green, blue, length] in pixels.filter(|pixel| pixel[3] > 0.0) {
@@ -54,6 +54,7 @@ pub fn response(pixels: impl ExactSizeIterator<Item = [f32; 4]>, width: f64, is_
         bsdfs += bsdf.iter().zip(LUMINANCE).map(|(bsdf, weight)| bsdf * weight).sum::<f64>();
         area += (if is_parallel { width } else { width * f64::from(length) }).powi(2);
     }
+    let area = f64::max(area, std::f64::consts::PI * radius * radius);
     if bsdfs > 0.0 { bsdfs / (count * area) } else { 0.0 }
 }
 
@@ -99,9 +100,10 @@ mod tests {
     fn a_watt_is_spread_over_what_is_seen() {
         let pixels = [[0.1, 0.1, 0.1, 1.0], [0.0; 4], [0.3, 0.3, 0.3, 2.0], [9.0, 9.0, 9.0, 0.0]];
         let near = |value: f64, expected: f64| assert!((value / expected - 1.0).abs() < 1e-6, "{value}");
-        near(response(pixels.into_iter(), 0.1, false), 0.1 / 0.05);
-        near(response(pixels.into_iter(), 0.1, true), 0.1 / 0.02);
-        assert_eq!(response([[0.0, 0.0, 0.0, 1.0]].into_iter(), 0.1, false), 0.0, "all is black");
+        near(response(pixels.into_iter(), 0.1, false, 0.1), 0.1 / 0.05);
+        near(response(pixels.into_iter(), 0.1, true, 0.01), 0.1 / 0.02);
+        near(response(pixels.into_iter(), 0.1, true, 1.0), 0.1 / std::f64::consts::PI);
+        assert_eq!(response([[0.0, 0.0, 0.0, 1.0]].into_iter(), 0.1, false, 0.1), 0.0, "all is black");
     }
 
     #[test]

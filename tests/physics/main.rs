@@ -9,6 +9,7 @@ mod invisible;
 mod layers;
 mod leaks;
 mod lights;
+mod shading;
 mod specular;
 #[path = "../support/mod.rs"]
 mod support;
