@@ -9,6 +9,7 @@ mod body;
 mod layer;
 mod near;
 
+use std::cell::OnceCell;
 use std::collections::BTreeMap;
 use std::ops::Range;
 
@@ -33,8 +34,11 @@ const ROUNDING: f64 = 0.5 * f32::EPSILON as f64;
 /// axis, a ray leaves along the normal, where up to root 3 of them add up, and the other surface
 /// has its own.
 const ERRORS: f64 = 3.0;
-/// Primitives of instances that are compared with the rest of the scene, at most.
-const MOST_INSTANCED: usize = 2_000_000;
+/// Primitives of dielectric instances that are compared with those of other instances, at most.
+const MOST_INSTANCED: usize = 1_000_000;
+/// Primitives of a shape up to which sheets are compared with other sheets, and a dielectric mesh
+/// with itself.
+const MOST_PRIMITIVES: usize = 100_000;
 /// Boxes of other shapes that a primitive is compared with before the hierarchy is asked.
 const MOST_BOXES: usize = 64;
 
@@ -119,12 +123,16 @@ struct Known<'a> {
     role: Role,
     /// For each triangle of a dielectric mesh, the body that it is part of.
     bodies: Vec<u32>,
+    /// Whether it has an inside, once that was asked.
+    is_closed: OnceCell<bool>,
 }
 
 struct Finder<'a> {
     packer: &'a Packer,
     bvh: &'a Bvh,
     parts: Vec<Known<'a>>,
+    /// How many of them are of objects: the first ones.
+    of_objects: usize,
     /// First triangle, quadric and revolution of each part: what a reference is part of.
     starts: [Vec<usize>; 3],
     pairs: BTreeMap<(Body, Body), ()>,
@@ -213,6 +221,12 @@ impl Packer {
     }
 }
 
+impl Known<'_> {
+    fn is_closed(&self) -> bool {
+        *self.is_closed.get_or_init(|| is_closed(self.shape))
+    }
+}
+
 impl<'a> Finder<'a> {
     fn new(packer: &'a Packer, placed: &'a Placed, bvh: &'a Bvh) -> Self {
         let known = |(part, shape): (&'a Part, &'a Shape)| {
@@ -221,7 +235,7 @@ impl<'a> Finder<'a> {
                 Geometry::Mesh(mesh) if role == Role::Boundary => connected(mesh),
                 _ => Vec::new(),
             };
-            Known { part, shape, role, bodies }
+            Known { part, shape, role, bodies, is_closed: OnceCell::new() }
         };
         let parts: Vec<Known> = packer.parts.iter().zip(placed.shapes_as_packed()).map(known).collect();
         let starts = |range: fn(&Part) -> &Range<usize>| parts.iter().map(|known| range(known.part).start).collect();
@@ -230,6 +244,7 @@ impl<'a> Finder<'a> {
             packer,
             bvh,
             parts,
+            of_objects: placed.parts_of_objects().0,
             pairs: BTreeMap::new(),
             members: BTreeMap::new(),
             region: Bounds::default(),
@@ -247,7 +262,7 @@ impl<'a> Finder<'a> {
         }
         let mut left = MOST_INSTANCED;
         for (instance, parts) in objects.into_iter().enumerate() {
-            for index in parts {
+            for index in parts.filter(|index| self.parts[*index].role == Role::Boundary).collect::<Vec<_>>() {
                 let count = self.parts[index].part.len();
                 if count > left {
                     return;
@@ -264,7 +279,7 @@ impl<'a> Finder<'a> {
             return;
         }
         let has_instances = !self.packer.instances.is_empty();
-        let compares_itself = self.parts[index].role == Role::Boundary && part.len() > 1;
+        let compares_itself = self.may_matter(index, index);
         // Boxes of the world's other parts: what none of them touches is in contact with nothing.
         let mut near = None;
         if !has_instances && !compares_itself {
@@ -281,11 +296,17 @@ impl<'a> Finder<'a> {
         }
     }
 
-    /// Whether primitives of a part are compared with those of another: the part with more of them
-    /// is asked by the hierarchy.
+    /// Whether primitives of a part are compared with those of another: each pair is looked at from
+    /// the side that has fewer, or stands in the world itself.
     fn is_compared(&self, part: usize, other: usize) -> bool {
         let size = |index: usize| (self.parts[index].part.len(), index);
-        size(part) <= size(other) && self.may_matter(part, other)
+        let is_chosen = match [part, other].map(|index| index < self.of_objects) {
+            [false, false] => size(part) <= size(other),
+            [false, true] => true,
+            [true, false] => false,
+            [true, true] => self.parts[other].role != Role::Boundary || size(part) <= size(other),
+        };
+        is_chosen && self.may_matter(part, other)
     }
 
     /// Whether it can be seen which of two parts is in front.
@@ -295,7 +316,11 @@ impl<'a> Finder<'a> {
             return false;
         }
         if a == b {
-            return known_a.role == Role::Boundary;
+            return known_a.role == Role::Boundary && (2..=MOST_PRIMITIVES).contains(&known_a.part.len());
+        }
+        let are_sheets = [known_a, known_b].iter().all(|known| matches!(known.role, Role::Passing | Role::Opaque));
+        if are_sheets && known_a.part.len().min(known_b.part.len()) > MOST_PRIMITIVES {
+            return false;
         }
         let is_plain = known_a.role == Role::Opaque && known_b.role == Role::Opaque;
         !is_plain || known_a.shape.material != known_b.shape.material
@@ -345,14 +370,15 @@ impl<'a> Finder<'a> {
         }
         let Some(other_form) = self.form(other) else { return };
         let error = self.error(one).max(self.error(other));
-        let Some(region) = contact(form, &other_form, ERRORS * error) else { return };
         if is_one_body {
-            self.too_thin += u32::from(one.reference < other.reference && faces(form, &other_form));
+            let is_asked = one.reference < other.reference && turn_backs(form, &other_form);
+            self.too_thin += u32::from(is_asked && contact(form, &other_form, error).is_some());
             return;
         }
+        let Some(region) = contact(form, &other_form, ERRORS * error) else { return };
         let are_sheets = [index, other_index].map(|index| self.parts[index].role == Role::Opaque);
         // Where a closed body stands on something, nobody sees what is between.
-        if are_sheets == [true; 2] && [index, other_index].iter().any(|index| is_closed(self.parts[*index].shape)) {
+        if are_sheets == [true; 2] && [index, other_index].iter().any(|index| self.parts[*index].is_closed()) {
             return;
         }
         let [first, second] = bodies;
@@ -472,8 +498,8 @@ fn affine(rows: &[[f32; 4]; 3]) -> DAffine3 {
     DAffine3 { matrix3: glam::DMat3::from_cols(column(0), column(1), column(2)), translation: column(3) }
 }
 
-/// Whether two surfaces turn their backs on each other, or their fronts.
-fn faces(a: &Form, b: &Form) -> bool {
+/// Whether two flat surfaces turn their backs on each other, or their fronts.
+fn turn_backs(a: &Form, b: &Form) -> bool {
     match (a, b) {
         (Form::Flat { normal, .. }, Form::Flat { normal: other, .. }) => normal.dot(*other) < 0.0,
         _ => false,

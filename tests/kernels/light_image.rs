@@ -109,12 +109,18 @@ fn a_sky_is_emitted_by_its_texels() {
 
     let radius = f64::from(world.info.radius);
     let average = image.pixels.iter().map(|pixel| double(*pixel)).sum::<DVec3>() / 256.0;
-    let power = 3.0 * average * 4.0 * PI * PI * radius * radius;
+    // Parallel light enters through the faces of the scene's box that it sees; the mean over all
+    // directions is a quarter of the box's surface (Cauchy).
+    let half = double(world.info.half_extent);
+    let faces = 4.0 * DVec3::new(half.y * half.z, half.z * half.x, half.x * half.y);
+    let mean_shown = 0.5 * faces.element_sum();
+    let power = 3.0 * average * 4.0 * PI * mean_shown;
     assert_near(world.info.mean_power.into(), mean_of_channels(power), 1e-6, "power of a sky");
     for (photon, place) in emitted.iter().zip(&places) {
         let Some(index) = texel(&image, *place) else { continue };
-        // A photon has the texel's colour, and as much power as any other one.
-        let expected = color(&image, index) / mean_of_channels(color(&image, index));
+        // A photon has the texel's colour, and the power of what the box shows its direction.
+        let shown = faces.dot(double(photon.direction).abs());
+        let expected = color(&image, index) / mean_of_channels(color(&image, index)) * (shown / mean_shown);
         assert!((double(photon.weight) - expected).length() < 1e-4, "{photon:?}: {expected}");
         assert!((double(photon.origin).dot(double(photon.direction)) + radius).abs() < 1e-5, "{photon:?}");
     }

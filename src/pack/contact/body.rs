@@ -1,7 +1,5 @@
 //! What of a shape is a body of its own, and whether it has an inside.
 
-use std::collections::BTreeMap;
-
 use glam::DVec2;
 
 use crate::scene::{Geometry, Mesh, Shape};
@@ -29,13 +27,13 @@ pub(super) fn connected(mesh: &Mesh) -> Vec<u32> {
 pub(super) fn is_closed(shape: &Shape) -> bool {
     match &shape.geometry {
         Geometry::Mesh(mesh) => {
-            let mut edges = BTreeMap::<[u32; 2], i32>::new();
-            for [a, b, c] in &mesh.triangles {
-                for (from, to) in [(*a, *b), (*b, *c), (*c, *a)] {
-                    *edges.entry([from.min(to), from.max(to)]).or_default() += if from < to { 1 } else { -1 };
-                }
-            }
-            edges.values().all(|count| *count == 0)
+            // Each edge once in either direction.
+            let directed = |[a, b, c]: &[u32; 3]| [[*a, *b], [*b, *c], [*c, *a]];
+            let mut edges: Vec<[u32; 2]> = mesh.triangles.iter().flat_map(directed).collect();
+            let mut backwards: Vec<[u32; 2]> = edges.iter().map(|[from, to]| [*to, *from]).collect();
+            edges.sort_unstable();
+            backwards.sort_unstable();
+            edges == backwards
         }
         Geometry::Sphere { radius, z_min, z_max, phi_max } => {
             *z_min <= -radius && z_max >= radius && *phi_max >= std::f64::consts::TAU
