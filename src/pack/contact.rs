@@ -10,7 +10,7 @@ mod layer;
 mod near;
 
 use std::cell::OnceCell;
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::ops::Range;
 
 use glam::{DAffine3, DVec3, Vec3A};
@@ -135,7 +135,7 @@ struct Finder<'a> {
     of_objects: usize,
     /// First triangle, quadric and revolution of each part: what a reference is part of.
     starts: [Vec<usize>; 3],
-    pairs: BTreeMap<(Body, Body), ()>,
+    pairs: BTreeSet<(Body, Body)>,
     /// Primitives in contact, by kind (a quadric's is DISK) and index.
     members: BTreeMap<u32, Body>,
     region: Bounds,
@@ -169,7 +169,7 @@ impl Packer {
         if members.is_empty() {
             return Contacts { too_thin: *too_thin, ..nothing };
         }
-        let (layers, without_layer) = layer::assign(&finder.bodies(), &pairs.keys().copied().collect::<Vec<_>>());
+        let (layers, without_layer) = layer::assign(&finder.bodies(), &pairs.iter().copied().collect::<Vec<_>>());
         let marks: Vec<(u32, u32)> = members
             .iter()
             .filter_map(|(reference, body)| {
@@ -245,7 +245,7 @@ impl<'a> Finder<'a> {
             bvh,
             parts,
             of_objects: placed.parts_of_objects().0,
-            pairs: BTreeMap::new(),
+            pairs: BTreeSet::new(),
             members: BTreeMap::new(),
             region: Bounds::default(),
             error: 0.0,
@@ -382,7 +382,7 @@ impl<'a> Finder<'a> {
             return;
         }
         let [first, second] = bodies;
-        self.pairs.insert((first.min(second), first.max(second)), ());
+        self.pairs.insert((first.min(second), first.max(second)));
         self.members.insert(one.reference, first);
         self.members.insert(other.reference, second);
         self.region.unite(&region);
@@ -480,7 +480,7 @@ impl<'a> Finder<'a> {
             let material = bytemuck::bytes_of(&self.packer.materials[known.shape.material]).to_vec();
             (*body, layer::Rank { role: known.role, area, material })
         };
-        self.pairs.keys().flat_map(|(a, b)| [a, b]).map(of_part).collect()
+        self.pairs.iter().flat_map(|(a, b)| [a, b]).map(of_part).collect()
     }
 }
 
