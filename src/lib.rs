@@ -35,6 +35,7 @@ pub mod compare;
 pub mod estimate;
 pub mod film;
 mod identity;
+pub mod input;
 mod iteration;
 #[doc(hidden)]
 pub mod kd_tree;

@@ -354,6 +354,7 @@ fn remove_leftovers(directory: &Path, prefix: &str, own: &str) {
 mod tests {
     use super::*;
     use crate::film::srgb_encode;
+    use crate::input::Budget;
 
     fn extreme_image() -> Image {
         let pixels = vec![
@@ -412,7 +413,7 @@ mod tests {
         assert_eq!(header.own_attributes.layer_position, Vec2(5, 7));
         assert_eq!(header.layer_size, Vec2(3, 2));
         assert_eq!(header.shared_attributes.display_window, IntegerBounds::new((0, 0), (64, 48)));
-        let back = read_layers(&path, Transfer::Srgb, Use::Light).unwrap();
+        let back = read_layers(&path, Transfer::Srgb, Use::Light, &Budget::default()).unwrap();
         assert_eq!((bits(&back.image), back.window), (bits(&extreme_image()), Some(window)));
     }
 

@@ -8,6 +8,7 @@ use std::time::{Duration, Instant};
 
 use command::{Bench, LIGHT, SCENE, scene};
 use goblet::film::Image;
+use goblet::input::Budget;
 use goblet::output;
 use serde_json::Value;
 
@@ -345,7 +346,8 @@ fn devices_are_listed() {
 
 /// The window of an EXR: its first pixel, and the size of the whole.
 fn window(bench: &Bench, name: &str) -> ([i32; 2], [u32; 2]) {
-    let layers = output::read_layers(&bench.path(name), output::Transfer::Srgb, output::Use::Light).unwrap();
+    let layers =
+        output::read_layers(&bench.path(name), output::Transfer::Srgb, output::Use::Light, &Budget::default()).unwrap();
     let window = layers.window.unwrap();
     (window.first, window.full)
 }

@@ -8,6 +8,7 @@ use serde::Serialize;
 use super::CompareArgs;
 use crate::compare::{Comparison, Gates, SizeMismatch, compare, difference_image};
 use crate::film::{Apart, Image, Window, common_part};
+use crate::input::Budget;
 use crate::output::{self, ImageError, Layers, Transfer, Use};
 
 /// Why two images could not be compared.
@@ -70,7 +71,7 @@ pub fn run(args: &CompareArgs) -> Result<bool, CompareError> {
 /// Reads both images. Of parts of one image, as crops are, it is what both show.
 fn read_both(args: &CompareArgs) -> Result<(Image, Image), CompareError> {
     let read = |path: &Path| {
-        let Layers { image, window, .. } = output::read_layers(path, Transfer::Srgb, Use::Light)?;
+        let Layers { image, window, .. } = output::read_layers(path, Transfer::Srgb, Use::Light, &Budget::default())?;
         let whole = Window::whole([image.width, image.height]);
         Ok::<_, ImageError>((image, window.unwrap_or(whole)))
     };

@@ -4,22 +4,19 @@
 mod exr;
 mod hdr;
 
-use std::fs;
 use std::io::Cursor;
 use std::path::Path;
 
 use glam::DMat3;
-use image::{DynamicImage, ImageFormat, ImageReader};
+use image::{DynamicImage, ImageDecoder, ImageFormat, ImageReader, Limits};
 
 use super::{ImageError, extension};
 use crate::color::Primaries;
 use crate::film::{Image, Window, srgb_decode};
+use crate::input::{self, Budget};
 
 /// The extensions that [`read`] accepts.
 pub const READABLE_EXTENSIONS: &str = ".exr, .hdr, .jpg, .pfm, .png and .tga";
-
-/// More pixels than this are taken for a damaged or hostile header.
-const MAX_PIXELS: u64 = 1 << 27;
 
 /// How the whole numbers of a PNG, JPEG or TGA become linear.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -80,8 +77,16 @@ pub struct Layers {
     pub window: Option<Window>,
 }
 
-/// Bytes of one format to an image, or what is wrong with them.
-type Decode = fn(&[u8], Transfer, Use) -> Result<Layers, String>;
+/// A file's bytes, and how they become an image.
+struct Source<'a> {
+    bytes: &'a [u8],
+    transfer: Transfer,
+    of: Use,
+    budget: &'a Budget,
+}
+
+/// One format's source to an image, or what is wrong with it.
+type Decode = fn(&Source) -> Result<Layers, String>;
 
 /// Reads an image as linear RGB in the primaries of sRGB.
 ///
@@ -97,10 +102,11 @@ type Decode = fn(&[u8], Transfer, Use) -> Result<Layers, String>;
 /// When the extension is unknown, the file cannot be read, or it does not hold an
 /// image of the format that its extension names.
 pub fn read(path: &Path) -> Result<Image, ImageError> {
-    read_layers(path, Transfer::Srgb, Use::Light).map(|layers| layers.image)
+    read_layers(path, Transfer::Srgb, Use::Light, &Budget::default()).map(|layers| layers.image)
 }
 
 /// As [`read`], with alpha, and with a transfer function of whole numbers, which alpha has, too.
+/// What the image holds is taken from a budget.
 ///
 /// Of an EXR it is the first part that has the channels R, G and B, or else X, Y and Z (CIE XYZ,
 /// which is converted as it is), or those of the only layer that has R, G and B, as in
@@ -109,23 +115,26 @@ pub fn read(path: &Path) -> Result<Image, ImageError> {
 ///
 /// # Errors
 /// As [`read`].
-pub fn read_layers(path: &Path, transfer: Transfer, of: Use) -> Result<Layers, ImageError> {
+pub fn read_layers(path: &Path, transfer: Transfer, of: Use, budget: &Budget) -> Result<Layers, ImageError> {
     let (decode, expected): (Decode, _) = match extension(path).as_str() {
-        "exr" => (
-            |bytes, _, of| exr::decode(bytes, of),
-            "an OpenEXR image with the channels R, G, B, or X, Y, Z, or a single one",
-        ),
-        "png" => (|bytes, transfer, _| decode_integers(bytes, ImageFormat::Png, transfer), "a PNG image"),
-        "jpg" | "jpeg" => (|bytes, transfer, _| decode_integers(bytes, ImageFormat::Jpeg, transfer), "a JPEG image"),
-        "tga" => (|bytes, transfer, _| decode_integers(bytes, ImageFormat::Tga, transfer), "a TGA image"),
-        "pfm" => (|bytes, _, _| decode_pfm(bytes).map(opaque), "a PFM image"),
-        "hdr" => (|bytes, _, of| hdr::decode(bytes, of).map(opaque), "a Radiance HDR image"),
+        "exr" => (exr::decode, "an OpenEXR image with the channels R, G, B, or X, Y, Z, or a single one"),
+        "png" => (|source| decode_integers(source, ImageFormat::Png), "a PNG image"),
+        "jpg" | "jpeg" => (|source| decode_integers(source, ImageFormat::Jpeg), "a JPEG image"),
+        "tga" => (|source| decode_integers(source, ImageFormat::Tga), "a TGA image"),
+        "pfm" => (|source| decode_pfm(source).map(opaque), "a PFM image"),
+        "hdr" => (|source| hdr::decode(source).map(opaque), "a Radiance HDR image"),
         _ => {
             return Err(ImageError::Extension { path: path.to_owned(), supported: READABLE_EXTENSIONS });
         }
     };
-    let bytes = fs::read(path).map_err(|reason| ImageError::Read { path: path.to_owned(), reason })?;
-    decode(&bytes, transfer, of).map_err(|reason| ImageError::Decode { path: path.to_owned(), expected, reason })
+    let bytes = input::read(path, budget).map_err(|reason| ImageError::Read { path: path.to_owned(), reason })?;
+    let source = Source { bytes: &bytes, transfer, of, budget };
+    let take = |layers: Layers| {
+        let held =
+            size_of_val(&layers.image.pixels[..]) + layers.alpha.as_ref().map_or(0, |alpha| size_of_val(&alpha[..]));
+        budget.take(held as u64).map(|()| layers).map_err(|over| over.to_string())
+    };
+    decode(&source).and_then(take).map_err(|reason| ImageError::Decode { path: path.to_owned(), expected, reason })
 }
 
 fn opaque(image: Image) -> Layers {
@@ -145,44 +154,74 @@ fn convert(image: &mut Image, matrix: DMat3) {
     }
 }
 
-fn check_size(width: u64, height: u64) -> Result<(u32, u32), String> {
-    let size = || Some((u32::try_from(width).ok()?, u32::try_from(height).ok()?));
-    match (width.checked_mul(height), size()) {
-        (Some(1..=MAX_PIXELS), Some(size)) => Ok(size),
-        _ => Err(format!("a size of {width}x{height} is not plausible")),
+impl Source<'_> {
+    /// The size of an image, if decoding it, which takes so many bytes for a pixel, is within the
+    /// budget.
+    fn check_size(&self, width: u64, height: u64, bytes_per_pixel: u64) -> Result<(u32, u32), String> {
+        let size = || Some((u32::try_from(width).ok()?, u32::try_from(height).ok()?));
+        let (Some(pixels @ 1..), Some(size)) = (width.checked_mul(height), size()) else {
+            return Err(format!("a size of {width}x{height} is not plausible"));
+        };
+        let bytes = pixels.saturating_mul(bytes_per_pixel);
+        self.budget.check(bytes).map_err(|over| format!("for its {width}x{height} pixels, {over}"))?;
+        Ok(size)
     }
 }
 
-/// Decodes with the image crate's default limit on memory, 512 MiB.
-fn decode_with_image_crate(bytes: &[u8], format: ImageFormat) -> Result<DynamicImage, String> {
-    ImageReader::with_format(Cursor::new(bytes), format).decode().map_err(|error| error.to_string())
+/// Bytes of a pixel: three floats.
+const RGB_BYTES: u64 = 12;
+/// The same with alpha.
+const RGBA_BYTES: u64 = 16;
+
+fn decode_with_image_crate(bytes: &[u8], format: ImageFormat, source: &Source) -> Result<DynamicImage, String> {
+    let mut reader = ImageReader::with_format(Cursor::new(bytes), format);
+    // Those of the crate do not follow the budget; `check_size` does.
+    reader.limits(Limits::no_limits());
+    let decoder = reader.into_decoder().map_err(|error| error.to_string())?;
+    let (width, height) = decoder.dimensions();
+    // As the decoder makes it, with alpha, and as floats.
+    let color = decoder.color_type();
+    let with_alpha = 4 * u64::from(color.bytes_per_pixel() / color.channel_count());
+    let bytes_per_pixel = u64::from(color.bytes_per_pixel()) + with_alpha + RGBA_BYTES;
+    source.check_size(width.into(), height.into(), bytes_per_pixel)?;
+    DynamicImage::from_decoder(decoder).map_err(|error| error.to_string())
 }
 
-fn decode_integers(bytes: &[u8], format: ImageFormat, transfer: Transfer) -> Result<Layers, String> {
-    let decoded = decode_with_image_crate(bytes, format)?;
+fn decode_integers(source: &Source, format: ImageFormat) -> Result<Layers, String> {
+    let decoded = decode_with_image_crate(source.bytes, format, source)?;
     let (width, height) = (decoded.width(), decoded.height());
     let color = decoded.color();
-    let pixels: Vec<[f32; 4]> = if color.bytes_per_pixel() == color.channel_count() {
-        let table: Vec<f32> = (0..=255u8).map(|v| transfer.decode(f32::from(v) / 255.0)).collect();
-        let decode = |value| table[usize::from(value)];
-        decoded.into_rgba8().pixels().map(|pixel| pixel.0.map(decode)).collect()
-    } else {
-        let decode = |value: u16| transfer.decode(f32::from(value) / 65535.0);
-        decoded.into_rgba16().pixels().map(|pixel| pixel.0.map(decode)).collect()
-    };
-    let colors = pixels.iter().map(|[r, g, b, _]| [*r, *g, *b]).collect();
-    let image = Image::from_pixels(width, height, colors).map_err(|error| error.to_string())?;
     // Of grey with alpha, pbrt reads the grey alone.
-    if color.has_color() && color.has_alpha() {
-        return Ok(with_alpha(image, pixels.iter().map(|pixel| pixel[3]).collect()));
-    }
-    Ok(opaque(image))
+    let has_alpha = color.has_color() && color.has_alpha();
+    let (colors, alpha) = if color.bytes_per_pixel() == color.channel_count() {
+        let table: Vec<f32> = (0..=255u8).map(|v| source.transfer.decode(f32::from(v) / 255.0)).collect();
+        split_alpha(decoded.into_rgba8().as_raw(), has_alpha, |value| table[usize::from(value)])
+    } else {
+        let decode = |value: u16| source.transfer.decode(f32::from(value) / 65535.0);
+        split_alpha(decoded.into_rgba16().as_raw(), has_alpha, decode)
+    };
+    let image = Image::from_pixels(width, height, colors).map_err(|error| error.to_string())?;
+    Ok(match alpha {
+        Some(alpha) => with_alpha(image, alpha),
+        None => opaque(image),
+    })
+}
+
+/// Colour and alpha of pixels.
+fn split_alpha<T: Copy>(
+    samples: &[T],
+    has_alpha: bool,
+    decode: impl Fn(T) -> f32,
+) -> (Vec<[f32; 3]>, Option<Vec<f32>>) {
+    let pixels = samples.chunks_exact(4);
+    let colors = pixels.clone().map(|pixel| [0, 1, 2].map(|channel| decode(pixel[channel]))).collect();
+    (colors, has_alpha.then(|| pixels.map(|pixel| decode(pixel[3])).collect()))
 }
 
 /// PFM: `PF` or `Pf`, width, height and scale as text, each ended by one white
 /// space; then floats, the bottom row first. A negative scale means little-endian.
-fn decode_pfm(bytes: &[u8]) -> Result<Image, String> {
-    let mut rest = bytes;
+fn decode_pfm(source: &Source) -> Result<Image, String> {
+    let mut rest = source.bytes;
     let channels = match pfm_word(&mut rest)? {
         "PF" => 3,
         "Pf" => 1,
@@ -196,7 +235,7 @@ fn decode_pfm(bytes: &[u8]) -> Result<Image, String> {
     if !scale.is_finite() || scale == 0.0 {
         return Err(format!("its scale is {scale}"));
     }
-    let (width, height) = check_size(width, height)?;
+    let (width, height) = source.check_size(width, height, RGB_BYTES)?;
 
     let row_bytes = width as usize * channels * 4;
     let wanted = row_bytes.checked_mul(height as usize);

@@ -6,7 +6,7 @@ use exr::meta::{MetaData, header::Header};
 use exr::prelude::{ReadChannels, ReadLayers, ReadSpecificChannel, Text, Vec2};
 use glam::DVec2;
 
-use super::{Layers, Use, check_size, convert, with_alpha};
+use super::{Layers, RGBA_BYTES, Source, convert, with_alpha};
 use crate::color::{Primaries, srgb_from_xyz};
 use crate::film::{Image, Window};
 
@@ -24,11 +24,12 @@ enum Channels {
 ///
 /// # Errors
 /// What is wrong with the bytes, or which channels they have instead.
-pub(super) fn decode(bytes: &[u8], of: Use) -> Result<Layers, String> {
+pub(super) fn decode(source: &Source) -> Result<Layers, String> {
+    let bytes = source.bytes;
     let headers = MetaData::read_from_buffered(bytes, false).map_err(|error| error.to_string())?.headers;
     // Before the reader allocates what the header asks for.
     for header in &headers {
-        check_size(header.layer_size.0 as u64, header.layer_size.1 as u64)?;
+        source.check_size(header.layer_size.0 as u64, header.layer_size.1 as u64, RGBA_BYTES)?;
     }
     let flat: Vec<&Header> = headers.iter().filter(|header| !header.deep).collect();
     let (header, channels) = choose(&flat)?;
@@ -42,7 +43,7 @@ pub(super) fn decode(bytes: &[u8], of: Use) -> Result<Layers, String> {
         Channels::Grey(name) => catch_panic(|| decode_one(bytes, name))?,
     };
     let to_srgb = match channels {
-        Channels::Rgb(..) => primaries(header).map_or(Ok(None), |primaries| of.to_srgb(&primaries))?,
+        Channels::Rgb(..) => primaries(header).map_or(Ok(None), |primaries| source.of.to_srgb(&primaries))?,
         Channels::Xyz(..) => Some(srgb_from_xyz()),
         Channels::Grey(_) => None,
     };

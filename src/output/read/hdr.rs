@@ -3,7 +3,7 @@
 use glam::{DMat3, DVec2};
 use image::ImageFormat;
 
-use super::{Use, convert, decode_with_image_crate};
+use super::{Source, Use, convert, decode_with_image_crate};
 use crate::color::{Primaries, srgb_from_xyz};
 use crate::film::Image;
 
@@ -16,16 +16,16 @@ const LONGEST: usize = 1 << 16;
 ///
 /// # Errors
 /// What is wrong with the bytes.
-pub(super) fn decode(bytes: &[u8], of: Use) -> Result<Image, String> {
-    let rest = MAGICS.iter().find_map(|magic| bytes.strip_prefix(*magic));
+pub(super) fn decode(source: &Source) -> Result<Image, String> {
+    let rest = MAGICS.iter().find_map(|magic| source.bytes.strip_prefix(*magic));
     let rest = rest.ok_or("it begins neither with #?RADIANCE nor with #?RGBE")?;
     let end = rest.windows(2).take(LONGEST).position(|two| two == b"\n\n");
     // There may be no variables at all.
     let end = if rest.starts_with(b"\n") { 0 } else { end.ok_or("its header has no end")? + 1 };
-    let to_srgb = conversion(&String::from_utf8_lossy(&rest[..end]), of)?;
+    let to_srgb = conversion(&String::from_utf8_lossy(&rest[..end]), source.of)?;
     // The decoder knows one magic and one format.
     let pixels = [b"#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n", &rest[end..]].concat();
-    let decoded = decode_with_image_crate(&pixels, ImageFormat::Hdr)?.into_rgb32f();
+    let decoded = decode_with_image_crate(&pixels, ImageFormat::Hdr, source)?.into_rgb32f();
     let pixels = decoded.pixels().map(|pixel| pixel.0).collect();
     let mut image = Image::from_pixels(decoded.width(), decoded.height(), pixels).map_err(|error| error.to_string())?;
     if let Some(matrix) = to_srgb {

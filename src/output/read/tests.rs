@@ -28,12 +28,31 @@ fn halves(first: f32) -> FlatSamples {
     FlatSamples::F16(values.collect())
 }
 
-fn decode_exr(file: &[u8]) -> std::result::Result<super::Layers, String> {
-    super::exr::decode(file, Use::Light)
+type Decoded<T> = std::result::Result<T, String>;
+
+/// What a decoder makes of a file with the default budget.
+fn with<T>(decode: impl Fn(&Source) -> Decoded<T>, bytes: &[u8], transfer: Transfer, of: Use) -> Decoded<T> {
+    decode(&Source { bytes, transfer, of, budget: &Budget::default() })
 }
 
-fn decode_hdr(file: &[u8]) -> std::result::Result<super::Image, String> {
-    super::hdr::decode(file, Use::Light)
+fn decode_exr_as(file: &[u8], of: Use) -> Decoded<super::Layers> {
+    with(super::exr::decode, file, Transfer::Srgb, of)
+}
+
+fn decode_exr(file: &[u8]) -> Decoded<super::Layers> {
+    decode_exr_as(file, Use::Light)
+}
+
+fn decode_hdr(file: &[u8]) -> Decoded<super::Image> {
+    with(super::hdr::decode, file, Transfer::Srgb, Use::Light)
+}
+
+fn decode_pfm(file: &[u8]) -> Decoded<super::Image> {
+    with(super::decode_pfm, file, Transfer::Srgb, Use::Light)
+}
+
+fn decode_integers(file: &[u8], format: ImageFormat, transfer: Transfer) -> Decoded<super::Layers> {
+    with(|source| super::decode_integers(source, format), file, transfer, Use::Light)
 }
 
 fn assert_near(pixel: [f32; 3], expected: [f32; 3]) {
@@ -53,10 +72,10 @@ fn colour(names: [&'static str; 3], values: [f32; 3]) -> Vec<(&'static str, Flat
 fn xyz_is_converted_as_it_is() {
     for of in [Use::Light, Use::Reflectance] {
         let file = exr_file(colour(["X", "Y", "Z"], [0.6, 0.3, 0.1]));
-        let pixel = super::exr::decode(&file, of).unwrap().image.pixels[0];
+        let pixel = decode_exr_as(&file, of).unwrap().image.pixels[0];
         assert_near(pixel, [1.4333, -0.0145, 0.0779]);
         let white = exr_file(colour(["X", "Y", "Z"], [0.9505, 1.0, 1.089]));
-        assert_near(super::exr::decode(&white, of).unwrap().image.pixels[5], [1.0; 3]);
+        assert_near(decode_exr_as(&white, of).unwrap().image.pixels[5], [1.0; 3]);
     }
 }
 
@@ -70,7 +89,7 @@ fn aces() -> Chromaticities {
 fn chromaticities_count() {
     let names = ["R", "G", "B"];
     let decode = |value: [f32; 3], chromaticities, of| {
-        super::exr::decode(&exr_file_with(colour(names, value), Some(chromaticities)), of).unwrap().image.pixels[0]
+        decode_exr_as(&exr_file_with(colour(names, value), Some(chromaticities)), of).unwrap().image.pixels[0]
     };
     let academy = [[2.5217, -0.2765, -0.0152], [-1.1341, 1.3727, -0.1530], [-0.3876, -0.0963, 1.1683]];
     for (unit, expected) in [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]].into_iter().zip(academy) {
@@ -89,7 +108,7 @@ fn chromaticities_count() {
     };
     assert_eq!(decode([0.1, 0.2, 0.3], srgb, Use::Light), [0.1, 0.2, 0.3]);
     let none = Chromaticities { green: Vec2(0.64, 0.33), ..srgb };
-    let error = super::exr::decode(&exr_file_with(colour(names, [0.1; 3]), Some(none)), Use::Light).unwrap_err();
+    let error = decode_exr_as(&exr_file_with(colour(names, [0.1; 3]), Some(none)), Use::Light).unwrap_err();
     assert!(error.contains("make no colour space"), "{error}");
     // Grey has no primaries.
     let grey = exr_file_with(vec![("Y", halves(0.5))], Some(aces()));
@@ -302,5 +321,26 @@ proptest! {
         let at = at % file.len();
         file[at] = value;
         let _ = decode_exr(&file);
+    }
+}
+
+#[test]
+fn sizes_are_checked_before_pixels_are_decoded() {
+    let exr = exr_file(colour(["R", "G", "B"], [0.5; 3]));
+    let mut png = Cursor::new(Vec::new());
+    image::GrayImage::new(3, 2).write_to(&mut png, ImageFormat::Png).unwrap();
+    let mut pfm = b"PF\n3 2\n-1\n".to_vec();
+    pfm.resize(pfm.len() + 72, 0);
+    let decoders: [(Decode, &[u8]); 3] = [
+        (super::exr::decode, &exr),
+        (|source| super::decode_integers(source, ImageFormat::Png), png.get_ref()),
+        (|source| super::decode_pfm(source).map(opaque), &pfm),
+    ];
+    for (decode, bytes) in decoders {
+        let decode_within =
+            |limit| decode(&Source { bytes, transfer: Transfer::Srgb, of: Use::Light, budget: &Budget::new(limit) });
+        assert!(decode_within(1000).is_ok());
+        let error = decode_within(50).unwrap_err();
+        assert!(error.contains("for its 3x") && error.contains("memory"), "{error}");
     }
 }

@@ -15,6 +15,7 @@ use super::super::spectrum::Spectrum;
 use super::super::texture_model::{ImageTexture, Mapping, Texture, TextureKind, Wrap};
 use super::{FLOAT_FAMILY, Maker, SPECTRUM_FAMILY};
 use crate::film::Image;
+use crate::input::Budget;
 use crate::output::{ImageError, Transfer, Use, read_layers};
 
 /// Pixels of all images together, at most; what a device can hold in one table.
@@ -252,7 +253,7 @@ impl Textures {
         if let Some(image) = self.images.get(&key) {
             return Ok(Arc::clone(image));
         }
-        let layers = read_layers(&key.0, encoding.1, of).map_err(|error| match error {
+        let layers = read_layers(&key.0, encoding.1, of, &Budget::default()).map_err(|error| match error {
             ImageError::Read { path, reason } => {
                 SceneError::Unreadable { path, location: Some(param.location.clone()), source: reason }
             }
