@@ -6,24 +6,25 @@
 
 use std::collections::BTreeMap;
 use std::fmt;
-use std::fs::File;
 use std::io::{self, BufRead, BufReader, BufWriter, Read, Write};
 use std::path::Path;
 
 use bytemuck::{Pod, Zeroable};
 use flate2::Compression;
-use flate2::read::GzDecoder;
+use flate2::bufread::GzDecoder;
 use flate2::write::GzEncoder;
 use goblet_host::Device;
 use serde::{Deserialize, Serialize};
 
-use crate::estimate::Estimate;
+use crate::estimate::{Estimate, Sum};
 use crate::film::Window;
 use crate::identity::Identity;
+use crate::input::{self, Budget};
 use crate::kernels::PixelState;
 use crate::options::MAX_SIDE;
 use crate::output::Replacement;
 use crate::radius::FirstRadius;
+use crate::scene::shorten;
 use crate::sequence::Shard;
 use crate::tally::Tally;
 
@@ -33,6 +34,12 @@ const FORMAT: u32 = 2;
 const MAX_HEADER: u64 = 1 << 22;
 /// The largest image; its sums take 20 GiB.
 const MAX_PIXELS: u64 = 1 << 28;
+/// Bytes of a pixel's sums, and of what it remembers.
+const PIXEL_BYTES: u64 = 4 * size_of::<Sum>() as u64 + size_of::<PixelState>() as u64;
+/// No render's file expands by more, unless its image is small or black.
+const MAX_EXPANSION: u64 = 64;
+/// The largest radius, render units: its square is a number.
+const MAX_RADIUS: f32 = 1e18;
 
 /// Why a checkpoint cannot be read, written or used.
 #[derive(Debug, thiserror::Error)]
@@ -166,9 +173,20 @@ impl Header {
             && self.unit.is_finite()
             && self.unit > 0.0
             && self.halves[0].checked_add(self.halves[1]) == Some(iterations)
-            && self.done.keys().all(|index| *index < self.shards);
+            && self.done.keys().all(|index| *index < self.shards)
+            && self.first_radius.is_none_or(are_radii);
         sensible.then_some(width * height)
     }
+}
+
+/// Whether a [`FirstRadius`] is of such numbers.
+fn are_radii([per_length, least, most]: [f32; 3]) -> bool {
+    (0.0..=MAX_RADIUS).contains(&per_length) && 0.0 < least && least <= most && most <= MAX_RADIUS
+}
+
+/// Whether a pixel may remember this.
+fn is_state(state: &PixelState) -> bool {
+    (0.0..=1.0).contains(&state.shrink) && state.rest.abs() <= 1.0
 }
 
 impl Checkpoint {
@@ -186,7 +204,7 @@ impl Checkpoint {
     /// As in `0/3` or `0,2/3`.
     fn shard_names(&self) -> String {
         let indices: Vec<String> = self.done.keys().map(u32::to_string).collect();
-        format!("{}/{}", indices.join(","), self.shards)
+        format!("{}/{}", shorten(&indices.join(",")), self.shards)
     }
 
     /// Adds the iterations of other shards.
@@ -277,20 +295,24 @@ impl Checkpoint {
         out.finish()?.flush()
     }
 
-    /// Reads a file.
+    /// Reads a file. It may take a scene's default budget of memory, and more where the file is
+    /// large.
     ///
     /// # Errors
     /// It cannot be read, or is not a whole checkpoint.
     pub fn read(path: &Path) -> Result<Self, CheckpointError> {
-        let file = File::open(path).map_err(CheckpointError::Read)?;
-        Self::decode(file)
+        let file = input::open(path).map_err(CheckpointError::Read)?;
+        let length = file.metadata().map_err(CheckpointError::Read)?.len();
+        let least = length.saturating_mul(MAX_EXPANSION);
+        let budget = Budget::new(Budget::default().left().max(least));
+        Self::decode(BufReader::new(file), &budget)
     }
 
     /// Reads the contents of a file.
     ///
     /// # Errors
-    /// They are not a whole checkpoint.
-    pub fn decode(source: impl Read) -> Result<Self, CheckpointError> {
+    /// They are not a whole checkpoint, or take more memory than the budget has.
+    pub fn decode(source: impl BufRead, budget: &Budget) -> Result<Self, CheckpointError> {
         let mut source = BufReader::new(GzDecoder::new(source));
         let mut line = Vec::new();
         (&mut source).take(MAX_HEADER).read_until(b'\n', &mut line).map_err(torn)?;
@@ -301,11 +323,20 @@ impl Checkpoint {
         }
         let header: Header = serde_json::from_slice(&line).map_err(|error| torn(error.into()))?;
         let pixels = header.pixels().ok_or_else(|| CheckpointError::Format("its numbers do not fit".to_owned()))?;
+        budget.check(pixels * PIXEL_BYTES).map_err(|over| {
+            let [width, height] = header.resolution;
+            CheckpointError::Format(format!("for its {width}x{height} pixels, {over}"))
+        })?;
         let mut sums = || read_array(&mut source, pixels).map_err(torn);
         let (radiance, second_half) = ([sums()?, sums()?, sums()?], sums()?);
         let states = if header.has_states { read_array(&mut source, pixels).map_err(torn)? } else { Vec::new() };
-        // The checksum comes after the last byte.
-        if source.read(&mut [0]).map_err(torn)? > 0 {
+        if !states.iter().all(is_state) {
+            return Err(CheckpointError::Format("what its pixels remember makes no sense".to_owned()));
+        }
+        // The checksum comes after the last byte, and nothing after that.
+        let mut has_more = source.read(&mut [0]).map_err(torn)? > 0;
+        has_more |= !source.into_inner().into_inner().fill_buf().map_err(torn)?.is_empty();
+        if has_more {
             return Err(CheckpointError::Format("more data than expected".to_owned()));
         }
         let whole = Window::whole(header.resolution);
@@ -348,13 +379,15 @@ fn torn(error: io::Error) -> CheckpointError {
 
 /// Memory grows with what is there, not with what a header promises.
 fn read_array<T: Pod + Zeroable>(source: &mut impl Read, length: u64) -> io::Result<Vec<T>> {
-    let expected = length * size_of::<T>() as u64;
-    let mut bytes = Vec::new();
-    source.take(expected).read_to_end(&mut bytes)?;
-    if bytes.len() as u64 != expected {
-        return Err(io::ErrorKind::UnexpectedEof.into());
+    const ITEMS_AT_ONCE: u64 = 1 << 12;
+    let mut items = Vec::new();
+    while (items.len() as u64) < length {
+        let (begin, more) = (items.len(), (length - items.len() as u64).min(ITEMS_AT_ONCE) as usize);
+        items.try_reserve(more).map_err(|_| io::ErrorKind::OutOfMemory)?;
+        items.resize(begin + more, T::zeroed());
+        source.read_exact(bytemuck::cast_slice_mut(&mut items[begin..]))?;
     }
-    Ok(bytemuck::pod_collect_to_vec(&bytes))
+    Ok(items)
 }
 
 #[cfg(test)]

@@ -11,7 +11,7 @@ use sha2::{Digest, Sha256};
 use crate::checkpoint::CheckpointError;
 use crate::options::{Contribution, Options, Resolved};
 use crate::pack::PackedScene;
-use crate::scene::Scene;
+use crate::scene::{Scene, shorten};
 use crate::view::View;
 
 /// Names and values: options as they are written, parts of the scene as digests.
@@ -91,7 +91,8 @@ impl Identity {
             return Ok(());
         };
         let [here, there] = [self, other].map(|identity| identity.0.get(name).map_or("nothing", String::as_str));
-        let (name, here, there) = (name.clone(), here.to_owned(), there.to_owned());
+        // Those of a file may be anything.
+        let [name, here, there] = [name.as_str(), here, there].map(shorten);
         Err(if here.starts_with(DIGEST) {
             CheckpointError::Scene { part: name }
         } else {

@@ -101,6 +101,8 @@ pub struct Stage<'a> {
 pub struct Progress {
     /// Iterations finished.
     pub done: u32,
+    /// The same, by half: [`Place::half`].
+    pub halves: [u64; 2],
     /// The radius that visible points start with, once it is known.
     pub first_radius: Option<FirstRadius>,
     /// Of the first of all rounds, once it is known: [`response`].
@@ -214,6 +216,7 @@ impl Passes {
         }
         self.update(on, place, progress)?;
         progress.done += 1;
+        progress.halves[place.half as usize] += 1;
         Ok(())
     }
 

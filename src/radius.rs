@@ -58,6 +58,10 @@ pub enum RadiusSchedule {
     Global,
 }
 
+/// Iterations after which a product of as many factors is left to its series, which is then as
+/// exact: a checkpoint may say that any number was done.
+const MANY: u64 = 1 << 24;
+
 /// The squared radius of the global schedule at an iteration, over the first: the product of
 /// (i + α) / (i + 1) over the iterations before it (Knaus and Zwicker 2011, eq. 20). It starts
 /// at i = 0, one earlier than theirs: then a disc that finds as many photons in every iteration
@@ -78,6 +82,12 @@ impl GlobalShrink {
 
     /// At iteration `step`, from 0. Iterations are asked for in order, but for new rounds.
     pub fn at(&mut self, step: u64) -> f64 {
+        if step > MANY {
+            // Γ(n + α) / Γ(n + 1), to the second term of its series.
+            let alpha = self.alpha;
+            let series = |n: f64| n.powf(alpha - 1.0) * (1.0 + 0.5 * alpha * (alpha - 1.0) / n);
+            return self.at(MANY) * (series(step as f64) / series(MANY as f64));
+        }
         if step < self.step {
             *self = Self::new(self.alpha);
         }
@@ -104,6 +114,13 @@ mod tests {
         let slope = (late / early).ln() / 1000f64.ln();
         assert!((slope + 1.0 / 3.0).abs() < 1e-4, "{slope}");
         assert_eq!(shrink.at(1_000), early);
+        // The series goes on where the product ends, and takes no time.
+        for (a, b) in [(MANY, MANY + 1), (u64::MAX - 1, u64::MAX)] {
+            let [a, b] = [a, b].map(|step| shrink.at(step));
+            assert!(b <= a && b > a * (1.0 - 1e-7), "{a} {b}");
+        }
+        let slope = (shrink.at(1 << 40) / shrink.at(1 << 20)).log2() / 20.0;
+        assert!((slope + 1.0 / 3.0).abs() < 1e-8, "{slope}");
     }
 
     #[test]

@@ -146,6 +146,7 @@ impl Base {
     fn progress(&self, device: &Device, options: &Options, resolved: &Resolved, view: &View) -> Progress {
         Progress {
             done: 0,
+            halves: [0; 2],
             first_radius: resolved
                 .radius
                 .map(|radius| FirstRadius::constant(radius * self.space.scale))
@@ -275,7 +276,7 @@ impl Renderer {
             resolution: self.settings.resolution,
             window: self.settings.window,
             unit: self.settings.unit * self.exposure,
-            halves: self.settings.sequence.halves(self.progress.done),
+            halves: self.progress.halves,
             radiance: [red?, green?, blue?],
             second_half: second?,
         })
@@ -351,6 +352,7 @@ impl Renderer {
         }
         self.device.write_texels(&self.buffers.pixel_states, &checkpoint.states)?;
         self.progress.done = done;
+        self.progress.halves = checkpoint.estimate.halves;
         self.progress.first_radius = checkpoint.first_radius;
         self.progress.seen = None;
         self.progress.tally = checkpoint.tally;

@@ -68,16 +68,6 @@ impl Sequence {
         }
     }
 
-    /// How many of the first `done` iterations are of each half.
-    pub fn halves(&self, done: u32) -> [u64; 2] {
-        let mut halves = [0; 2];
-        for first in (0..done).step_by(self.round_length as usize) {
-            let length = self.round_length.min(done - first);
-            halves[self.place(first).half as usize] += u64::from(length);
-        }
-        halves
-    }
-
     /// How many of the first `total` iterations are this shard's.
     pub fn share(&self, total: u32) -> u32 {
         let (rounds, rest) = (total / self.round_length, total % self.round_length);
@@ -124,10 +114,9 @@ mod tests {
     fn halves_take_turns_in_every_shard() {
         for (round_length, index, count) in [(1, 0, 1), (3, 0, 1), (1, 1, 2), (1, 2, 4), (4, 5, 7)] {
             let sequence = Sequence { round_length, shard: Shard { index, count } };
-            let mut halves = [0; 2];
+            let mut halves = [0_u64; 2];
             let mut turns = [std::collections::HashSet::new(), std::collections::HashSet::new()];
             for done in 0..100 * round_length {
-                assert_eq!(sequence.halves(done), halves);
                 let place = sequence.place(done);
                 halves[place.half as usize] += 1;
                 assert!(turns[place.half as usize].insert(place.iteration_of_half), "{place:?}");

@@ -1,12 +1,16 @@
 //! Checkpoints: the bytes as a file, and as what a file expands to.
 #![no_main]
 
+use std::io::BufReader;
+
 use flate2::Compression;
-use flate2::read::GzEncoder;
+use flate2::bufread::GzEncoder;
 use goblet::checkpoint::Checkpoint;
+use goblet::input::Budget;
 use libfuzzer_sys::fuzz_target;
 
 fuzz_target!(|bytes: &[u8]| {
-    let _ = Checkpoint::decode(bytes);
-    let _ = Checkpoint::decode(GzEncoder::new(bytes, Compression::none()));
+    let budget = Budget::new(1 << 24);
+    let _ = Checkpoint::decode(bytes, &budget);
+    let _ = Checkpoint::decode(BufReader::new(GzEncoder::new(bytes, Compression::none())), &budget);
 });

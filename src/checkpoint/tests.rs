@@ -1,7 +1,5 @@
 //! The format against files that nobody has written.
 
-use std::io::Cursor;
-
 use proptest::collection::vec;
 use proptest::prelude::*;
 use serde_json::{Value, json};
@@ -31,7 +29,11 @@ fn small() -> impl Strategy<Value = Checkpoint> {
                 scene,
                 shards: 7,
                 done,
-                first_radius: radius.map(|[per_length, least, most]| FirstRadius { per_length, least, most }),
+                first_radius: radius.map(|[per_length, a, b]| FirstRadius {
+                    per_length,
+                    least: a.min(b),
+                    most: a.max(b),
+                }),
                 tally: tally(&counts),
                 estimate: Estimate {
                     resolution,
@@ -75,10 +77,10 @@ fn tally(counts: &[u64]) -> Tally {
     }
 }
 
-/// Finite numbers, which are equal to themselves.
+/// Numbers that a render may make.
 fn state([found_low, found_high, shrink, rest]: [u32; 4]) -> PixelState {
-    let [shrink, rest] = [shrink, rest].map(|bits| f32::from_bits(bits & 0xbfff_ffff));
-    PixelState { found_low, found_high, shrink, rest }
+    let [shrink, rest] = [shrink, rest].map(|bits| bits as f32 / u32::MAX as f32);
+    PixelState { found_low, found_high, shrink, rest: -rest }
 }
 
 fn encoded(checkpoint: &Checkpoint) -> Vec<u8> {
@@ -93,6 +95,10 @@ fn gzip(header: &[u8], data: &[u8]) -> Vec<u8> {
     out.finish().unwrap()
 }
 
+fn decode(file: &[u8]) -> Result<Checkpoint, CheckpointError> {
+    Checkpoint::decode(file, &Budget::default())
+}
+
 /// A whole header, of which a test changes a part.
 fn header() -> Value {
     json!({
@@ -105,7 +111,7 @@ fn header() -> Value {
 }
 
 fn decode_header(header: &Value) -> Result<Checkpoint, CheckpointError> {
-    Checkpoint::decode(Cursor::new(gzip(header.to_string().as_bytes(), &[0; 2 * 4 * 16])))
+    decode(&gzip(header.to_string().as_bytes(), &[0; 2 * 4 * 16]))
 }
 
 /// Any JSON, but not deep.
@@ -132,13 +138,13 @@ proptest! {
 
     #[test]
     fn what_is_written_is_read(checkpoint in small()) {
-        prop_assert_eq!(&Checkpoint::decode(&encoded(&checkpoint)[..]).unwrap(), &checkpoint);
+        prop_assert_eq!(&decode(&encoded(&checkpoint)).unwrap(), &checkpoint);
     }
 
     #[test]
     fn arbitrary_bytes_are_refused(bytes in vec(any::<u8>(), 0..300)) {
-        prop_assert!(Checkpoint::decode(&bytes[..]).is_err());
-        prop_assert!(Checkpoint::decode(&gzip(&bytes, &[])[..]).is_err());
+        prop_assert!(decode(&bytes).is_err());
+        prop_assert!(decode(&gzip(&bytes, &[])).is_err());
     }
 
     /// Somewhere in the file other bytes, fewer or more of them.
@@ -153,7 +159,7 @@ proptest! {
         let place = place.index(file.len());
         let end = (place + removed).min(file.len());
         file.splice(place..end, bytes);
-        match Checkpoint::decode(&file[..]) {
+        match decode(&file) {
             Ok(read) => prop_assert_eq!(read, checkpoint),
             Err(error) => prop_assert!(matches!(error, CheckpointError::Format(_)), "{}", error),
         }
@@ -193,6 +199,11 @@ fn a_header_that_lies_is_refused() {
         ("shards", json!(0)),
         ("shards", json!(4_294_967_295_u32)),
         ("has_states", json!(true)),
+        ("first_radius", json!([0.0, 0.0, 0.0])),
+        ("first_radius", json!([0.0, 0.2, 0.1])),
+        ("first_radius", json!([-1.0, 0.1, 0.1])),
+        ("first_radius", json!([0.0, 0.1, 1e38])),
+        ("first_radius", json!([0.0, 0.1, 1e39])),
     ];
     for (key, value) in changes {
         let mut header = header();
@@ -204,6 +215,41 @@ fn a_header_that_lies_is_refused() {
     other["goblet_checkpoint"] = json!(7);
     other["done"] = json!("something new");
     assert!(matches!(decode_header(&other), Err(CheckpointError::Version(7))));
+}
+
+/// What would become no image, or none that can be.
+#[test]
+fn states_that_no_render_makes_are_refused() {
+    let mut header = header();
+    header["has_states"] = json!(true);
+    let read = |states: [PixelState; 2]| {
+        let data = [&[0; 2 * 4 * 16], bytemuck::bytes_of(&states)].concat();
+        decode(&gzip(header.to_string().as_bytes(), &data))
+    };
+    let good = PixelState { found_low: 1, found_high: 0, shrink: 0.5, rest: 0.0 };
+    assert_eq!(read([good; 2]).unwrap().states, [good; 2]);
+    for [shrink, rest] in [[f32::NAN, 0.0], [0.5, f32::NAN], [-0.5, 0.0], [1.5, 0.0], [0.5, f32::INFINITY]] {
+        let error = read([good, PixelState { shrink, rest, ..good }]).unwrap_err();
+        assert!(matches!(error, CheckpointError::Format(_)), "{shrink} {rest}");
+    }
+}
+
+#[test]
+fn nothing_follows_the_end() {
+    let mut file = gzip(header().to_string().as_bytes(), &[0; 2 * 4 * 16]);
+    assert!(decode(&file).is_ok());
+    file.extend(b"more");
+    assert!(matches!(decode(&file), Err(CheckpointError::Format(_))));
+}
+
+/// Ten megabytes of zeros may expand to ten gigabytes.
+#[test]
+fn images_larger_than_the_budget_are_refused_before_they_are_read() {
+    let mut header = header();
+    header["resolution"] = json!([16_384, 8_192]);
+    let file = gzip(header.to_string().as_bytes(), &[]);
+    let error = Checkpoint::decode(&file[..], &Budget::new(1 << 30)).unwrap_err().to_string();
+    assert!(error.contains("for its 16384x8192 pixels") && error.contains("memory"), "{error}");
 }
 
 /// The largest image takes 20 GiB. Nothing is kept ready for it.

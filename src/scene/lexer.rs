@@ -43,7 +43,7 @@ impl fmt::Display for Token {
 }
 
 /// Keeps a message on one screen line, whatever the file holds.
-pub(super) fn shorten(text: &str) -> String {
+pub(crate) fn shorten(text: &str) -> String {
     const MOST: usize = 60;
     let mut short: String = text.chars().take(MOST).map(|c| if c.is_control() { '\u{fffd}' } else { c }).collect();
     if text.chars().nth(MOST).is_some() {

@@ -5,6 +5,7 @@ use std::io::Write;
 use flate2::Compression;
 use flate2::write::GzEncoder;
 use goblet::checkpoint::{Checkpoint, CheckpointError};
+use goblet::input::Budget;
 
 use crate::command::Bench;
 
@@ -52,7 +53,7 @@ fn what_is_no_checkpoint_is_refused() {
 fn a_part_of_a_file_is_not_read() {
     let whole = bench().bytes("x.checkpoint");
     for length in (0..whole.len()).step_by(7).chain(whole.len() - 16..whole.len()) {
-        let result = Checkpoint::decode(&whole[..length]);
+        let result = Checkpoint::decode(&whole[..length], &Budget::default());
         assert!(matches!(result, Err(CheckpointError::Format(_))), "{length} bytes of {}: {result:?}", whole.len());
     }
 }
@@ -61,11 +62,11 @@ fn a_part_of_a_file_is_not_read() {
 #[test]
 fn a_flipped_byte_never_gives_another_checkpoint() {
     let whole = bench().bytes("x.checkpoint");
-    let expected = Checkpoint::decode(&whole[..]).unwrap();
+    let expected = Checkpoint::decode(&whole[..], &Budget::default()).unwrap();
     for place in 0..whole.len() {
         let mut flipped = whole.clone();
         flipped[place] ^= [0x01, 0x80, 0xff][place % 3];
-        if let Ok(checkpoint) = Checkpoint::decode(&flipped[..]) {
+        if let Ok(checkpoint) = Checkpoint::decode(&flipped[..], &Budget::default()) {
             assert!(checkpoint == expected, "byte {place}");
         }
     }
