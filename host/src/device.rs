@@ -73,25 +73,27 @@ impl Device {
             .queue_family_index(family)
             .flags(vk::CommandPoolCreateFlags::RESET_COMMAND_BUFFER);
         // SAFETY: the device was just made with one queue of this family.
-        let (queue, command_pool, properties, memory) = unsafe {
+        let (queue, properties, memory) = unsafe {
             (
                 raw.get_device_queue(family, 0),
-                raw.create_command_pool(&pool, None).context("vkCreateCommandPool")?,
                 vulkan.get_physical_device_properties(physical),
                 vulkan.get_physical_device_memory_properties(physical),
             )
         };
-        let shared = Arc::new(DeviceShared {
+        let mut shared = DeviceShared {
             nanoseconds_per_tick: (timestamp_bits > 0).then_some(properties.limits.timestamp_period),
             allocated: AtomicU64::new(0),
             raw,
             info,
             texels_per_row,
             queue,
-            command_pool,
+            command_pool: vk::CommandPool::null(),
             memory,
             instance,
-        });
+        };
+        // SAFETY: the device has a queue of this family; destroyed with it.
+        shared.command_pool = unsafe { shared.raw.create_command_pool(&pool, None) }.context("vkCreateCommandPool")?;
+        let shared = Arc::new(shared);
         let staging = RawBuffer::host(&shared, "staging", STAGING_BYTES)?;
         let timer = Timer::new(&shared)?;
         Ok(Self { shared, staging, timer, guards: None, _one_thread: PhantomData })
@@ -305,7 +307,8 @@ fn staged_rows(texels: &RawTexels) -> u64 {
 
 impl Drop for DeviceShared {
     fn drop(&mut self) {
-        // SAFETY: buffers, passes and the timer hold this; they are gone.
+        // SAFETY: buffers, passes and the timer hold this; they are gone; destroying a null
+        // handle does nothing.
         unsafe {
             self.raw.destroy_command_pool(self.command_pool, None);
             self.raw.destroy_device(None);

@@ -29,8 +29,8 @@ impl<'a> Frame<'a> {
         // SAFETY: the frame frees what it allocates here; one thread uses the device.
         unsafe {
             let commands = vulkan.allocate_command_buffers(&allocate).context("vkAllocateCommandBuffers")?[0];
-            let fence = vulkan.create_fence(&vk::FenceCreateInfo::default(), None).context("vkCreateFence")?;
-            let frame = Self { device, commands, fence, passes: Vec::new() };
+            let mut frame = Self { device, commands, fence: vk::Fence::null(), passes: Vec::new() };
+            frame.fence = vulkan.create_fence(&vk::FenceCreateInfo::default(), None).context("vkCreateFence")?;
             vulkan.begin_command_buffer(commands, &begin).context("vkBeginCommandBuffer")?;
             if device.timer.has(0) {
                 vulkan.cmd_reset_query_pool(commands, device.timer.queries, 0, 2 * MAX_TIMED);
@@ -249,7 +249,7 @@ impl Drop for Frame<'_> {
     fn drop(&mut self) {
         let shared = &self.device.shared;
         // SAFETY: `run` has waited for the device; a frame that was not run, or whose
-        // device is lost, has nothing in flight.
+        // device is lost, has nothing in flight; destroying a null handle does nothing.
         unsafe {
             shared.raw.destroy_fence(self.fence, None);
             shared.raw.free_command_buffers(shared.command_pool, &[self.commands]);

@@ -117,9 +117,12 @@ impl Instance {
             vk::Result::ERROR_EXTENSION_NOT_PRESENT => Error::NoPresentation("Vulkan".into()),
             result => Error::Vulkan { call: "vkCreateInstance", result },
         })?;
-        let messages = Box::new(Mutex::new(Vec::new()));
-        let debug = if validation { Some(messenger(&entry, &raw, &messages)?) } else { None };
-        Ok(Self { shared: Arc::new(InstanceShared { raw, debug, messages, entry }) })
+        // From here on it is destroyed, whatever fails.
+        let mut shared = InstanceShared { raw, debug: None, messages: Box::default(), entry };
+        if validation {
+            shared.debug = Some(messenger(&shared.entry, &shared.raw, &shared.messages)?);
+        }
+        Ok(Self { shared: Arc::new(shared) })
     }
 
     /// What the validation layer has said so far; empty without validation.

@@ -171,18 +171,20 @@ impl FrameInFlight {
         let allocate =
             vk::CommandBufferAllocateInfo::default().command_pool(device.command_pool).command_buffer_count(1);
         let signalled = vk::FenceCreateInfo::default().flags(vk::FenceCreateFlags::SIGNALED);
+        let mut frame = Self {
+            commands: vk::CommandBuffer::null(),
+            finished: vk::Fence::null(),
+            acquired: vk::Semaphore::null(),
+            device: Arc::clone(device),
+        };
+        let acquired = vk::SemaphoreCreateInfo::default();
         // SAFETY: destroyed on drop; the pool frees its command buffers.
         unsafe {
-            Ok(Self {
-                commands: device.raw.allocate_command_buffers(&allocate).context("vkAllocateCommandBuffers")?[0],
-                finished: device.raw.create_fence(&signalled, None).context("vkCreateFence")?,
-                acquired: device
-                    .raw
-                    .create_semaphore(&vk::SemaphoreCreateInfo::default(), None)
-                    .context("vkCreateSemaphore")?,
-                device: Arc::clone(device),
-            })
+            frame.commands = device.raw.allocate_command_buffers(&allocate).context("vkAllocateCommandBuffers")?[0];
+            frame.finished = device.raw.create_fence(&signalled, None).context("vkCreateFence")?;
+            frame.acquired = device.raw.create_semaphore(&acquired, None).context("vkCreateSemaphore")?;
         }
+        Ok(frame)
     }
 
     /// Waits for the frame before.
@@ -208,7 +210,7 @@ impl FrameInFlight {
 
 impl Drop for FrameInFlight {
     fn drop(&mut self) {
-        // SAFETY: the screen has waited for the device.
+        // SAFETY: the screen has waited for the device; destroying a null handle does nothing.
         unsafe {
             self.device.raw.destroy_semaphore(self.acquired, None);
             self.device.raw.destroy_fence(self.finished, None);

@@ -24,12 +24,12 @@ pub(crate) struct Timer {
 impl Timer {
     pub fn new(device: &Arc<DeviceShared>) -> Result<Self> {
         let create = vk::QueryPoolCreateInfo::default().query_type(vk::QueryType::TIMESTAMP).query_count(2 * MAX_TIMED);
+        let marker = RawBuffer::host(device, "crash marker", 4)?;
         let queries = match device.nanoseconds_per_tick {
             // SAFETY: destroyed with the timer.
             Some(_) => unsafe { device.raw.create_query_pool(&create, None) }.context("vkCreateQueryPool")?,
             None => vk::QueryPool::null(),
         };
-        let marker = RawBuffer::host(device, "crash marker", 4)?;
         Ok(Self { queries, marker, totals: Mutex::default(), device: Arc::clone(device) })
     }
 

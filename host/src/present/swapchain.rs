@@ -105,38 +105,42 @@ impl Swapchain {
             self.destroy_targets();
             self.loader.destroy_swapchain(old, None);
             for image in self.loader.get_swapchain_images(self.handle).context("vkGetSwapchainImagesKHR")? {
-                let target = self.target(image)?;
-                self.targets.push(target);
+                self.add_target(image)?;
             }
         }
         Ok(())
     }
 
-    fn target(&self, image: vk::Image) -> Result<Target> {
+    fn add_target(&mut self, image: vk::Image) -> Result<()> {
         let view = vk::ImageViewCreateInfo::default()
             .image(image)
             .view_type(vk::ImageViewType::TYPE_2D)
             .format(self.format.format)
             .subresource_range(WHOLE);
-        let vulkan = &self.device.raw;
-        // SAFETY: the image is the swapchain's; all is destroyed with it.
+        self.targets.push(Target {
+            image,
+            view: vk::ImageView::null(),
+            framebuffer: vk::Framebuffer::null(),
+            drawn: vk::Semaphore::null(),
+        });
+        let (vulkan, index) = (&self.device.raw, self.targets.len() - 1);
+        let target = &mut self.targets[index];
+        // SAFETY: the image is the swapchain's; all is destroyed with it, and so far as it is made
+        // if something fails.
         unsafe {
-            let views = [vulkan.create_image_view(&view, None).context("vkCreateImageView")?];
+            target.view = vulkan.create_image_view(&view, None).context("vkCreateImageView")?;
+            let views = [target.view];
             let framebuffer = vk::FramebufferCreateInfo::default()
                 .render_pass(self.pass)
                 .attachments(&views)
                 .width(self.extent.width)
                 .height(self.extent.height)
                 .layers(1);
-            Ok(Target {
-                image,
-                view: views[0],
-                framebuffer: vulkan.create_framebuffer(&framebuffer, None).context("vkCreateFramebuffer")?,
-                drawn: vulkan
-                    .create_semaphore(&vk::SemaphoreCreateInfo::default(), None)
-                    .context("vkCreateSemaphore")?,
-            })
+            target.framebuffer = vulkan.create_framebuffer(&framebuffer, None).context("vkCreateFramebuffer")?;
+            let drawn = vk::SemaphoreCreateInfo::default();
+            target.drawn = vulkan.create_semaphore(&drawn, None).context("vkCreateSemaphore")?;
         }
+        Ok(())
     }
 
     /// Whether drawing, other than copying, takes linear colours.
@@ -192,7 +196,7 @@ impl Swapchain {
 
     fn destroy_targets(&mut self) {
         for target in self.targets.drain(..) {
-            // SAFETY: the device is idle.
+            // SAFETY: the device is idle; destroying a null handle does nothing.
             unsafe {
                 self.device.raw.destroy_semaphore(target.drawn, None);
                 self.device.raw.destroy_framebuffer(target.framebuffer, None);
