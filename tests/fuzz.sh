@@ -1,0 +1,23 @@
+#!/bin/sh
+# Fuzzes each parser of foreign files for a while; the first input that crashes one ends it.
+#
+#   sh tests/fuzz.sh [SECONDS [TARGET..]]     60 seconds of each target, if nothing is said
+#
+# Needs a nightly toolchain, and cargo-fuzz (`cargo install cargo-fuzz`). Inputs that were found
+# to be worth keeping are in fuzz/corpus/, crashes in fuzz/artifacts/.
+set -eu
+cd "$(dirname "$0")/.."
+
+seconds=${1:-60}
+[ $# -eq 0 ] || shift
+[ $# -gt 0 ] || set -- scene ply spectrum image checkpoint merge
+
+for target; do
+    seeds=fuzz/seeds/$target
+    if [ "$target" = scene ]; then seeds=scenes; fi
+    mkdir -p "fuzz/corpus/$target" "$seeds"
+    echo "== $target"
+    # A time-out or 2 GB of memory count as crashes.
+    cargo +nightly fuzz run "$target" "fuzz/corpus/$target" "$seeds" -- \
+        -max_total_time="$seconds" -timeout=10 -rss_limit_mb=2048 -max_len=65536 -print_final_stats=1
+done
