@@ -7,6 +7,8 @@ use std::fs::{self, File};
 use std::io::{self, Read};
 use std::path::Path;
 
+use goblet_host::machine_memory;
+
 /// Memory that a scene, or an image by itself, may take once it is read.
 ///
 /// A few kilobytes can ask for any amount: by a gzip stream, by a header, by subdivision. Whoever
@@ -123,13 +125,6 @@ pub fn read_to_end(stream: impl Read, budget: &Budget) -> io::Result<Vec<u8>> {
     stream.take(most).read_to_end(&mut bytes)?;
     budget.check(bytes.len() as u64)?;
     Ok(bytes)
-}
-
-/// Bytes of memory that the machine has.
-fn machine_memory() -> Option<u64> {
-    let text = fs::read_to_string("/proc/meminfo").ok()?;
-    let line = text.lines().find_map(|line| line.strip_prefix("MemTotal:"))?;
-    line.trim().strip_suffix("kB")?.trim().parse::<u64>().ok()?.checked_mul(1024)
 }
 
 #[cfg(test)]

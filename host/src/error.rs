@@ -1,5 +1,7 @@
 //! What can go wrong between the program and the device.
 
+use std::io;
+
 use ash::vk;
 
 /// The result of every fallible call of this crate.
@@ -75,6 +77,9 @@ pub enum Error {
         /// The kernel that was running.
         pass: String,
     },
+    /// The system starts no more threads.
+    #[error("cannot start a thread: {0}")]
+    Thread(io::Error),
     /// Any other failed call.
     #[error("{call} failed: {result}")]
     Vulkan {

@@ -6,6 +6,7 @@ use std::sync::{Arc, Mutex};
 use ash::vk;
 
 use crate::error::{Context, Error, Result};
+use crate::memory::available_memory;
 use crate::{Device, device};
 
 const VALIDATION_LAYER: &CStr = c"VK_LAYER_KHRONOS_validation";
@@ -54,7 +55,7 @@ pub struct DeviceInfo {
     pub driver: String,
     /// Kind of device.
     pub kind: DeviceKind,
-    /// Bytes of its largest device-local heap.
+    /// Bytes of its largest device-local heap; of a software device, of memory that is free now.
     pub memory_bytes: u64,
     /// Bytes that one storage buffer binding can have.
     pub max_buffer_bytes: u64,
@@ -270,7 +271,12 @@ fn describe(instance: &ash::Instance, physical: vk::PhysicalDevice, requirements
         name: text(&properties.device_name),
         driver: driver.trim().to_owned(),
         kind,
-        memory_bytes: device::local_memory(instance, physical),
+        memory_bytes: match kind {
+            // Its heap has little to do with the machine's memory.
+            DeviceKind::Cpu => available_memory(),
+            _ => None,
+        }
+        .unwrap_or_else(|| device::local_memory(instance, physical)),
         max_buffer_bytes: u64::from(properties.limits.max_storage_buffer_range),
         has_shuffle: subgroup.supported_stages.contains(vk::ShaderStageFlags::COMPUTE)
             && subgroup

@@ -2,7 +2,7 @@
 
 use std::marker::PhantomData;
 use std::sync::Arc;
-use std::thread::JoinHandle;
+use std::thread::{Builder, JoinHandle};
 
 use ash::vk;
 use bytemuck::Pod;
@@ -277,7 +277,7 @@ impl<Push: Pod> Compiling<Push> {
         let pass = Pass::unfinished(device, kernel, workgroup_size)?;
         let source = Source::new::<K>(&pass, specialization)?;
         let device = Arc::clone(device);
-        let thread = std::thread::spawn(move || source.compile(&device));
+        let thread = Builder::new().spawn(move || source.compile(&device)).map_err(Error::Thread)?;
         Ok(Self { pass: Some(pass), thread: Some(thread) })
     }
 

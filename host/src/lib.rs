@@ -28,6 +28,7 @@ pub use error::{Error, Result};
 pub use frame::Frame;
 pub use instance::{DeviceInfo, DeviceKind, Instance, Requirements};
 pub use kernel::{Binding, Code, Compiling, Kernel, Pass, SpecializationValues};
+pub use memory::machine_memory;
 #[cfg(feature = "present")]
 pub use present::{Interface, Screen};
 pub use texels::Texels;
