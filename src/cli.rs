@@ -8,14 +8,12 @@ pub mod compare;
 pub mod devices;
 mod failure;
 pub mod info;
-pub mod manual;
 pub mod measure;
 pub mod merge;
 pub mod render;
 mod shard;
 mod solver;
 mod stats;
-pub mod terminal;
 pub mod tessellate;
 mod values;
 #[cfg(feature = "view")]
@@ -28,7 +26,7 @@ pub use render::RenderArgs;
 
 use std::path::PathBuf;
 
-use clap::{Args, CommandFactory, Parser, Subcommand};
+use clap::{Args, Parser, Subcommand};
 
 use values::{limit, output_path, scene_path, tolerance};
 
@@ -96,37 +94,6 @@ pub enum Command {
     Info(InfoArgs),
     /// List the Vulkan devices and whether they can render
     Devices(DevicesArgs),
-    /// Print a script that completes goblet's options in a shell
-    ///
-    /// For bash: goblet completions bash > ~/.local/share/bash-completion/completions/goblet
-    Completions(CompletionsArgs),
-    /// Print a manual page
-    ///
-    /// To read it: goblet man | man -l -
-    Man(ManArgs),
-}
-
-/// Arguments of `goblet completions`.
-#[derive(Args, Clone, Copy, Debug)]
-pub struct CompletionsArgs {
-    /// The shell
-    #[arg(value_enum, value_name = "SHELL")]
-    pub shell: clap_complete::Shell,
-}
-
-/// Arguments of `goblet man`.
-#[derive(Args, Clone, Debug)]
-pub struct ManArgs {
-    /// The subcommand whose page is wanted; that of goblet if none is named
-    #[arg(value_name = "SUBCOMMAND", value_parser = subcommand)]
-    pub subcommand: Option<String>,
-}
-
-/// The name of a subcommand that there is.
-fn subcommand(name: &str) -> Result<String, String> {
-    let command = Cli::command();
-    let names: Vec<&str> = command.get_subcommands().map(clap::Command::get_name).collect();
-    if names.contains(&name) { Ok(name.to_owned()) } else { Err(format!("expected one of {}", names.join(", "))) }
 }
 
 /// Arguments of `goblet merge`.

@@ -22,8 +22,6 @@ fn main() -> ExitCode {
         Command::Advise(args) => cli::advise::run(&args).map(|()| ExitCode::SUCCESS),
         Command::Tessellate(args) => cli::tessellate::run(&args).map(|()| ExitCode::SUCCESS),
         Command::Info(args) => cli::info::run(&args).map(|()| ExitCode::SUCCESS),
-        Command::Completions(args) => cli::manual::completions(args).map(|()| ExitCode::SUCCESS),
-        Command::Man(args) => cli::manual::page(&args).map(|()| ExitCode::SUCCESS),
         Command::Devices(_) => cli::devices::run().map(|()| ExitCode::SUCCESS),
     };
     outcome.unwrap_or_else(|failure| {

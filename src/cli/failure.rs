@@ -65,9 +65,6 @@ pub enum Failure {
     /// What is known of a scene could not be put into words.
     #[error("cannot describe the scene: {0}")]
     Info(String),
-    /// Standard output takes no more.
-    #[error("cannot write to standard output: {0}")]
-    Print(std::io::Error),
     /// There is no window to show anything in.
     #[error("cannot open a window: {0}; goblet render needs none")]
     Window(String),
@@ -100,7 +97,6 @@ impl Failure {
             | Self::Window(_)
             | Self::Stats { .. }
             | Self::Info(_)
-            | Self::Print(_)
             | Self::Report { .. }
             | Self::NotFinite(_)
             | Self::Validation(_) => 1,

@@ -1,20 +1,18 @@
 //! `goblet info`: what is in a scene, without a device.
 
-mod text;
-
 use std::collections::BTreeMap;
 
 use serde::Serialize;
 use serde_json::Value;
 
 use super::stats::count;
-use super::{Failure, InfoArgs, terminal};
+use super::{Failure, InfoArgs};
 use crate::buffers::Sizes;
 use crate::kernels::{AREA, DISTANT, GONIOMETRIC, INFINITE, POINT, PROJECTION, SKY, SPOT, Specialization};
 use crate::options::{Options, Resolved};
 use crate::pack::{PackedScene, pack};
 use crate::renderer::RenderError;
-use crate::scene::{FilterKind, Projection, Scene, Survey};
+use crate::scene::{Scene, Survey};
 use crate::view::pack_camera;
 
 /// What is known of a scene; what cannot be told is left out.
@@ -57,22 +55,15 @@ struct Film {
     resolution: [u32; 2],
     /// The first pixel that is rendered, and the one after the last.
     rendered: [[u32; 2]; 2],
-    /// Radiance is multiplied by it.
     exposure: f64,
-    filter: &'static str,
-    /// Pixels.
+    filter: String,
     filter_radius: [f64; 2],
-    /// What else decides its shape, as pbrt names it.
-    filter_parameters: BTreeMap<&'static str, f64>,
 }
 
 #[derive(Serialize)]
 struct Camera {
-    projection: &'static str,
-    /// Of a perspective camera: of the image's shorter side, degrees.
-    fov: Option<f64>,
+    projection: String,
     position: [f64; 3],
-    /// Left, right, bottom, top.
     screen_window: [f64; 4],
     lens_radius: f64,
     focal_distance: f64,
@@ -85,8 +76,6 @@ struct Integrator {
     max_depth: u32,
     /// Scene units; none where it follows the pixels.
     radius: Option<f64>,
-    /// Where it follows them: widths of a pixel.
-    radius_in_pixels: Option<f64>,
     seed: u32,
 }
 
@@ -114,10 +103,12 @@ pub fn run(args: &InfoArgs) -> Result<(), Failure> {
         unsupported: unsupported.iter().map(ToString::to_string).collect(),
         errors: errors.iter().map(ToString::to_string).collect(),
     };
-    let json = || serde_json::to_value(&info).map(|value| format!("{value:#}\n"));
-    let text =
-        if args.json { json().map_err(|error| Failure::Info(error.to_string()))? } else { text::describe(&info) };
-    terminal::print(&text)?;
+    let value = serde_json::to_value(&info).map_err(|error| Failure::Info(error.to_string()))?;
+    if args.json {
+        println!("{value:#}");
+    } else {
+        print(&value, 0);
+    }
     match errors.pop() {
         None if unsupported.is_empty() => Ok(()),
         Some(error) if unsupported.is_empty() && errors.is_empty() => Err(error),
@@ -138,60 +129,30 @@ impl Contents {
             bounds: (!packed.primitives.is_empty())
                 .then(|| Bounds { center: packed.space.center.to_array(), radius: size }),
             light_power: light_power(&packed),
-            film: Film::new(scene),
-            camera: Camera::new(scene),
+            film: Film {
+                resolution: scene.film.resolution,
+                rendered: scene.film.bounds(scene.film.resolution),
+                exposure: scene.film.exposure,
+                filter: format!("{:?}", scene.film.filter.kind),
+                filter_radius: scene.film.filter.radius.to_array(),
+            },
+            camera: Camera {
+                projection: format!("{:?}", scene.camera.projection),
+                position: scene.camera.world_from_camera.translation.to_array(),
+                screen_window: scene.camera.screen_window,
+                lens_radius: scene.camera.lens_radius,
+                focal_distance: scene.camera.focal_distance,
+            },
             integrator: Integrator {
                 iterations: scene.integrator.iterations,
                 photons_per_iteration: photons,
                 max_depth,
                 radius: resolved.radius,
-                radius_in_pixels: resolved.radius.is_none().then_some(resolved.radius_in_pixels),
                 seed: resolved.seed,
             },
             specialization: features(&view.specialize(packed.specialization)),
             memory: Memory { scene: packed.bytes(), buffers: Sizes::new(resolution, photons, max_depth).bytes() },
         })
-    }
-}
-
-impl Film {
-    fn new(scene: &Scene) -> Self {
-        let film = &scene.film;
-        let (filter, parameters) = match film.filter.kind {
-            FilterKind::Box => ("box", vec![]),
-            FilterKind::Triangle => ("triangle", vec![]),
-            FilterKind::Gaussian { sigma } => ("gaussian", vec![("sigma", sigma)]),
-            FilterKind::Mitchell { b, c } => ("mitchell", vec![("B", b), ("C", c)]),
-            FilterKind::Sinc { tau } => ("sinc", vec![("tau", tau)]),
-        };
-        Self {
-            resolution: film.resolution,
-            rendered: film.bounds(film.resolution),
-            exposure: film.exposure,
-            filter,
-            filter_radius: film.filter.radius.to_array(),
-            filter_parameters: parameters.into_iter().collect(),
-        }
-    }
-}
-
-impl Camera {
-    fn new(scene: &Scene) -> Self {
-        let camera = &scene.camera;
-        let (projection, fov) = match camera.projection {
-            Projection::Perspective { tan_half_fov } => ("perspective", Some(2.0 * tan_half_fov.atan().to_degrees())),
-            Projection::Orthographic => ("orthographic", None),
-            Projection::Equirectangular => ("equirectangular", None),
-            Projection::EqualArea => ("equal area", None),
-        };
-        Self {
-            projection,
-            fov,
-            position: camera.world_from_camera.translation.to_array(),
-            screen_window: camera.screen_window,
-            lens_radius: camera.lens_radius,
-            focal_distance: camera.focal_distance,
-        }
     }
 }
 
@@ -222,4 +183,29 @@ fn features(specialization: &Specialization) -> BTreeMap<String, Value> {
     let fields = text.lines().filter_map(|line| line.trim().trim_end_matches(',').split_once(": "));
     let used = fields.filter(|(_, value)| !["false", "0", "0.0"].contains(value));
     used.map(|(name, value)| (name.to_owned(), value.parse().unwrap_or(Value::Null))).collect()
+}
+
+/// Prints JSON for people: a line per value, indented below its name.
+fn print(value: &Value, indent: usize) {
+    let Value::Object(fields) = value else { return };
+    for (name, value) in fields {
+        let label = format!("{:indent$}{}", "", name.replace('_', " "));
+        match value {
+            Value::Object(_) => {
+                println!("{label}");
+                print(value, indent + 2);
+            }
+            Value::Array(items) if items.iter().all(Value::is_string) => {
+                for item in items {
+                    println!("{label}: {}", plain(item));
+                }
+            }
+            Value::Null => {}
+            _ => println!("{label}: {}", plain(value)),
+        }
+    }
+}
+
+fn plain(value: &Value) -> String {
+    value.as_str().map_or_else(|| value.to_string(), str::to_owned)
 }
