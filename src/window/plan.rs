@@ -48,6 +48,8 @@ impl Rendered<'_> {
 pub enum Next {
     /// Write the file of this number: what it is of is there.
     Save(usize),
+    /// Let files that wait have what is wished now: what they were asked for has no iteration.
+    Follow,
     /// The window is closed and everything is written.
     End,
     /// Read the scene.
@@ -76,6 +78,9 @@ pub fn next(wish: &Wish, standing: &Standing<'_>, is_moving: bool) -> Next {
     let is_there = |save: &Save| render.is_some_and(|render| render.is_whole() && *render.target == save.target);
     if let Some(index) = saves.iter().position(is_there) {
         return Next::Save(index);
+    }
+    if saves.iter().any(|save| save.target != wish.target) {
+        return Next::Follow;
     }
     if wish.close && saves.is_empty() {
         return Next::End;
@@ -214,10 +219,8 @@ mod tests {
                 standing = Standing { saves: &[], ..standing };
                 let step = next(&wish, &Standing { saves: &saves, ..standing }, false);
                 let none = Rendered { target: &wish.target, coarseness: 1, iterations: 0, shown: None };
-                if !matches!(step, Next::Save(_)) {
-                    saves.iter_mut().for_each(|save| save.target = wish.target.clone());
-                }
                 match step {
+                    Next::Follow => saves.iter_mut().for_each(|save| save.target = wish.target.clone()),
                     Next::Save(index) => drop(saves.remove(index)),
                     Next::Refuse => saves.clear(),
                     Next::Load => (standing.loads, standing.render, standing.failed) = (1, None, None),

@@ -146,10 +146,6 @@ impl RenderThread<'_> {
             let save = self.saves.remove(index);
             return self.save(wish, &save);
         }
-        // What a file was to be of has no iteration, and another image is wished.
-        for save in &mut self.saves {
-            (save.target, save.quantity) = (wish.target.clone(), wish.quantity);
-        }
         if next != Next::Load && self.failed.as_ref().is_some_and(|(target, _)| *target != wish.target) {
             self.failed = None;
             self.shared.tell(|news| news.message = Some(Ok("trying again".to_owned())));
@@ -160,6 +156,9 @@ impl RenderThread<'_> {
             _ => "rendering",
         };
         match next {
+            Next::Follow => self.saves.iter_mut().for_each(|save| {
+                (save.target, save.quantity) = (wish.target.clone(), wish.quantity);
+            }),
             Next::Load => self.load(wish),
             Next::Aim(coarseness) => self.aim(wish, coarseness)?,
             Next::Iterate => self.iterate(wish, doing)?,
