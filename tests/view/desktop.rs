@@ -55,7 +55,7 @@ impl Desktop {
     /// Starts the server.
     pub fn new() -> Self {
         let mut command = Command::new("Xvfb");
-        command.args(["-displayfd", "1", "-screen", "0", "1400x900x24", "-nolisten", "tcp"]);
+        command.args(["-displayfd", "1", "-screen", "0", "1600x900x24", "-nolisten", "tcp"]);
         let spawned = command.stdout(Stdio::piped()).stderr(Stdio::null()).spawn();
         let mut server = spawned.unwrap_or_else(|error| panic!("no Xvfb ({error}): apt-get install xvfb"));
         let mut number = String::new();
