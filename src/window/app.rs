@@ -279,7 +279,8 @@ impl ApplicationHandler<Wake> for App {
 fn stroke(event: &egui::Event, is_repeat: bool, has_super: bool) -> Option<Stroke> {
     let egui::Event::Key { key, pressed, modifiers, .. } = event else { return None };
     let egui::Modifiers { alt, ctrl, shift, command, .. } = *modifiers;
-    // Cmd is the Super key where it is the key of commands.
-    let other = alt || (ctrl && !command) || (has_super && !(command && !ctrl));
+    // Where Cmd is the key of commands, it is also the Super key, and Ctrl is none of commands.
+    let is_cmd = command && !ctrl;
+    let other = alt || (ctrl && !command) || (has_super && !is_cmd);
     Some(Stroke { key: *key, is_pressed: *pressed, is_repeat, with: With { command, other, shift } })
 }

@@ -1,6 +1,6 @@
 //! A render in progress: what the window is told of it, and what is written.
 
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::time::{Duration, Instant};
 
 use super::plan::Rendered;
@@ -183,14 +183,14 @@ impl Render {
         } else {
             let estimate = renderer.estimate()?;
             let metadata = metadata(&scene, &MadeBy::new(renderer.device()), &estimate, renderer.photons());
-            write_images(&[path.clone()], &estimate, &args.aov, &metadata, true)?;
+            write_images(std::slice::from_ref(path), &estimate, &args.aov, &metadata, true)?;
         }
         self.tell(shared, *quantity, "rendering", Some(wrote(path, &self.target, renderer.iterations())))
     }
 }
 
 /// What is said of a file that was written.
-pub fn wrote(path: &PathBuf, target: &Target, iterations: u32) -> String {
+fn wrote(path: &Path, target: &Target, iterations: u32) -> String {
     let what = match target.options.contribution {
         Contribution::All => "the image",
         Contribution::Direct => "the direct light",

@@ -101,8 +101,8 @@ impl Drop for Rendering {
     fn drop(&mut self) {
         self.shared.close();
         let ended = self.thread.take().map(std::thread::JoinHandle::join);
-        if !std::thread::panicking() && ended.is_some() {
-            ended.unwrap().unwrap();
+        if let Some(ended) = ended.filter(|_| !std::thread::panicking()) {
+            ended.unwrap();
             assert_eq!(self.shared.news().validation, [""; 0]);
         }
     }
