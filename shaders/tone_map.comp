@@ -1,6 +1,6 @@
 // tone_map: the pixels of a window from an image of linear radiance.
-// One invocation per pixel of the window. Reads shown; writes pixels. An image of the window's
-// size is shown pixel by pixel, another one is interpolated.
+// One invocation per pixel of the window. Reads shown; writes pixels. An image that is as large as
+// its place in the window is shown pixel by pixel, another one is interpolated.
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #include "invocation.glsl"
@@ -13,10 +13,11 @@ layout(push_constant) uniform Push {
     uvec2 window;   // size
     uvec2 image;    // size
     vec2 origin;    // of the image, in pixels of the window
-    float per_pixel; // pixels of the image per pixel of the window
+    vec2 per_pixel; // pixels of the image per pixel of the window
     float exposure; // factor
     uint curve;
     uint bgra;      // 1 if blue is the lowest byte
+    uint pad;
 };
 
 const vec3 AROUND = vec3(0.02);

@@ -67,7 +67,7 @@ mod window;
 pub use options::{Contribution, DirectLight, Integrator, LookupKind, Options, Sampler};
 pub use pack::{Envelopes, PackError, RevolutionSolver};
 pub use radius::RadiusSchedule;
-pub use renderer::{RenderError, Renderer, open_device};
+pub use renderer::{Aside, RenderError, Renderer, open_device};
 pub use sequence::Shard;
 pub use tally::{ByPass, Tally};
 pub use unsampled::Noise;

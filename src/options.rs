@@ -6,7 +6,7 @@ use crate::film::Window;
 use crate::pack::RevolutionSolver;
 use crate::radius::RadiusSchedule;
 use crate::renderer::RenderError;
-use crate::scene::Scene;
+use crate::scene::{self, Scene};
 use crate::sequence::{Sequence, Shard};
 
 /// Photons of one iteration, at most: they are numbered in 32 bits.
@@ -213,7 +213,7 @@ impl Options {
         let [first, end] = scene.film.bounds(full_resolution);
         let resolution = [end[0] - first[0], end[1] - first[1]];
         let pixels: u64 = resolution.map(u64::from).iter().product();
-        let photons = self.photons.or(scene.integrator.photons_per_iteration).unwrap_or(pixels);
+        let photons = self.photons.unwrap_or_else(|| photons_of(&scene.integrator, resolution));
         let eye_paths = self.eye_paths.unwrap_or(DEFAULT_EYE_PATHS);
         let max_depth = self.max_depth.unwrap_or(scene.integrator.max_depth);
         let of_scene = scene.integrator.radius.filter(|_| self.radius_in_pixels.is_none());
@@ -296,6 +296,11 @@ impl Options {
         })?;
         Ok(self.shard)
     }
+}
+
+/// Photons of an iteration for an image of this size, where the caller does not say.
+pub(crate) fn photons_of(integrator: &scene::Integrator, resolution: [u32; 2]) -> u64 {
+    integrator.photons_per_iteration.unwrap_or_else(|| resolution.map(u64::from).iter().product())
 }
 
 fn check(holds: bool, message: impl FnOnce() -> String) -> Result<(), RenderError> {

@@ -1,10 +1,12 @@
 //! Iterations over a scene on a device.
 
+mod aside;
 mod inspect;
 
 use std::rc::Rc;
 use std::time::{Duration, Instant};
 
+pub use aside::Aside;
 use goblet_host::{Device, Instance};
 
 use crate::buffers::{Buffers, Sizes};

@@ -6,12 +6,18 @@ mod app;
 mod area;
 mod camera_control;
 mod display;
+mod keys;
 mod latency;
+mod layout;
 mod panel;
+mod plan;
 mod quantity;
 mod render_thread;
+mod rendering;
 mod session;
 mod shared;
+#[cfg(test)]
+mod state_tests;
 #[cfg(test)]
 mod tests;
 mod watch;
@@ -21,7 +27,7 @@ use std::sync::Arc;
 
 use app::{App, Wake};
 use session::Session;
-use shared::{Shared, Wish};
+use shared::{Shared, Target, Wish};
 use winit::event_loop::{EventLoop, EventLoopProxy};
 
 use crate::cli::{Failure, RenderArgs};
@@ -43,9 +49,7 @@ pub fn run(args: &RenderArgs, scene: Scene) -> Result<Stats, Failure> {
     let shared = Arc::new(shared);
     let save = args.output.first().map(|path| path.as_path());
     let session = Session::new(&args.scene, &scene, options, save, Arc::clone(&shared));
-    let bounds = scene.film.bounds(size);
-    let window = [0, 1].map(|axis| bounds[1][axis] - bounds[0][axis]);
-    let mut app = App::new(session, window, args.device.clone(), args.validate);
+    let mut app = App::new(session, args.device.clone(), args.validate);
     let files = render_thread::files(&args.scene, &scene);
     let proxy = events.create_proxy();
     let outcome = std::thread::scope(|threads| {
@@ -60,6 +64,9 @@ pub fn run(args: &RenderArgs, scene: Scene) -> Result<Stats, Failure> {
         return Err(failure);
     }
     let mut news = shared.news();
+    if let Some(failure) = news.unwritten.drain(..).next() {
+        return Err(failure);
+    }
     let messages: Vec<String> = app.validation.into_iter().chain(news.validation.drain(..)).collect();
     if !messages.is_empty() {
         return Err(Failure::Validation(messages));
@@ -75,11 +82,9 @@ fn wake(window: &EventLoopProxy<Wake>, wake: Wake) {
 fn first_wish(scene: &Path, options: &Options) -> Wish {
     Wish {
         scene: scene.to_owned(),
-        loads: 0,
-        camera: None,
+        target: Target { loads: 0, camera: None, options: Options { responsive: true, ..options.clone() } },
         moves: 0,
         moved: None,
-        options: options.clone(),
         quantity: quantity::Quantity::Image,
         paused: false,
         saves: Vec::new(),

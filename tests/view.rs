@@ -14,10 +14,14 @@ use std::time::Duration;
 use desktop::{Desktop, Shot, wait_for, wait_or};
 
 const CONTROL: u32 = 0xffe3;
+const ESCAPE: u32 = 0xff1b;
+const TAB: u32 = 0xff09;
+const SPACE: u32 = ' ' as u32;
 const H: u32 = 'h' as u32;
 const ONE: u32 = '1' as u32;
 const FIVE: u32 = '5' as u32;
 const SEVEN: u32 = '7' as u32;
+const EIGHT: u32 = '8' as u32;
 const R: u32 = 'r' as u32;
 const S: u32 = 's' as u32;
 
@@ -46,17 +50,26 @@ fn view(desktop: &Desktop, options: &[&str]) -> Child {
     command.stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().expect("goblet")
 }
 
-/// The largest difference of a shot from a picture in a file, if they have the same size.
-fn difference(shot: &Shot, path: &Path) -> Option<u8> {
+/// Width of the panel.
+const PANEL: u32 = 280;
+
+/// The largest difference of the middle of a shot, to the right of a panel of this width, from a
+/// picture in a file; none if there is no room for it.
+fn difference(shot: &Shot, panel: u32, path: &Path) -> Option<u8> {
     let picture = image::open(path).expect("a picture").into_rgb8();
-    let is_same = (shot.width, shot.height) == picture.dimensions();
-    let pairs = shot.pixels.iter().flatten().zip(picture.as_raw());
-    is_same.then(|| pairs.map(|(a, b)| a.abs_diff(*b)).max().unwrap_or(0))
+    let (width, height) = picture.dimensions();
+    let part = shot.middle(panel, [width, height])?;
+    part.iter().flatten().zip(picture.as_raw()).map(|(a, b)| a.abs_diff(*b)).max()
 }
 
-/// Waits until the window shows what a file has, but for roundings.
+/// Waits until the window shows what a file has, pixel by pixel but for roundings, in the middle of
+/// what the panel leaves.
 fn shows(desktop: &Desktop, path: &Path) {
-    let is_shown = || difference(&desktop.shot(), path).is_some_and(|most| most <= 1).then_some(());
+    shows_beside(desktop, 0, path);
+}
+
+fn shows_beside(desktop: &Desktop, panel: u32, path: &Path) {
+    let is_shown = || difference(&desktop.shot(), panel, path).is_some_and(|most| most <= 1).then_some(());
     wait_or(is_shown, || {
         let shot = Path::new(env!("CARGO_TARGET_TMPDIR")).join("view.png");
         desktop.shot().save(&shot);
@@ -93,6 +106,7 @@ fn a_window_shows_and_saves_what_goblet_render_writes() {
     let own = [&file_text, "--resolution", "160x120", "-o", &saved_text, "--stats", &stats_text];
     let child = view(&desktop, &[&own[..], &OPTIONS].concat());
     desktop.find_window();
+    shows_beside(&desktop, PANEL, first);
     desktop.press(&[H]);
     shows(&desktop, first);
 
@@ -101,13 +115,13 @@ fn a_window_shows_and_saves_what_goblet_render_writes() {
     assert!(fs::read(saved).expect("a file") == fs::read(expected).expect("a file"), "the same bytes");
 
     desktop.drag((0..30).map(|i| [40 + 2 * i, 60]), Duration::from_millis(10));
-    wait_for("another view", || difference(&desktop.shot(), first).is_some_and(|most| most > 40).then_some(()));
+    wait_for("another view", || difference(&desktop.shot(), 0, first).is_some_and(|most| most > 40).then_some(()));
     desktop.press(&[R]);
     shows(&desktop, first);
 
     desktop.press(&[SEVEN]);
     // The back wall faces the camera: no normal is as dark as what it shows of light.
-    let normals = || difference(&desktop.shot(), first).filter(|most| *most > 100);
+    let normals = || difference(&desktop.shot(), 0, first).filter(|most| *most > 100);
     wait_for("normals", normals);
     desktop.press(&[ONE]);
     shows(&desktop, first);
@@ -115,6 +129,8 @@ fn a_window_shows_and_saves_what_goblet_render_writes() {
     desktop.resize(200, 90);
     desktop.resize(131, 150);
     shows(&desktop, second);
+    let shot = desktop.shot();
+    assert_eq!((shot.width, shot.height), (131, 150), "it fills the window");
 
     fs::write(&file, "LookAt oops").expect("a file");
     std::thread::sleep(Duration::from_millis(1200));
@@ -129,6 +145,56 @@ fn a_window_shows_and_saves_what_goblet_render_writes() {
     for times in ["input_to_frame", "move_to_picture"] {
         assert!(stats[times]["count"].as_u64() >= Some(1), "{stats}");
     }
+}
+
+/// A film of 128x128 has a window in which both it and the panel can be seen, and a paused image
+/// is saved as it is shown wherever the camera has gone.
+#[test]
+fn a_small_film_has_a_usable_window_and_what_is_saved_is_what_is_shown() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let [expected, saved] = ["expected.png", "saved.png"].map(|name| folder.path().join(name));
+    rendered(&scene(), "128x128", &expected);
+    let mut desktop = Desktop::new();
+    let [scene, saved_text] = [scene(), saved.clone()].map(|path| path.to_str().expect("a path").to_owned());
+    let child = view(&desktop, &[&[&scene, "--resolution", "128x128", "-o", &saved_text], &OPTIONS[..]].concat());
+    desktop.find_window();
+    let shot = desktop.shot();
+    assert!(shot.width >= PANEL + 128 && shot.height >= 300, "{}x{}", shot.width, shot.height);
+    shows_beside(&desktop, PANEL, &expected);
+
+    // A widget has the focus: Esc is for it, and so is what is typed.
+    desktop.press(&[TAB]);
+    std::thread::sleep(Duration::from_millis(200));
+    desktop.press(&[H]);
+    desktop.press(&[ESCAPE]);
+    std::thread::sleep(Duration::from_millis(200));
+    shows_beside(&desktop, PANEL, &expected);
+
+    // However quickly, it is no flight backwards, and none is lost.
+    for _ in 0..10 {
+        desktop.strike(&[CONTROL, S]);
+        wait_for("a file", || saved.exists().then_some(()));
+        std::thread::sleep(Duration::from_millis(100));
+        assert!(fs::read(&saved).expect("a file") == fs::read(&expected).expect("a file"), "the same bytes");
+        fs::remove_file(&saved).expect("a file");
+    }
+    shows_beside(&desktop, PANEL, &expected);
+
+    desktop.press(&[SPACE]);
+    desktop.press(&[EIGHT]);
+    let depths = || difference(&desktop.shot(), PANEL, &expected).filter(|most| *most > 60);
+    wait_for("depths", depths);
+    desktop.press(&[ONE]);
+    shows_beside(&desktop, PANEL, &expected);
+    desktop.drag((0..20).map(|i| [360 + 2 * i, 240]), Duration::from_millis(10));
+    desktop.strike(&[CONTROL, S]);
+    wait_for("a file", || saved.exists().then_some(()));
+    assert!(image::open(&saved).expect("a picture").into_rgb8().as_raw().iter().any(|value| *value > 100));
+    assert!(fs::read(&saved).expect("a file") != fs::read(&expected).expect("a file"), "it has moved");
+    shows_beside(&desktop, PANEL, &saved);
+
+    desktop.press(&[ESCAPE]);
+    finish(child);
 }
 
 #[test]

@@ -90,6 +90,14 @@ impl Screen {
         self.swapchain.is_bgra()
     }
 
+    /// Waits until the frame before is drawn: until then it reads the pixels that it was shown with.
+    ///
+    /// # Errors
+    /// The device is lost.
+    pub fn finish(&self) -> Result<()> {
+        self.frame.wait()
+    }
+
     /// Follows the window, which may be told to have this size.
     ///
     /// # Errors
@@ -100,8 +108,9 @@ impl Screen {
     }
 
     /// Shows pixels, row by row, with the interface above them. False if the window has another
-    /// size by now, for which there should be [`Screen::resize`] and another frame. Panics if
-    /// there are fewer pixels than [`Screen::size`] says.
+    /// size by now, for which there should be [`Screen::resize`] and another frame. The pixels must
+    /// be left as they are until [`Screen::finish`]. Panics if there are fewer of them than
+    /// [`Screen::size`] says.
     ///
     /// # Errors
     /// The device is lost, or out of memory.

@@ -68,6 +68,9 @@ pub enum Failure {
     /// There is no window to show anything in.
     #[error("cannot open a window: {0}; goblet render needs none")]
     Window(String),
+    /// There is no image that could be written to a file.
+    #[error("{0}")]
+    Unwritten(String),
     /// No path of a kind has brought any light; the image is written.
     #[error("every {0} was dropped for values that are not finite: the image is not right")]
     NotFinite(&'static str),
@@ -95,6 +98,7 @@ impl Failure {
             | Self::Output(_)
             | Self::Signals(_)
             | Self::Window(_)
+            | Self::Unwritten(_)
             | Self::Stats { .. }
             | Self::Info(_)
             | Self::Report { .. }

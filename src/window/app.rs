@@ -3,7 +3,8 @@
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
-use egui::{Context, ViewportCommand, ViewportId};
+use egui::{Context, ViewportId};
+use glam::DVec3;
 use goblet_host::Interface;
 use winit::application::ApplicationHandler;
 use winit::dpi::PhysicalSize;
@@ -12,8 +13,10 @@ use winit::event_loop::{ActiveEventLoop, ControlFlow};
 use winit::window::{Window, WindowId};
 
 use super::display::Display;
+use super::keys::{Busy, Keys, Stroke, With};
 use super::latency::Latency;
-use super::session::Session;
+use super::layout::{Area, Opening, panel_pixels};
+use super::session::{Effect, Session};
 use super::{area, panel};
 use crate::cli::Failure;
 
@@ -27,10 +30,13 @@ pub struct App {
     pub failure: Option<Failure>,
     /// Messages of the validation layer.
     pub validation: Vec<String>,
-    size: [u32; 2],
     device: Option<String>,
     validate: bool,
     context: Context,
+    keys: Keys,
+    /// Keys that went down or up since the window was drawn, each with what was held then.
+    strokes: Vec<Stroke>,
+    has_super: bool,
     /// When the window is to be drawn next, if it is.
     draw_at: Option<Instant>,
     /// But not before: drawing must leave time to render.
@@ -42,28 +48,36 @@ pub struct App {
 const PAUSE: u32 = 2;
 /// .. but no longer than this.
 const MOST_PAUSE: Duration = Duration::from_millis(25);
+/// Distances to the pivot that are flown in a second.
+const SPEED: f64 = 0.4;
+/// The longest time, in seconds, that one frame flies.
+const LONGEST_FLIGHT: f32 = 0.1;
 
 /// What there is once the window is open. The display goes before the window.
 struct Opened {
     display: Display,
     input: egui_winit::State,
     window: Arc<Window>,
+    /// Its size when it was drawn last.
+    size: [u32; 2],
     /// Whether the window may have another size than its pixels.
     is_stale: bool,
 }
 
 impl App {
-    /// With a window of this size, on the device that is named, or the first that fits.
-    pub fn new(session: Session, size: [u32; 2], device: Option<String>, validate: bool) -> Self {
+    /// On the device that is named, or the first that fits.
+    pub fn new(session: Session, device: Option<String>, validate: bool) -> Self {
         Self {
             session,
             latency: Latency::default(),
             failure: None,
             validation: Vec::new(),
-            size,
             device,
             validate,
             context: Context::default(),
+            keys: Keys::default(),
+            strokes: Vec::new(),
+            has_super: false,
             draw_at: None,
             draw_after: Instant::now(),
             opened: None,
@@ -72,43 +86,61 @@ impl App {
 
     fn open(&mut self, events: &ActiveEventLoop) -> Result<(), Failure> {
         let screen = events.primary_monitor().or_else(|| events.available_monitors().next());
-        let [width, height] = fit(self.size, screen.map(|screen| screen.size().into()));
-        let attributes =
-            Window::default_attributes().with_title("goblet").with_inner_size(PhysicalSize::new(width, height));
+        let panel = panel_pixels(screen.as_ref().map_or(1.0, |screen| screen.scale_factor() as f32));
+        let opening = Opening::new(self.session.image(), panel, screen.map(|screen| screen.size().into()));
+        self.session.opens_with(opening.image);
+        let attributes = Window::default_attributes()
+            .with_title("goblet")
+            .with_inner_size(PhysicalSize::<u32>::from(opening.window))
+            .with_min_inner_size(PhysicalSize::<u32>::from(Opening::least(panel)));
         let window = events.create_window(attributes).map_err(|error| Failure::Window(error.to_string()))?;
         let window = Arc::new(window);
         let display = Display::new(Arc::clone(&window), self.device.as_deref(), self.validate)?;
         let scale = window.scale_factor() as f32;
         let input =
             egui_winit::State::new(self.context.clone(), ViewportId::ROOT, &*window, Some(scale), window.theme(), None);
-        self.session.resized(window.inner_size().into());
-        self.opened = Some(Opened { display, input, window, is_stale: false });
+        let size = window.inner_size().into();
+        self.opened = Some(Opened { display, input, window, size, is_stale: false });
         self.redraw();
         Ok(())
     }
 
-    /// Shows what there is.
-    fn draw(&mut self, events: &ActiveEventLoop) -> Result<(), Failure> {
-        let Some(Opened { display, input, window, is_stale }) = &mut self.opened else { return Ok(()) };
-        let start = Instant::now();
-        self.draw_at = None;
+    /// Follows the window's size and takes the news; whether there is anything to be seen.
+    fn catch_up(&mut self) -> Result<bool, Failure> {
+        let Some(Opened { display, window, size: known, is_stale, .. }) = &mut self.opened else { return Ok(false) };
         let size: [u32; 2] = window.inner_size().into();
         if size.contains(&0) {
-            return Ok(()); // there is nothing to be seen
+            return Ok(false);
         }
+        let pixels_per_point = self.context.zoom_factor() * window.scale_factor() as f32;
+        self.session.area = Area::of_image(size, self.session.has_panel, pixels_per_point);
         if std::mem::take(is_stale) {
             display.resize(size)?;
-            self.session.resized(size);
+        }
+        if std::mem::replace(known, size) != size {
+            self.session.resized();
         }
         if let Some(picture) = self.session.take_news() {
             display.take(&picture)?;
         }
-        self.session.placement = display.placement();
-        let moves = self.session.moves;
+        Ok(true)
+    }
+
+    /// Shows what there is.
+    fn draw(&mut self, events: &ActiveEventLoop) -> Result<(), Failure> {
+        let start = Instant::now();
+        self.draw_at = None;
+        if !self.catch_up()? {
+            return Ok(());
+        }
+        let (busy, moves) = (Busy::of(&self.context), self.session.moves);
+        let Some(Opened { input, window, .. }) = &mut self.opened else { return Ok(()) };
         let output = self.context.run(input.take_egui_input(window), |context| {
             panel::show(context, &mut self.session);
             area::show(context, &mut self.session);
         });
+        self.take_keys(events, busy.until(Busy::of(&self.context)));
+        let Some(Opened { display, input, window, is_stale, .. }) = &mut self.opened else { return Ok(()) };
         if self.session.moves != moves {
             self.latency.moved(self.session.moves);
         }
@@ -116,7 +148,7 @@ impl App {
         let primitives = self.context.tessellate(output.shapes, output.pixels_per_point);
         let textures = output.textures_delta;
         let interface = Interface { primitives, textures, pixels_per_point: output.pixels_per_point };
-        if display.show(self.session.look, interface)? {
+        if display.show(self.session.look, self.session.placement(), interface)? {
             self.latency.shown(self.session.seen);
         } else {
             *is_stale = true;
@@ -124,13 +156,35 @@ impl App {
         }
         self.draw_after = Instant::now() + MOST_PAUSE.min(PAUSE * start.elapsed());
         if let Some(viewport) = output.viewport_output.get(&ViewportId::ROOT) {
-            if viewport.commands.contains(&ViewportCommand::Close) {
-                events.exit();
-            }
             let then = Instant::now().checked_add(viewport.repaint_delay);
             self.draw_at = self.draw_at.into_iter().chain(then).min();
         }
         Ok(())
+    }
+
+    /// Does what the keys ask for that were struck since the last frame, and flies.
+    fn take_keys(&mut self, events: &ActiveEventLoop, busy: Busy) {
+        let Some(Opened { input, .. }) = &mut self.opened else { return };
+        let strokes = std::mem::take(&mut self.strokes);
+        if busy.with_keys {
+            self.keys.release();
+        }
+        for stroke in &strokes {
+            match self.keys.take(*stroke, busy).and_then(|command| self.session.obey(command)) {
+                Some(Effect::Copy(text)) => input.set_clipboard_text(text),
+                Some(Effect::Quit) => events.exit(),
+                None => {}
+            }
+        }
+        let by = self.keys.flight(input.egui_input().modifiers.shift);
+        let time = self.context.input(|input| input.stable_dt.min(LONGEST_FLIGHT));
+        if by != DVec3::ZERO {
+            self.session.control.fly(by * SPEED * f64::from(time));
+            self.session.moved();
+        }
+        if by != DVec3::ZERO || !strokes.is_empty() {
+            self.redraw();
+        }
     }
 
     fn check(&mut self, events: &ActiveEventLoop, outcome: Result<(), Failure>) {
@@ -175,8 +229,18 @@ impl ApplicationHandler<Wake> for App {
 
     fn window_event(&mut self, events: &ActiveEventLoop, _: WindowId, event: WindowEvent) {
         let Some(opened) = &mut self.opened else { return };
+        let known = opened.input.egui_input().events.len();
         let response = opened.input.on_window_event(&opened.window, &event);
         match &event {
+            WindowEvent::KeyboardInput { event, .. } => {
+                let input = opened.input.egui_input();
+                let is_repeat = event.repeat;
+                self.strokes
+                    .extend(input.events[known..].iter().filter_map(|event| stroke(event, is_repeat, self.has_super)));
+                self.latency.input();
+            }
+            WindowEvent::ModifiersChanged(modifiers) => self.has_super = modifiers.state().super_key(),
+            WindowEvent::Focused(false) => self.strokes.extend(Keys::all_up()),
             WindowEvent::CloseRequested => events.exit(),
             WindowEvent::RedrawRequested => {
                 let outcome = self.draw(events);
@@ -184,10 +248,9 @@ impl ApplicationHandler<Wake> for App {
             }
             WindowEvent::Resized(_) => opened.is_stale = true,
             WindowEvent::DroppedFile(path) => self.session.open(path),
-            WindowEvent::CursorMoved { .. }
-            | WindowEvent::MouseInput { .. }
-            | WindowEvent::MouseWheel { .. }
-            | WindowEvent::KeyboardInput { .. } => self.latency.input(),
+            WindowEvent::CursorMoved { .. } | WindowEvent::MouseInput { .. } | WindowEvent::MouseWheel { .. } => {
+                self.latency.input()
+            }
             _ => {}
         }
         if response.repaint {
@@ -212,21 +275,12 @@ impl ApplicationHandler<Wake> for App {
     }
 }
 
-/// A size that fits a screen, in the same proportions.
-fn fit([width, height]: [u32; 2], screen: Option<[u32; 2]>) -> [u32; 2] {
-    let [most_width, most_height] = screen.unwrap_or([width, height]).map(f64::from);
-    let scale = (most_width / f64::from(width)).min(most_height / f64::from(height)).min(1.0);
-    [width, height].map(|side| ((f64::from(side) * scale) as u32).max(1))
-}
-
-#[cfg(test)]
-mod tests {
-    use super::fit;
-
-    #[test]
-    fn windows_are_no_larger_than_the_screen() {
-        assert_eq!(fit([640, 480], Some([1920, 1080])), [640, 480]);
-        assert_eq!(fit([4000, 1000], Some([2000, 1000])), [2000, 500]);
-        assert_eq!(fit([4000, 1000], None), [4000, 1000]);
-    }
+/// What a key event says.
+fn stroke(event: &egui::Event, is_repeat: bool, has_super: bool) -> Option<Stroke> {
+    let egui::Event::Key { key, pressed, modifiers, .. } = event else { return None };
+    let egui::Modifiers { alt, ctrl, shift, command, .. } = *modifiers;
+    // Where Cmd is the key of commands, it is also the Super key, and Ctrl is none of commands.
+    let is_cmd = command && !ctrl;
+    let other = alt || (ctrl && !command) || (has_super && !is_cmd);
+    Some(Stroke { key: *key, is_pressed: *pressed, is_repeat, with: With { command, other, shift } })
 }

@@ -1,11 +1,7 @@
-//! Mouse and keys on the image.
+//! The mouse on the image.
 
-use std::path::PathBuf;
+use egui::{CentralPanel, Context, Frame, PointerButton, Response, Sense};
 
-use egui::{CentralPanel, Context, Frame, Key, PointerButton, Response, Sense};
-use glam::DVec3;
-
-use super::quantity::Quantity;
 use super::session::Session;
 
 /// Radians of a drag across a point.
@@ -14,25 +10,17 @@ const TURN: f64 = 0.008;
 const NOTCH: f64 = 0.9;
 /// Points of a notch.
 const NOTCH_POINTS: f64 = 50.0;
-/// Distances to the pivot that are flown in a second.
-const SPEED: f64 = 0.4;
 /// A lens where there was none, in distances to the pivot.
 const FIRST_LENS: f64 = 0.005;
-
-/// Keys of what can be shown, in the order of the list.
-const DIGITS: [Key; 8] = [Key::Num1, Key::Num2, Key::Num3, Key::Num4, Key::Num5, Key::Num6, Key::Num7, Key::Num8];
 
 /// Lets the user move the camera.
 pub fn show(context: &Context, session: &mut Session) {
     CentralPanel::default().frame(Frame::NONE).show(context, |ui| {
-        let response = ui.interact(ui.max_rect(), ui.id().with("image"), Sense::click_and_drag());
+        // It never has the focus of the keyboard, with which keys would be for it alone.
+        let response = ui.interact(ui.max_rect(), ui.id().with("image"), Sense::CLICK | Sense::DRAG);
         let mut moved = drag(&response, session);
         moved |= click(&response, session);
         moved |= wheel(context, &response, session);
-        if !context.wants_keyboard_input() {
-            moved |= fly(context, session);
-            keys(context, session);
-        }
         if moved {
             session.moved();
         }
@@ -93,53 +81,4 @@ fn wheel(context: &Context, response: &Response, session: &mut Session) -> bool 
     }
     session.control.dolly(NOTCH.powf(f64::from(scroll) / NOTCH_POINTS));
     true
-}
-
-/// W, A, S and D fly, E and Q go up and down; shift is faster.
-fn fly(context: &Context, session: &mut Session) -> bool {
-    let (by, time) = context.input(|input| {
-        let axis = |more, less| f64::from(i8::from(input.key_down(more)) - i8::from(input.key_down(less)));
-        let by = DVec3::new(axis(Key::D, Key::A), axis(Key::E, Key::Q), axis(Key::W, Key::S));
-        let faster = if input.modifiers.shift { 4.0 } else { 1.0 };
-        (if input.modifiers.command { DVec3::ZERO } else { by * faster }, f64::from(input.stable_dt.min(0.1)))
-    });
-    if by == DVec3::ZERO {
-        return false;
-    }
-    session.control.fly(by * SPEED * time);
-    context.request_repaint();
-    true
-}
-
-fn keys(context: &Context, session: &mut Session) {
-    let pressed = |key| context.input(|input| input.key_pressed(key));
-    if context.input(|input| input.modifiers.command) {
-        if pressed(Key::S) {
-            let path = PathBuf::from(&session.save_text);
-            session.save(&path);
-        }
-        return;
-    }
-    for (key, quantity) in DIGITS.into_iter().zip(Quantity::ALL) {
-        if pressed(key) && quantity != session.quantity {
-            session.quantity = quantity;
-            session.changed_view();
-        }
-    }
-    if pressed(Key::R) {
-        session.reset();
-    }
-    if pressed(Key::Space) {
-        session.paused = !session.paused;
-        session.changed_view();
-    }
-    if pressed(Key::C) {
-        context.copy_text(session.camera_text());
-    }
-    if pressed(Key::H) {
-        session.has_panel = !session.has_panel;
-    }
-    if pressed(Key::Escape) {
-        context.send_viewport_cmd(egui::ViewportCommand::Close);
-    }
 }

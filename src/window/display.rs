@@ -5,6 +5,7 @@ use std::sync::Arc;
 use goblet_host::{Buffer, Interface, Pass, Result, Screen, Texels};
 use winit::window::Window;
 
+use super::layout::Placement;
 use super::quantity::Picture;
 use crate::kernels::{
     CURVE_ACES, CURVE_AGX, CURVE_LINEAR, CURVE_SRGB, REQUIREMENTS, Specialization, ToneMap, ToneMapPush,
@@ -59,29 +60,6 @@ pub struct Look {
     pub curve: Curve,
 }
 
-/// Where an image is in a window: in the middle, as large as fits.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Placement {
-    /// Its upper left corner, in pixels of the window.
-    pub origin: [f32; 2],
-    /// Pixels of the image per pixel of the window.
-    pub per_pixel: f32,
-}
-
-impl Placement {
-    /// Of an image in a window of these sizes.
-    pub fn new(window: [u32; 2], image: [u32; 2]) -> Self {
-        let [x, y] = [0, 1].map(|axis| image[axis] as f32 / window[axis].max(1) as f32);
-        // Sides of coarse images are rounded up; no pixel of the window is lost for that.
-        let (least, most) = (x.min(y), x.max(y));
-        let is_same =
-            [0, 1].into_iter().all(|axis| (image[axis] as f32 / least - window[axis] as f32).abs() < 1.0 / least);
-        let per_pixel = if is_same { least } else { most };
-        let origin = [0, 1].map(|axis| (0.5 * (window[axis] as f32 - image[axis] as f32 / per_pixel)).floor());
-        Self { origin: if is_same { [0.0; 2] } else { origin }, per_pixel }
-    }
-}
-
 /// A window's pixels, and what makes them.
 pub struct Display {
     shown: Texels<[f32; 4]>,
@@ -90,7 +68,7 @@ pub struct Display {
     /// Size of the image, whether it is light, and how it was last shown, and where.
     image: [u32; 2],
     is_light: bool,
-    mapped: Option<(Look, [u32; 2])>,
+    mapped: Option<(Look, Placement, [u32; 2])>,
     screen: Screen,
 }
 
@@ -120,6 +98,7 @@ impl Display {
     fn make_room(&mut self, size: [u32; 2]) -> Result<()> {
         let wanted: u64 = size.map(u64::from).iter().product();
         if wanted > self.shown.len() || wanted > self.pixels.len() {
+            self.screen.finish()?;
             let kept = self.screen.device().read_texels(&self.shown)?;
             (self.shown, self.pixels, self.pass) = arrays(&self.screen, size)?;
             let fits = kept.len().min(self.shown.len() as usize);
@@ -127,11 +106,6 @@ impl Display {
             self.mapped = None;
         }
         Ok(())
-    }
-
-    /// Where the image is.
-    pub fn placement(&self) -> Placement {
-        Placement::new(self.screen.size(), self.image)
     }
 
     /// Follows the window.
@@ -143,14 +117,16 @@ impl Display {
         self.make_room(self.screen.size())
     }
 
-    /// Shows the picture, and the interface above it. False if the window has another size by now.
+    /// Shows the picture at a place, and the interface above it. False if the window has another
+    /// size by now.
     ///
     /// # Errors
     /// The device fails.
-    pub fn show(&mut self, look: Look, interface: Interface) -> Result<bool> {
+    pub fn show(&mut self, look: Look, placement: Placement, interface: Interface) -> Result<bool> {
         let window = self.screen.size();
-        if self.mapped != Some((look, window)) {
-            let Placement { origin, per_pixel } = self.placement();
+        if self.mapped != Some((look, placement, window)) {
+            let Placement { origin, size } = placement;
+            let per_pixel = [0, 1].map(|axis| self.image[axis] as f32 / size[axis]);
             let curve = if self.is_light { look.curve } else { Curve::Linear };
             let push = ToneMapPush {
                 window,
@@ -160,11 +136,14 @@ impl Display {
                 exposure: look.stops.exp2(),
                 curve: curve.number(),
                 bgra: self.screen.is_bgra().into(),
+                pad: 0,
             };
+            // The frame before may still be reading the pixels.
+            self.screen.finish()?;
             let mut frame = self.screen.device().frame()?;
             frame.dispatch(&self.pass, push, window.map(u64::from).iter().product());
             frame.run()?;
-            self.mapped = Some((look, window));
+            self.mapped = Some((look, placement, window));
         }
         self.screen.show(&self.pixels, interface)
     }
@@ -186,24 +165,4 @@ fn arrays(screen: &Screen, size: [u32; 2]) -> Result<Arrays> {
     let kernel = ToneMap { shown: &shown, pixels: &pixels };
     let pass = device.pass(&kernel, &Specialization::default(), WORKGROUP_SIZE)?;
     Ok((shown, pixels, pass))
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn images_are_in_the_middle_and_as_large_as_fits() {
-        let placement = |window, image| Placement::new(window, image);
-        assert_eq!(placement([640, 480], [640, 480]), Placement { origin: [0.0, 0.0], per_pixel: 1.0 });
-        assert_eq!(placement([800, 480], [640, 480]), Placement { origin: [80.0, 0.0], per_pixel: 1.0 });
-        assert_eq!(placement([640, 960], [320, 240]), Placement { origin: [0.0, 240.0], per_pixel: 0.5 });
-    }
-
-    #[test]
-    fn coarse_images_fill_the_window() {
-        let Placement { origin, per_pixel } = Placement::new([641, 479], [161, 120]);
-        assert_eq!(origin, [0.0, 0.0]);
-        assert!(641.0 * per_pixel <= 161.0 && 479.0 * per_pixel <= 120.01, "{per_pixel}");
-    }
 }

@@ -98,7 +98,14 @@ impl Quantity {
             }
             Self::Radius => renderer.radii()?,
             Self::Density => renderer.photon_densities()?,
-            Self::StandardError => estimate.standard_error().unwrap_or_else(|| vec![0.0; estimate.second_half.len()]),
+            Self::StandardError => match estimate.standard_error() {
+                Some(errors) => errors,
+                // Not known yet: as in an EXR, no error is too large for it.
+                None => {
+                    let pixels = vec![[1.0, 1.0, 1.0, 0.0]; estimate.second_half.len()];
+                    return Ok(Picture { size, pixels, white: Some(f32::INFINITY), is_light: false });
+                }
+            },
             Self::Depth => renderer.path_lengths()?,
         };
         let white = bright(values.clone());

@@ -6,13 +6,12 @@ use std::time::{Duration, Instant};
 
 use goblet_host::Device;
 
-use super::quantity::Quantity;
-use super::shared::{Loaded, Shared, Status, View, Wish};
-use crate::checkpoint::MadeBy;
-use crate::cli::render::{metadata, save_checkpoint, scene_name, write_images};
+use super::plan::{Next, Standing, next};
+use super::rendering::{Kept, Render};
+use super::shared::{Loaded, Save, Shared, Target, Wish};
 use crate::cli::{Failure, RenderArgs};
 use crate::options::Options;
-use crate::renderer::{Renderer, open_device};
+use crate::renderer::{RenderError, Renderer, open_device};
 use crate::scene::{Camera, Scene};
 
 /// After the camera has come to rest, coarse images are enough for so long.
@@ -22,12 +21,8 @@ const REST: Duration = Duration::from_millis(150);
 const COARSE: [u32; 2] = [2, 8];
 /// No time, as a hand feels it.
 const AT_ONCE: Duration = Duration::from_millis(120);
-/// Pictures of quick iterations need not come more often.
-const LEAST_BETWEEN_VIEWS: Duration = Duration::from_millis(30);
 /// With nothing to do, it looks up so often.
 const IDLE: Duration = Duration::from_millis(500);
-/// The error is estimated, and costs time, so often.
-const BETWEEN_ERRORS: Duration = Duration::from_secs(1);
 /// How far the window's thread comes before this one.
 #[cfg(unix)]
 const NICENESS: i32 = 10;
@@ -46,35 +41,14 @@ struct RenderThread<'a> {
     loads: u64,
     /// None before the first one, and where scene or options do not let themselves be rendered.
     render: Option<Render>,
-    /// What has failed, and is not tried again.
-    failed: Option<Target>,
+    /// Images of the same with another part of the light: at most one of each other part.
+    kept: Vec<Kept>,
+    /// What has failed, and is not tried again; and why.
+    failed: Option<(Target, String)>,
+    /// Files that wait for an iteration.
+    saves: Vec<Save>,
     /// Pixels along each axis that are one in a first image.
     coarsest: u32,
-}
-
-/// What a render is of.
-#[derive(Clone, PartialEq)]
-struct Target {
-    loads: u64,
-    camera: Camera,
-    options: Options,
-}
-
-/// A render in progress.
-struct Render {
-    renderer: Renderer,
-    target: Target,
-    /// Pixels along each axis that are one.
-    coarseness: u32,
-    /// Moves of the camera that it has seen.
-    moves: u64,
-    /// That iterations took.
-    time: Duration,
-    passes: Vec<(&'static str, Duration)>,
-    error: Option<f64>,
-    estimated: Instant,
-    /// When the window was last told, and of what.
-    told: Option<(Instant, u32, Quantity)>,
 }
 
 /// Renders until the window closes.
@@ -84,7 +58,7 @@ pub fn run(shared: &Shared, args: &RenderArgs, scene: Scene) {
     let _ = rustix::process::nice(NICENESS);
     let device = match open_device(args.device.as_deref(), args.validate) {
         Ok(device) => Rc::new(device),
-        Err(error) => return shared.tell(|news| news.message = Some(Err(error.to_string()))),
+        Err(error) => return without_device(shared, &error.to_string()),
     };
     shared.tell(|news| news.status.device.clone_from(&device.info().name));
     let mut thread = RenderThread {
@@ -96,23 +70,56 @@ pub fn run(shared: &Shared, args: &RenderArgs, scene: Scene) {
         path: args.scene.clone(),
         loads: 0,
         render: None,
+        kept: Vec::new(),
         failed: None,
+        saves: Vec::new(),
         coarsest: COARSE[1],
     };
     loop {
-        let wish = shared.take_wish();
-        if wish.close {
+        let mut wish = shared.take_wish();
+        thread.saves.append(&mut wish.saves);
+        let next = thread.next(&wish);
+        if next == Next::End {
             break;
         }
-        if let Err(failure) = thread.serve(&wish) {
-            thread.render = None;
-            thread.failed = Some(thread.target(&wish));
-            shared.tell(|news| news.message = Some(Err(failure.to_string())));
+        if let Err(failure) = thread.step(next, &wish) {
+            thread.fail(next, &wish, &failure);
         }
     }
     drop(thread);
     let messages = device.validation_messages();
     shared.tell(|news| news.validation = messages);
+}
+
+/// There is nothing but errors to tell.
+fn without_device(shared: &Shared, error: &str) {
+    shared.tell(|news| news.message = Some(Err(error.to_owned())));
+    loop {
+        let wish = shared.take_wish();
+        refuse(shared, &wish, &wish.saves, error);
+        if wish.close {
+            return;
+        }
+        shared.wait(IDLE);
+    }
+}
+
+/// Says that files are not written.
+fn refuse(shared: &Shared, wish: &Wish, saves: &[Save], why: &str) {
+    for save in saves {
+        let path = save.path.display();
+        not_written(shared, wish, Failure::Unwritten(format!("{path}: not written, there is no image: {why}")));
+    }
+}
+
+fn not_written(shared: &Shared, wish: &Wish, failure: Failure) {
+    shared.tell(|news| {
+        if wish.close {
+            news.unwritten.push(failure);
+        } else {
+            news.message = Some(Err(failure.to_string()));
+        }
+    });
 }
 
 /// Every file that a scene's text is in.
@@ -121,51 +128,104 @@ pub fn files(path: &Path, scene: &Scene) -> Vec<PathBuf> {
 }
 
 impl RenderThread<'_> {
-    /// Does a bit of what is wished.
-    fn serve(&mut self, wish: &Wish) -> Result<(), Failure> {
-        if wish.loads != self.loads {
-            self.load(wish);
+    fn next(&self, wish: &Wish) -> Next {
+        let standing = Standing {
+            loads: self.loads,
+            render: self.render.as_ref().map(Render::standing),
+            failed: self.failed.as_ref().map(|(target, _)| target),
+            is_aside: self.kept.iter().any(|kept| kept.target == wish.target),
+            coarsest: self.coarsest,
+            most: self.args.iterations.unwrap_or(u32::MAX),
+            saves: &self.saves,
+        };
+        next(wish, &standing, wish.moved.is_some_and(|moved| moved.elapsed() < REST))
+    }
+
+    fn step(&mut self, next: Next, wish: &Wish) -> Result<(), Failure> {
+        if let Next::Save(index) = next {
+            let save = self.saves.remove(index);
+            return self.save(wish, &save);
         }
-        let target = self.target(wish);
-        if self.failed.as_ref() == Some(&target) {
-            self.shared.wait(IDLE);
-            return Ok(());
+        if next != Next::Load && self.failed.as_ref().is_some_and(|(target, _)| *target != wish.target) {
+            self.failed = None;
+            self.shared.tell(|news| news.message = Some(Ok("trying again".to_owned())));
         }
-        let is_moving = wish.moved.is_some_and(|moved| moved.elapsed() < REST);
-        let coarseness = self.coarseness(&target, is_moving);
-        let is_coarse = coarseness > 1;
-        self.aim(target, coarseness)?;
-        let Some(render) = &mut self.render else { return Ok(()) };
-        render.moves = wish.moves;
-        let is_done = wish.paused || self.args.iterations.is_some_and(|most| render.renderer.iterations() >= most);
-        for path in &wish.saves {
-            if !is_coarse && (is_done || render.renderer.iterations() > 0) {
-                save(self.shared, self.args, &self.path, &render.renderer, path);
-            } else {
-                // There is nothing yet.
-                self.shared.wish(false, |wish| wish.saves.push(path.clone()));
+        let doing = match &self.render {
+            Some(render) if render.coarseness > 1 => "looking",
+            _ if next != Next::Iterate && wish.paused => "paused",
+            _ => "rendering",
+        };
+        match next {
+            Next::Follow => self.saves.iter_mut().for_each(|save| {
+                (save.target, save.quantity) = (wish.target.clone(), wish.quantity);
+            }),
+            Next::Load => self.load(wish),
+            Next::Aim(coarseness) => self.aim(wish, coarseness)?,
+            Next::Iterate => self.iterate(wish, doing)?,
+            Next::Show => {
+                if let Some(render) = &mut self.render {
+                    render.tell(self.shared, wish.quantity, doing, None)?;
+                }
             }
+            Next::Refuse => {
+                let why = self.failed.as_ref().map_or_else(String::new, |(_, why)| why.clone());
+                refuse(self.shared, wish, &std::mem::take(&mut self.saves), &why);
+            }
+            Next::Rest => {
+                self.says(if wish.paused { "paused" } else { "done" });
+                self.shared.wait(IDLE);
+            }
+            Next::Save(_) | Next::End => {}
         }
-        if is_done && !is_coarse {
-            render.tell(self.shared, wish.quantity, "done")?;
-            self.shared.wait(IDLE);
-            return Ok(());
+        Ok(())
+    }
+
+    /// Something cannot be done, and is not tried again.
+    fn fail(&mut self, next: Next, wish: &Wish, failure: &Failure) {
+        // Options are refused before anything has changed, and an iteration that fails leaves
+        // those before it.
+        let is_left = next == Next::Iterate || matches!(failure, Failure::Render(RenderError::Option(_)));
+        if !is_left {
+            self.render = None;
         }
-        self.iterate(wish, coarseness)
+        self.failed = Some((wish.target.clone(), failure.to_string()));
+        self.shared.tell(|news| {
+            news.message = Some(Err(failure.to_string()));
+            news.status.doing = "failed";
+        });
+    }
+
+    fn says(&self, doing: &'static str) {
+        if self.shared.news().status.doing != doing && self.failed.is_none() {
+            self.shared.tell(|news| news.status.doing = doing);
+        }
+    }
+
+    /// Writes a file; if that fails, only that is said.
+    fn save(&mut self, wish: &Wish, save: &Save) -> Result<(), Failure> {
+        let Some(render) = &mut self.render else { return Ok(()) };
+        if let Err(failure) = render.save(self.shared, self.args, &self.path, save) {
+            not_written(self.shared, wish, failure);
+        }
+        Ok(())
     }
 
     /// Runs an iteration, unless something else is wished meanwhile.
-    fn iterate(&mut self, wish: &Wish, coarseness: u32) -> Result<(), Failure> {
+    fn iterate(&mut self, wish: &Wish, doing: &'static str) -> Result<(), Failure> {
         let Some(render) = &mut self.render else { return Ok(()) };
+        render.moves = wish.moves;
         let before = self.device.pass_times();
         let start = Instant::now();
-        // First images are quick, and of use to a hand that moves on.
-        let is_first = coarseness == self.coarsest;
-        let gives_up = || !is_first && self.shared.in_hurry();
+        // First images are quick, and of use to a hand that moves on. Nothing can be shown before
+        // there is an iteration, whatever is to be shown.
+        let is_first = render.coarseness == self.coarsest;
+        let can_wait = render.renderer.iterations() == 0;
+        let shared = self.shared;
+        let gives_up = || !is_first && shared.in_hurry() && !(can_wait && shared.still_wants(&wish.target));
         if render.renderer.step_unless(&gives_up)? {
             render.time += start.elapsed();
             render.passes = since(&before, self.device.pass_times());
-            render.tell(self.shared, wish.quantity, if coarseness > 1 { "looking" } else { "rendering" })?;
+            render.tell_soon(self.shared, wish.quantity, doing)?;
             if is_first {
                 self.observe(start.elapsed());
             }
@@ -173,18 +233,14 @@ impl RenderThread<'_> {
         Ok(())
     }
 
-    fn target(&self, wish: &Wish) -> Target {
-        let options = Options { contribution: wish.quantity.contribution(), responsive: true, ..wish.options.clone() };
-        Target { loads: self.loads, camera: wish.camera.unwrap_or(self.home), options }
-    }
-
     /// Reads a scene; the old one stays if that fails.
     fn load(&mut self, wish: &Wish) {
-        self.loads = wish.loads;
-        self.shared.tell(|news| news.status.doing = "reading the scene");
+        self.says("reading the scene");
+        self.loads = wish.target.loads;
         match Scene::load(&wish.scene) {
             Ok(scene) => {
-                let loaded = Loaded { camera: scene.camera, film: scene.film.clone() };
+                let (path, camera, film) = (wish.scene.clone(), scene.camera, scene.film.clone());
+                let loaded = Loaded { path, camera, film, loads: self.loads, integrator: scene.integrator };
                 let message = scene.warnings.first().map_or_else(|| "read the scene".to_owned(), Clone::clone);
                 self.shared.tell(|news| {
                     (news.loaded, news.message) = (Some(loaded), Some(Ok(message)));
@@ -192,27 +248,17 @@ impl RenderThread<'_> {
                 });
                 (self.home, self.scene) = (scene.camera, scene);
                 self.path.clone_from(&wish.scene);
-                self.render = None;
+                (self.render, self.failed) = (None, None);
+                self.kept.clear();
             }
             Err(error) => {
                 // What is rendered is what it was.
-                if let Some(render) = &mut self.render {
-                    render.target.loads = self.loads;
-                }
-                self.shared.tell(|news| news.message = Some(Err(error.to_string())));
+                let render = self.render.iter_mut().map(|render| &mut render.target);
+                let kept = self.kept.iter_mut().map(|kept| &mut kept.target);
+                let failed = self.failed.iter_mut().map(|(target, _)| target);
+                render.chain(kept).chain(failed).for_each(|target| target.loads = self.loads);
+                self.shared.tell(|news| (news.unread, news.message) = (Some(self.loads), Some(Err(error.to_string()))));
             }
-        }
-    }
-
-    /// How many pixels along each axis are to be one: what is new is seen coarsely first.
-    fn coarseness(&self, target: &Target, is_moving: bool) -> u32 {
-        match &self.render {
-            Some(render) if render.target == *target => match render.renderer.iterations() {
-                0 => render.coarseness,
-                _ if is_moving => render.coarseness,
-                _ => (render.coarseness / 2).max(1),
-            },
-            _ => self.coarsest,
         }
     }
 
@@ -225,28 +271,41 @@ impl RenderThread<'_> {
         }
     }
 
-    /// Begins to render something else, if it is something else.
-    fn aim(&mut self, target: Target, coarseness: u32) -> Result<(), Failure> {
-        if self.render.as_ref().is_some_and(|render| render.target == target && render.coarseness == coarseness) {
-            return Ok(());
-        }
-        self.scene.camera = target.camera;
+    /// Begins to render what is wished; or goes on, where it was kept.
+    fn aim(&mut self, wish: &Wish, coarseness: u32) -> Result<(), Failure> {
+        let target = &wish.target;
+        self.keep(target)?;
+        self.scene.camera = target.camera.unwrap_or(self.home);
         let options = coarse(&target.options, &self.scene, coarseness);
         let restarted = match &mut self.render {
-            Some(render) => render.renderer.restart(&self.scene, &options)?,
+            Some(render) => render.restart(&self.scene, &options, target, coarseness)?,
             None => false,
         };
         if !restarted {
-            self.shared.tell(|news| news.status.doing = "preparing the scene");
+            self.says("preparing the scene");
             // First, so that both are never in memory.
             self.render = None;
             let mut renderer = Renderer::new(Rc::clone(&self.device), &self.scene, &target.options)?;
             renderer.restart(&self.scene, &options)?;
-            self.render = Some(Render::new(renderer, target.clone()));
+            self.render = Some(Render::new(renderer, target.clone(), coarseness));
+        }
+        let kept = self.kept.iter().position(|kept| kept.target == *target);
+        if let Some((render, place)) = self.render.as_mut().zip(kept) {
+            render.take_up(self.kept.swap_remove(place))?;
         }
         if let Some(render) = &mut self.render {
-            (render.target, render.coarseness) = (target, coarseness);
-            (render.time, render.error, render.told) = (Duration::ZERO, None, None);
+            render.moves = wish.moves;
+        }
+        Ok(())
+    }
+
+    /// Keeps the image that there is, where it is of the same as what is wished, but for the part
+    /// of the light: people look back and forth. Others go.
+    fn keep(&mut self, wished: &Target) -> Result<(), Failure> {
+        self.kept.retain(|kept| kept.target.is_alike(wished));
+        let Some(render) = self.render.as_ref().filter(|render| render.target.is_alike(wished)) else { return Ok(()) };
+        if render.target != *wished {
+            self.kept.extend(render.keep()?);
         }
         Ok(())
     }
@@ -271,72 +330,4 @@ fn coarse(options: &Options, scene: &Scene, coarseness: u32) -> Options {
 fn since(before: &[(&'static str, Duration)], now: Vec<(&'static str, Duration)>) -> Vec<(&'static str, Duration)> {
     let earlier = |name| before.iter().find(|(other, _)| *other == name).map_or(Duration::ZERO, |(_, time)| *time);
     now.into_iter().map(|(name, time)| (name, time.saturating_sub(earlier(name)))).collect()
-}
-
-impl Render {
-    fn new(renderer: Renderer, target: Target) -> Self {
-        Self {
-            renderer,
-            target,
-            coarseness: 1,
-            moves: 0,
-            time: Duration::ZERO,
-            passes: Vec::new(),
-            error: None,
-            estimated: Instant::now(),
-            told: None,
-        }
-    }
-
-    /// Tells the window what there is, if it is something new.
-    fn tell(&mut self, shared: &Shared, quantity: Quantity, doing: &'static str) -> Result<(), Failure> {
-        let iterations = self.renderer.iterations();
-        let is_known = self.told.is_some_and(|(_, of, what)| (of, what) == (iterations, quantity));
-        let is_soon = self.told.is_some_and(|(when, _, what)| what == quantity && when.elapsed() < LEAST_BETWEEN_VIEWS);
-        if iterations == 0 || is_known || (is_soon && doing != "done") {
-            return Ok(());
-        }
-        let estimate = self.renderer.estimate()?;
-        let has_lengths = self.told.is_some();
-        if self.coarseness == 1 && (self.error.is_none() || self.estimated.elapsed() > BETWEEN_ERRORS) {
-            self.error = self.renderer.noise(&estimate)?.relative_error();
-            self.estimated = Instant::now();
-        }
-        let picture = quantity.picture(&self.renderer, &estimate)?;
-        let lengths = if has_lengths { None } else { Some(self.renderer.path_lengths()?) };
-        let view = View { picture, moves: self.moves, lengths };
-        self.told = Some((Instant::now(), iterations, quantity));
-        shared.tell(|news| {
-            // Lengths that nobody has taken yet are those of this render, if it has not begun just now.
-            let kept = news.view.take().and_then(|view| view.lengths).filter(|_| has_lengths);
-            news.view = Some(View { lengths: view.lengths.or(kept), ..view });
-            news.status = Status {
-                doing,
-                iterations,
-                photons: self.renderer.tally().emitted,
-                time: self.time,
-                passes: self.passes.clone(),
-                error: self.error,
-                memory: self.renderer.device().allocated_bytes(),
-                resolution: estimate.resolution,
-                device: std::mem::take(&mut news.status.device),
-            };
-        });
-        Ok(())
-    }
-}
-
-/// Writes what `goblet render` would: an image or a checkpoint, by the file's name.
-fn save(shared: &Shared, args: &RenderArgs, scene: &Path, renderer: &Renderer, path: &Path) {
-    let scene = scene_name(scene);
-    let written = if path.extension().is_some_and(|extension| extension == "checkpoint") {
-        save_checkpoint(&scene, path, renderer)
-    } else {
-        renderer.estimate().map_err(Failure::from).and_then(|estimate| {
-            let metadata = metadata(&scene, &MadeBy::new(renderer.device()), &estimate, renderer.photons());
-            write_images(&[path.to_owned()], &estimate, &args.aov, &metadata, true)
-        })
-    };
-    let message = written.map(|()| format!("wrote {}", path.display())).map_err(|failure| failure.to_string());
-    shared.tell(|news| news.message = Some(message));
 }

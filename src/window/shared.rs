@@ -6,30 +6,57 @@ use std::sync::{Condvar, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 
 use super::quantity::{Picture, Quantity};
+use crate::cli::Failure;
 use crate::options::Options;
-use crate::scene::{Camera, Film};
+use crate::scene::{Camera, Film, Integrator};
+
+/// What a render is of.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Target {
+    /// Which reading of the scene; it may have changed.
+    pub loads: u64,
+    /// Where it is seen from; the scene's own camera if nobody has moved.
+    pub camera: Option<Camera>,
+    /// How to render; resolution and contribution included.
+    pub options: Options,
+}
+
+impl Target {
+    /// Whether another one is of the same, but for the part of the light that it has.
+    pub fn is_alike(&self, other: &Self) -> bool {
+        let contribution = self.options.contribution;
+        *self == Self { options: Options { contribution, ..other.options.clone() }, ..other.clone() }
+    }
+}
+
+/// A file to be written.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Save {
+    /// Its name; the ending says what is written.
+    pub path: PathBuf,
+    /// Of what; of something else that is wished later, if this does not get an iteration.
+    pub target: Target,
+    /// What was shown.
+    pub quantity: Quantity,
+}
 
 /// What the window wants. Only the newest wish counts.
 #[derive(Clone, Debug)]
 pub struct Wish {
-    /// The scene file ..
+    /// The scene file.
     pub scene: PathBuf,
-    /// .. and how often it was asked for: it may have changed.
-    pub loads: u64,
-    /// Where it is seen from; the scene's own camera if nobody has moved.
-    pub camera: Option<Camera>,
+    /// What to render.
+    pub target: Target,
     /// How often the camera was moved.
     pub moves: u64,
     /// When camera or size changed last, if they did: soon after, coarse images are enough.
     pub moved: Option<Instant>,
-    /// How to render; the resolution included.
-    pub options: Options,
     /// What to show.
     pub quantity: Quantity,
-    /// Iterate no further.
+    /// Iterate no further, once there is an iteration.
     pub paused: bool,
     /// Files to write.
-    pub saves: Vec<PathBuf>,
+    pub saves: Vec<Save>,
     /// End.
     pub close: bool,
 }
@@ -47,10 +74,16 @@ pub struct View {
 /// A scene that was read.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Loaded {
+    /// Its file.
+    pub path: PathBuf,
     /// Its camera.
     pub camera: Camera,
     /// Its film.
     pub film: Film,
+    /// Which reading it was.
+    pub loads: u64,
+    /// What it says of photons and radii.
+    pub integrator: Integrator,
 }
 
 /// How a render is doing.
@@ -83,19 +116,30 @@ pub struct News {
     pub view: Option<View>,
     /// A scene that was just read, until it is taken.
     pub loaded: Option<Loaded>,
+    /// Which reading of a scene has failed, until it is taken.
+    pub unread: Option<u64>,
     /// The files of a scene that was just read, until they are taken.
     pub files: Option<Vec<PathBuf>>,
     /// How the render is doing.
     pub status: Status,
     /// What went wrong or was done, until it is taken.
     pub message: Option<Result<String, String>>,
+    /// What could not be written after the window was closed.
+    pub unwritten: Vec<Failure>,
     /// Messages of the validation layer, once the thread has ended.
     pub validation: Vec<String>,
 }
 
+/// What the window's thread writes and the other one reads.
+struct Desk {
+    wish: Wish,
+    /// Whether it is another one than was taken last.
+    is_new: bool,
+}
+
 /// Where the two threads meet.
 pub struct Shared {
-    wish: Mutex<Wish>,
+    desk: Mutex<Desk>,
     wished: Condvar,
     closed: Condvar,
     /// Whether the iteration in flight is of no use any more.
@@ -109,7 +153,7 @@ impl Shared {
     /// With a first wish.
     pub fn new(wish: Wish, wake: impl Fn() + Send + Sync + 'static) -> Self {
         Self {
-            wish: Mutex::new(wish),
+            desk: Mutex::new(Desk { wish, is_new: true }),
             wished: Condvar::new(),
             closed: Condvar::new(),
             hurry: AtomicBool::new(false),
@@ -120,32 +164,45 @@ impl Shared {
 
     /// Changes the wish. With `hurry`, the iteration in flight is given up for it.
     pub fn wish(&self, hurry: bool, change: impl FnOnce(&mut Wish)) {
-        change(&mut lock(&self.wish));
-        if hurry {
-            self.hurry.store(true, Ordering::Relaxed);
+        {
+            let mut desk = lock(&self.desk);
+            change(&mut desk.wish);
+            desk.is_new = true;
+            if hurry {
+                self.hurry.store(true, Ordering::Relaxed);
+            }
         }
         self.wished.notify_one();
     }
 
     /// The wish as it is; what is to be done once is taken out of it.
     pub fn take_wish(&self) -> Wish {
-        let mut wish = lock(&self.wish);
+        let mut desk = lock(&self.desk);
         self.hurry.store(false, Ordering::Relaxed);
-        let saves = std::mem::take(&mut wish.saves);
-        Wish { saves, ..wish.clone() }
+        desk.is_new = false;
+        let saves = std::mem::take(&mut desk.wish.saves);
+        Wish { saves, ..desk.wish.clone() }
     }
 
     /// Waits for another wish, or some time.
     pub fn wait(&self, most: Duration) {
-        let wish = lock(&self.wish);
-        if wish.saves.is_empty() && !wish.close && !self.in_hurry() {
-            drop(self.wished.wait_timeout(wish, most));
-        }
+        drop(self.wished.wait_timeout_while(lock(&self.desk), most, |desk| !desk.is_new));
     }
 
     /// Whether what is being done is of no use any more.
     pub fn in_hurry(&self) -> bool {
         self.hurry.load(Ordering::Relaxed)
+    }
+
+    /// Whether the newest wish has been taken.
+    #[cfg(test)]
+    pub fn is_taken(&self) -> bool {
+        !lock(&self.desk).is_new
+    }
+
+    /// Whether the newest wish is of the same.
+    pub fn still_wants(&self, target: &Target) -> bool {
+        lock(&self.desk).wish.target == *target
     }
 
     /// The window is closed.
@@ -156,9 +213,8 @@ impl Shared {
 
     /// Waits for the end, or some time; whether it has come.
     pub fn waits_for_close(&self, most: Duration) -> bool {
-        let wish = lock(&self.wish);
-        let waited = self.closed.wait_timeout_while(wish, most, |wish| !wish.close);
-        waited.unwrap_or_else(PoisonError::into_inner).0.close
+        let waited = self.closed.wait_timeout_while(lock(&self.desk), most, |desk| !desk.wish.close);
+        waited.unwrap_or_else(PoisonError::into_inner).0.wish.close
     }
 
     /// The files of a scene that nobody watches yet.

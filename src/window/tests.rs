@@ -8,12 +8,12 @@ use std::time::{Duration, Instant};
 use clap::Parser;
 
 use super::quantity::Quantity;
-use super::shared::{News, Shared, View};
+use super::shared::{News, Save, Shared, View, Wish};
 use super::{first_wish, render_thread};
 use crate::cli::{Cli, Command, RenderArgs};
 use crate::scene::Scene;
 
-const SCENE: &str = r#"Film "rgb" "integer xresolution" 24 "integer yresolution" 16
+pub const SCENE: &str = r#"Film "rgb" "integer xresolution" 24 "integer yresolution" 16
 LookAt 0 0 -3  0 0 0  0 1 0
 Camera "perspective" "float fov" 60
 Integrator "sppm" "integer maxdepth" 4 "integer photonsperiteration" 500 "float radius" 0.5
@@ -24,38 +24,58 @@ Shape "trianglemesh" "integer indices" [ 0 2 1 0 3 2 3 5 4 3 4 2 ]
 "#;
 
 /// A scene that is being rendered, until it is dropped.
-struct Rendering {
+pub struct Rendering {
     folder: tempfile::TempDir,
-    shared: Arc<Shared>,
+    /// What the window's thread would have.
+    pub shared: Arc<Shared>,
+    /// Of the command line.
+    pub args: RenderArgs,
     thread: Option<std::thread::JoinHandle<()>>,
 }
 
-fn args(path: &str) -> RenderArgs {
-    let Command::Render(args) = Cli::parse_from(["goblet", "render", path, "--validate"]).command else {
-        panic!("another command")
-    };
+fn args(path: &str, others: &[&str]) -> RenderArgs {
+    let all = [&["goblet", "render", path, "--validate"], others].concat();
+    let Command::Render(args) = Cli::parse_from(all).command else { panic!("another command") };
     *args
 }
 
 impl Rendering {
     fn new() -> Self {
+        let mut rendering = Self::waiting(&[]);
+        rendering.start();
+        rendering
+    }
+
+    /// With further arguments, and nobody who renders yet.
+    pub fn waiting(others: &[&str]) -> Self {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("scene.pbrt");
         fs::write(&path, SCENE).unwrap();
-        let args = args(path.to_str().unwrap());
-        let scene = Scene::load(&path).unwrap();
+        let args = args(path.to_str().unwrap(), others);
         let shared = Arc::new(Shared::new(first_wish(&path, &args.options()), || {}));
-        let theirs = Arc::clone(&shared);
-        let thread = Some(std::thread::spawn(move || render_thread::run(&theirs, &args, scene)));
-        Self { folder, shared, thread }
+        Self { folder, shared, args, thread: None }
     }
 
-    fn path(&self, name: &str) -> PathBuf {
+    /// Starts to render.
+    pub fn start(&mut self) {
+        let (theirs, args) = (Arc::clone(&self.shared), self.args.clone());
+        let scene = Scene::load(&args.scene).unwrap();
+        self.thread = Some(std::thread::spawn(move || render_thread::run(&theirs, &args, scene)));
+    }
+
+    /// A file beside the scene.
+    pub fn path(&self, name: &str) -> PathBuf {
         self.folder.path().join(name)
     }
 
+    /// What is saved of the image as it is at first.
+    fn save(&self, name: &str) -> Save {
+        let Wish { target, quantity, .. } = first_wish(&self.args.scene, &self.args.options());
+        Save { path: self.path(name), target, quantity }
+    }
+
     /// Waits for news of a kind.
-    fn wait<T>(&self, what: &str, mut take: impl FnMut(&mut News) -> Option<T>) -> T {
+    pub fn wait<T>(&self, what: &str, mut take: impl FnMut(&mut News) -> Option<T>) -> T {
         let start = Instant::now();
         loop {
             if let Some(answer) = take(&mut self.shared.news()) {
@@ -66,11 +86,13 @@ impl Rendering {
         }
     }
 
-    fn view(&self) -> View {
+    /// Waits for a picture.
+    pub fn view(&self) -> View {
         self.wait("a picture", |news| news.view.take())
     }
 
-    fn message(&self) -> Result<String, String> {
+    /// Waits for a message.
+    pub fn message(&self) -> Result<String, String> {
         self.wait("a message", |news| news.message.take())
     }
 }
@@ -79,8 +101,8 @@ impl Drop for Rendering {
     fn drop(&mut self) {
         self.shared.close();
         let ended = self.thread.take().map(std::thread::JoinHandle::join);
-        if !std::thread::panicking() {
-            ended.unwrap().unwrap();
+        if let Some(ended) = ended.filter(|_| !std::thread::panicking()) {
+            ended.unwrap();
             assert_eq!(self.shared.news().validation, [""; 0]);
         }
     }
@@ -96,7 +118,9 @@ fn every_quantity_has_a_picture() {
     for quantity in Quantity::ALL.into_iter().chain([Quantity::Image]) {
         // Errors are known from the second iteration on.
         rendering.wait("iterations", |news| (news.status.iterations > 2).then_some(()));
-        rendering.shared.wish(true, |wish| wish.quantity = quantity);
+        rendering.shared.wish(true, |wish| {
+            (wish.quantity, wish.target.options.contribution) = (quantity, quantity.contribution());
+        });
         rendering.shared.news().view = None;
         let is_light = quantity.contribution() != Default::default() || quantity == Quantity::Image;
         let is_wanted = |view: &View| {
@@ -121,7 +145,7 @@ fn a_moving_camera_sees_coarse_pictures_and_then_fine_ones() {
     moved.world_from_camera.translation.x += 0.1;
     for moves in 1..4 {
         rendering.shared.wish(true, |wish| {
-            (wish.camera, wish.moves, wish.moved) = (Some(moved), moves, Some(Instant::now()));
+            (wish.target.camera, wish.moves, wish.moved) = (Some(moved), moves, Some(Instant::now()));
         });
         let seen = rendering.wait("a move", |news| news.view.take_if(|view| view.moves == moves));
         assert!(seen.picture.size[0] < 24, "{:?}", seen.picture.size);
@@ -137,7 +161,7 @@ fn a_scene_that_breaks_leaves_the_old_one() {
     let before = largest(&rendering.view());
     let rewrite = |text: &str| {
         fs::write(rendering.path("scene.pbrt"), text).unwrap();
-        rendering.shared.wish(true, |wish| wish.loads += 1);
+        rendering.shared.wish(true, |wish| wish.target.loads += 1);
     };
     rewrite(&SCENE.replace("LookAt 0", "LookAt oops"));
     let error = rendering.message().unwrap_err();
@@ -156,10 +180,10 @@ fn a_scene_that_breaks_leaves_the_old_one() {
 fn options_that_cannot_be_are_said_and_can_be_mended() {
     let rendering = Rendering::new();
     rendering.view();
-    rendering.shared.wish(true, |wish| wish.options.radius = Some(1e9));
+    rendering.shared.wish(true, |wish| wish.target.options.radius = Some(1e9));
     let error = rendering.message().unwrap_err();
     assert!(error.contains("a radius of"), "{error}");
-    rendering.shared.wish(true, |wish| wish.options.radius = Some(0.25));
+    rendering.shared.wish(true, |wish| wish.target.options.radius = Some(0.25));
     rendering.shared.news().view = None;
     rendering.view();
 }
@@ -168,12 +192,42 @@ fn options_that_cannot_be_are_said_and_can_be_mended() {
 fn what_is_saved_is_whole_and_what_cannot_be_is_said() {
     let rendering = Rendering::new();
     for name in ["saved.png", "saved.exr", "saved.checkpoint"] {
-        let path = rendering.path(name);
-        rendering.shared.wish(false, |wish| wish.saves.push(path.clone()));
-        assert_eq!(rendering.message(), Ok(format!("wrote {}", path.display())));
-        assert!(fs::metadata(&path).unwrap().len() > 100);
+        let save = rendering.save(name);
+        rendering.shared.wish(false, |wish| wish.saves.push(save.clone()));
+        let said = rendering.message().unwrap();
+        assert!(said.starts_with(&format!("wrote {}: the image after ", save.path.display())), "{said}");
+        assert!(fs::metadata(&save.path).unwrap().len() > 100);
     }
-    let path = rendering.path("saved.tiff");
-    rendering.shared.wish(false, |wish| wish.saves.push(path));
+    let save = rendering.save("saved.tiff");
+    rendering.shared.wish(false, |wish| wish.saves.push(save));
     assert!(rendering.message().unwrap_err().contains(".exr and .png"));
+}
+
+/// The window says that it will be written; closing it at once is no reason not to.
+#[test]
+fn what_is_to_be_saved_is_written_though_the_window_closes() {
+    let mut rendering = Rendering::waiting(&[]);
+    let (save, other) = (rendering.save("saved.exr"), rendering.save("saved.tiff"));
+    let path = save.path.clone();
+    rendering.shared.wish(true, |wish| {
+        wish.saves.extend([save, other]);
+        wish.close = true;
+    });
+    rendering.start();
+    rendering.thread.take().unwrap().join().unwrap();
+    assert!(crate::output::read(&path).unwrap().pixels.iter().flatten().any(|value| *value > 0.0));
+    let unwritten: Vec<String> = rendering.shared.news().unwritten.iter().map(ToString::to_string).collect();
+    assert!(unwritten.len() == 1 && unwritten[0].contains("saved.tiff"), "{unwritten:?}");
+}
+
+/// A device that does not exist renders nothing, and answers.
+#[test]
+fn without_a_device_nothing_is_saved_and_that_is_said() {
+    let mut rendering = Rendering::waiting(&["--device", "no such device"]);
+    rendering.start();
+    assert!(rendering.message().unwrap_err().contains("no such device"));
+    let save = rendering.save("saved.exr");
+    rendering.shared.wish(false, |wish| wish.saves.push(save));
+    assert!(rendering.message().unwrap_err().contains("not written"));
+    assert!(!rendering.path("saved.exr").exists());
 }

@@ -12,10 +12,11 @@ fn show(image: [u32; 2], colors: &[[f32; 3]], change: impl FnOnce(&mut ToneMapPu
         window: image,
         image,
         origin: [0.0; 2],
-        per_pixel: 1.0,
+        per_pixel: [1.0; 2],
         exposure: 1.0,
         curve: CURVE_SRGB,
         bgra: 0,
+        pad: 0,
     };
     change(&mut push);
     let colors: Vec<[f32; 4]> = colors.iter().map(|[r, g, b]| [*r, *g, *b, 0.0]).collect();
@@ -114,7 +115,7 @@ fn what_is_no_number_is_black_and_stays_where_it_is() {
 fn an_image_of_another_size_is_interpolated_in_the_middle() {
     let colors = [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0]];
     let bytes = show([2, 1], &colors, |push| {
-        (push.window, push.origin, push.per_pixel) = ([10, 4], [1.0, 0.0], 0.25);
+        (push.window, push.origin, push.per_pixel) = ([10, 4], [1.0, 0.0], [0.25; 2]);
         (push.curve, push.bgra) = (CURVE_LINEAR, 1);
     });
     let red: Vec<u8> = bytes[..10].iter().map(|bytes| bytes[2]).collect();

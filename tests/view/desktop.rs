@@ -33,6 +33,17 @@ pub struct Shot {
 }
 
 impl Shot {
+    /// The middle of what is to the right of a panel, of this size; none if there is no room.
+    pub fn middle(&self, panel: u32, [width, height]: [u32; 2]) -> Option<Vec<[u8; 3]>> {
+        let x = panel + self.width.checked_sub(panel)?.checked_sub(width)? / 2;
+        let y = self.height.checked_sub(height)? / 2;
+        let row = |y: u32| {
+            let first = (y * self.width + x) as usize;
+            &self.pixels[first..first + width as usize]
+        };
+        Some((y..y + height).map(row).collect::<Vec<_>>().concat())
+    }
+
     /// Writes a PNG.
     pub fn save(&self, path: &Path) {
         let bytes = self.pixels.concat();
@@ -44,7 +55,7 @@ impl Desktop {
     /// Starts the server.
     pub fn new() -> Self {
         let mut command = Command::new("Xvfb");
-        command.args(["-displayfd", "1", "-screen", "0", "1400x900x24", "-nolisten", "tcp"]);
+        command.args(["-displayfd", "1", "-screen", "0", "1600x900x24", "-nolisten", "tcp"]);
         let spawned = command.stdout(Stdio::piped()).stderr(Stdio::null()).spawn();
         let mut server = spawned.unwrap_or_else(|error| panic!("no Xvfb ({error}): apt-get install xvfb"));
         let mut number = String::new();
@@ -102,11 +113,20 @@ impl Desktop {
         self.input(BUTTON_RELEASE_EVENT, 1, [0, 0]);
     }
 
-    /// Presses keys together.
+    /// Presses keys together, as a hand does.
     pub fn press(&self, symbols: &[u32]) {
+        self.press_for(symbols, Duration::from_millis(50));
+    }
+
+    /// Presses keys together, and lets them go at once.
+    pub fn strike(&self, symbols: &[u32]) {
+        self.press_for(symbols, Duration::ZERO);
+    }
+
+    fn press_for(&self, symbols: &[u32], time: Duration) {
         let codes: Vec<u8> = symbols.iter().map(|symbol| self.key_code(*symbol)).collect();
         codes.iter().for_each(|code| self.input(KEY_PRESS_EVENT, *code, [0, 0]));
-        std::thread::sleep(Duration::from_millis(50));
+        std::thread::sleep(time);
         codes.iter().rev().for_each(|code| self.input(KEY_RELEASE_EVENT, *code, [0, 0]));
     }
 
