@@ -60,6 +60,8 @@ pub use registry::{Family, Kind, ParamSpec, Support, TypeSpec};
 pub(crate) use rewrite::Rewrite;
 pub use texture_model::*;
 
+use crate::input::Budget;
+
 /// What goblet knows of the pbrt-v4 format: directives that have types, their
 /// types, and the parameters of each.
 pub const FAMILIES: [&Family; 11] = [
@@ -77,14 +79,21 @@ pub const FAMILIES: [&Family; 11] = [
 ];
 
 impl Scene {
-    /// Reads the scene file at `path`, and the files that it names.
+    /// Reads the scene file at `path`, and the files that it names, within the default budget of
+    /// memory.
     pub fn load(path: impl AsRef<Path>) -> Result<Scene, SceneError> {
-        parser::load(path.as_ref())
+        Self::load_within(path, Budget::default())
     }
 
-    /// Reads the scene file at `path`, and finds all of it that is not supported.
-    pub fn survey(path: impl AsRef<Path>) -> Survey {
-        parser::survey(path.as_ref())
+    /// Reads the scene file at `path`, and the files that it names, within a budget of memory.
+    pub fn load_within(path: impl AsRef<Path>, budget: Budget) -> Result<Scene, SceneError> {
+        parser::load(path.as_ref(), budget)
+    }
+
+    /// Reads the scene file at `path` within a budget of memory, and finds all of it that is not
+    /// supported.
+    pub fn survey(path: impl AsRef<Path>, budget: Budget) -> Survey {
+        parser::survey(path.as_ref(), budget)
     }
 
     /// Reads a scene from `text`. Messages call it `file_name`; files that it

@@ -7,6 +7,7 @@
 
 use super::color::ColorSpace;
 use super::error::{Location, SceneError};
+use super::lexer::shorten;
 use super::model::Rgb;
 use super::params::Param;
 use super::registry::Kind;
@@ -54,7 +55,7 @@ impl Spectrum {
                 }
             },
             (_, Some(name)) => Self::named(name)
-                .ok_or_else(|| param.location.unsupported(&format!("the spectrum {name:?} of {param}"), NAMES)),
+                .ok_or_else(|| param.location.unsupported(&format!("the spectrum {:?} of {param}", shorten(name)), NAMES)),
             _ => Self::table(param),
         }
     }

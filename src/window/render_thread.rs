@@ -182,7 +182,7 @@ impl RenderThread<'_> {
     fn load(&mut self, wish: &Wish) {
         self.loads = wish.loads;
         self.shared.tell(|news| news.status.doing = "reading the scene");
-        match Scene::load(&wish.scene) {
+        match Scene::load_within(&wish.scene, self.scene.budget.anew()) {
             Ok(scene) => {
                 let loaded = Loaded { camera: scene.camera, film: scene.film.clone() };
                 let message = scene.warnings.first().map_or_else(|| "read the scene".to_owned(), Clone::clone);

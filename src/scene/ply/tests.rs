@@ -29,7 +29,7 @@ const ASCII_BODY: &str = "\
 8 4 0 1 2 3";
 
 fn parse(bytes: &[u8]) -> Result<Mesh, String> {
-    read_mesh(&mut Cursor::new(bytes), bytes.len() as u64).map_err(|error| match error {
+    read_mesh(&mut Cursor::new(bytes), bytes.len() as u64, &Budget::default()).map_err(|error| match error {
         PlyError::Unreadable(error) => error.to_string(),
         PlyError::Invalid(what) => what,
     })

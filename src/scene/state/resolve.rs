@@ -35,11 +35,26 @@ impl SceneBuilder {
             self.warn(end, "the scene has no Camera; it is seen from the origin along +z");
         }
         let (film, camera, integrator) = std::mem::take(&mut self.options).resolve()?;
-        let (lights, warnings) = (std::mem::take(&mut self.lights), std::mem::take(&mut self.warnings));
+        let (lights, mut warnings) = (std::mem::take(&mut self.lights), std::mem::take(&mut self.warnings));
+        if self.more_warnings > 0 {
+            warnings.push(format!("{} more warnings are not shown", self.more_warnings));
+        }
         let textures = std::mem::take(&mut self.textures).made;
         let included = std::mem::take(&mut self.included);
-        let mut scene =
-            Scene { camera, integrator, film, materials, textures, shapes, instances, lights, included, warnings };
+        let budget = Arc::clone(&self.budget);
+        let mut scene = Scene {
+            camera,
+            integrator,
+            film,
+            materials,
+            textures,
+            shapes,
+            instances,
+            lights,
+            included,
+            warnings,
+            budget,
+        };
         scene.warnings.extend(missing_light::warning(&scene, &self.material_names()));
         Ok(scene)
     }
@@ -107,7 +122,7 @@ impl SceneBuilder {
                 shapes.push(shape);
             } else if shape.emission.is_some() {
                 let what = "the shape is of the material \"interface\"; its area light is ignored, as in pbrt";
-                self.warnings.push(format!("{}: {what}", shape.location));
+                self.warn(&shape.location, what);
             }
         }
         Ok((shapes, materials))
