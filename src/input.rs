@@ -17,7 +17,12 @@ use std::sync::{Arc, OnceLock};
 #[derive(Debug)]
 pub struct Budget {
     limit: u64,
-    taken: AtomicU64,
+    /// For as long as the scene.
+    kept: AtomicU64,
+    /// While it is read.
+    held: AtomicU64,
+    /// Once it is read.
+    packed: AtomicU64,
     read: AtomicU64,
     /// What raises the limit, for messages.
     option: Option<&'static str>,
@@ -39,7 +44,8 @@ impl Default for Budget {
 impl Budget {
     /// Of so many bytes.
     pub fn new(limit: u64) -> Self {
-        Self { limit, taken: AtomicU64::new(0), read: AtomicU64::new(0), option: None }
+        let [kept, held, packed, read] = std::array::from_fn(|_| AtomicU64::new(0));
+        Self { limit, kept, held, packed, read, option: None }
     }
 
     /// Messages say that this option raises the limit.
@@ -60,8 +66,27 @@ impl Budget {
     /// There is not so much left.
     pub fn take(&self, bytes: u64) -> Result<(), OverBudget> {
         self.check(bytes)?;
-        self.taken.fetch_add(bytes, Ordering::Relaxed);
+        self.fits(self.once_read(), bytes, Need::Memory)?;
+        self.kept.fetch_add(bytes, Ordering::Relaxed);
         Ok(())
+    }
+
+    /// Takes memory that is kept, but for which there is need only once all is read.
+    ///
+    /// # Errors
+    /// There will not be so much left.
+    pub fn take_later(&self, bytes: u64) -> Result<(), OverBudget> {
+        self.fits(self.once_read(), bytes, Need::Memory)?;
+        self.packed.fetch_add(bytes, Ordering::Relaxed);
+        Ok(())
+    }
+
+    fn once_read(&self) -> u64 {
+        self.kept.load(Ordering::Relaxed) + self.packed.load(Ordering::Relaxed)
+    }
+
+    fn while_read(&self) -> u64 {
+        self.kept.load(Ordering::Relaxed) + self.held.load(Ordering::Relaxed)
     }
 
     /// Takes memory until what is returned is dropped.
@@ -69,8 +94,9 @@ impl Budget {
     /// # Errors
     /// There is not so much left.
     pub fn hold(self: &Arc<Self>, bytes: u64) -> Result<Held, OverBudget> {
-        self.take(bytes)?;
-        Ok(Held { budget: Arc::clone(self), bytes })
+        let mut held = Held { budget: Arc::clone(self), bytes: 0 };
+        held.grow(bytes)?;
+        Ok(held)
     }
 
     /// Makes sure that there is memory for what is needed for a moment.
@@ -78,7 +104,7 @@ impl Budget {
     /// # Errors
     /// There is not so much left.
     pub fn check(&self, bytes: u64) -> Result<(), OverBudget> {
-        self.fits(self.taken.load(Ordering::Relaxed), bytes, Need::Memory)
+        self.fits(self.while_read(), bytes, Need::Memory)
     }
 
     /// Counts bytes of files that are read, or of what is as if it were read again.
@@ -101,12 +127,12 @@ impl Budget {
 
     /// Bytes that are left.
     pub fn left(&self) -> u64 {
-        self.limit.saturating_sub(self.taken.load(Ordering::Relaxed))
+        self.limit.saturating_sub(self.while_read())
     }
 
     /// Gives back what was taken and is not needed any more.
     pub fn give_back(&self, bytes: u64) {
-        self.taken.fetch_sub(bytes.min(self.taken.load(Ordering::Relaxed)), Ordering::Relaxed);
+        self.kept.fetch_sub(bytes.min(self.kept.load(Ordering::Relaxed)), Ordering::Relaxed);
     }
 }
 
@@ -123,7 +149,8 @@ impl Held {
     /// # Errors
     /// There is not so much left.
     pub fn grow(&mut self, bytes: u64) -> Result<(), OverBudget> {
-        self.budget.take(bytes)?;
+        self.budget.check(bytes)?;
+        self.budget.held.fetch_add(bytes, Ordering::Relaxed);
         self.bytes += bytes;
         Ok(())
     }
@@ -136,7 +163,7 @@ impl Held {
     /// Gives some of it back.
     pub fn shrink(&mut self, bytes: u64) {
         let bytes = bytes.min(self.bytes);
-        self.budget.give_back(bytes);
+        self.budget.held.fetch_sub(bytes, Ordering::Relaxed);
         self.bytes -= bytes;
     }
 
@@ -156,7 +183,7 @@ impl Held {
 
 impl Drop for Held {
     fn drop(&mut self) {
-        self.budget.give_back(self.bytes);
+        self.shrink(self.bytes);
     }
 }
 
@@ -283,7 +310,22 @@ mod tests {
         assert_eq!(budget.left(), 40);
         budget.give_back(10);
         budget.take(50).unwrap();
+        assert_eq!(budget.left(), 0);
         assert!(Budget::default().left() >= LEAST);
+    }
+
+    #[test]
+    fn what_is_packed_takes_the_place_of_what_is_held() {
+        let budget = Arc::new(Budget::new(100));
+        budget.take(20).unwrap();
+        let held = budget.hold(70).unwrap();
+        budget.take_later(75).unwrap();
+        assert!(budget.take_later(6).is_err());
+        assert!(budget.take(6).is_err());
+        budget.take(5).unwrap();
+        drop(held);
+        assert_eq!(budget.left(), 75);
+        assert!(budget.take(1).is_err());
     }
 
     #[test]

@@ -32,7 +32,12 @@ impl Location {
 
     /// What stands here needs more memory than the scene may take.
     pub(super) fn over(&self) -> impl Fn(OverBudget) -> SceneError {
-        |over| self.invalid(format!("too large: {over}"))
+        |over| self.too_large("", over)
+    }
+
+    /// The same, with what is too large: a noun and a verb.
+    pub(super) fn too_large(&self, what: &str, over: OverBudget) -> SceneError {
+        SceneError::TooLarge { location: self.clone(), message: format!("{what}too large: {over}") }
     }
 
     /// The scene is right, but asks for what goblet cannot do; `what` starts the
@@ -62,6 +67,14 @@ pub enum SceneError {
         /// Where.
         location: Location,
         /// What is missing, and what there is.
+        message: String,
+    },
+    /// The scene needs more memory than it may take.
+    #[error("{location}: {message}")]
+    TooLarge {
+        /// What it would be for.
+        location: Location,
+        /// How much is needed, and how much may be taken.
         message: String,
     },
     /// A file could not be opened or read.

@@ -101,9 +101,10 @@ pub(super) fn survey(path: &Path, budget: Budget) -> Survey {
         Err(error) => return Survey { scene: None, unsupported: Vec::new(), errors: vec![error], more: 0 },
     };
     parser.scene.collect_errors();
-    let read = parser.directives();
-    let (scene, Collected { unsupported, mut errors, more }) = parser.scene.finish_collecting(parser.stream.end());
-    errors.extend(read.err());
+    let (scene, Collected { unsupported, errors, more }) = match parser.directives() {
+        Ok(()) => parser.scene.finish_collecting(parser.stream.end()),
+        Err(error) => (None, parser.scene.collected_with(error)),
+    };
     Survey { scene, unsupported, errors, more }
 }
 

@@ -85,8 +85,17 @@ struct PendingShape {
 #[derive(Debug)]
 struct MaterialSlot {
     made: Result<Made, SceneError>,
-    /// Its place in [`Scene::materials`], once a shape is made of it.
-    index: Option<usize>,
+    /// Once a shape is made of it.
+    used: Option<Used>,
+}
+
+/// Where a material that shapes are made of is.
+#[derive(Clone, Copy, Debug)]
+struct Used {
+    /// Its place in [`Scene::materials`].
+    index: usize,
+    /// How many mixes are within each other.
+    depth: u32,
 }
 
 /// Mixes may be of mixes.
@@ -135,7 +144,7 @@ pub(super) struct SceneBuilder {
 impl SceneBuilder {
     /// File names in the scene are relative to `directory`.
     pub fn new(directory: &Path, budget: &Arc<Budget>) -> Self {
-        let default_material = MaterialSlot { made: Ok(Made::Material(material::default())), index: None };
+        let default_material = MaterialSlot { made: Ok(Made::Material(material::default())), used: None };
         Self {
             options: Options::default(),
             world: false,
@@ -343,7 +352,7 @@ impl SceneBuilder {
         }
         // Each that is used is kept twice, as it was made and as it is used.
         self.keep::<[MaterialSlot; 2]>(0, location)?;
-        self.slots.push(MaterialSlot { made, index: None });
+        self.slots.push(MaterialSlot { made, used: None });
         Ok(self.slots.len() - 1)
     }
 
@@ -444,7 +453,7 @@ impl SceneBuilder {
             return Ok(());
         }
         let placed = geometry.placed_bytes(emission.is_some());
-        self.budget.take(placed).map_err(directive.over())?;
+        self.budget.take_later(placed).map_err(directive.over())?;
         if !geometry.hull_all(|point| world_from_object.transform_point3(point).is_finite()) {
             return Err(directive.invalid(OVERFLOWS));
         }

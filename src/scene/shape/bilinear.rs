@@ -34,7 +34,7 @@ pub(super) fn mesh(params: &ParamList, budget: &Budget, location: &Location) -> 
     let has_normals = cells > 1 || !normals.is_empty();
     let mut grid = room(patches.len(), cells, has_normals, budget).map_err(|over| {
         let what = format!("{} patches of {cells}x{cells} cells, for the most twisted of them, are", patches.len());
-        location.invalid(format!("{what} too large: {over}"))
+        location.too_large(&format!("{what} "), over)
     })?;
     for patch in &patches {
         let corner_uvs = if uvs.is_empty() {

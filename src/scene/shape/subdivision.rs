@@ -32,9 +32,9 @@ pub(super) fn mesh(params: &ParamList, budget: &Budget, location: &Location) -> 
     let mut surface = Surface::new(positions, faces, param)?;
     let size = surface.size_after(levels);
     let triangles = size.triangles;
-    budget.check(size.bytes()).map_err(|over| {
-        location.invalid(format!("{levels} levels make {triangles} triangles, which are too large: {over}"))
-    })?;
+    budget
+        .check(size.bytes())
+        .map_err(|over| location.too_large(&format!("{levels} levels make {triangles} triangles, which are "), over))?;
     if 3 * triangles > u64::from(NONE) {
         let what = format!("{levels} levels make {triangles} triangles; expected at most {}", NONE / 3);
         return Err(location.invalid(what));

@@ -47,9 +47,11 @@ impl SceneBuilder {
     }
 
     /// Whether an outcome is an error that is remembered.
+    /// One of memory is not: what comes next would need more.
     pub fn notes(&mut self, outcome: Result<(), SceneError>) -> Result<bool, SceneError> {
         match (outcome, &mut self.collected) {
             (Ok(()), _) => Ok(false),
+            (Err(error @ SceneError::TooLarge { .. }), _) => Err(error),
             (Err(error), Some(collected)) => {
                 collected.add(error);
                 Ok(true)
@@ -60,14 +62,16 @@ impl SceneBuilder {
 
     /// The scene without what is wrong, if that makes one, and what is.
     pub fn finish_collecting(mut self, end: &Location) -> (Option<Scene>, Collected) {
-        let scene = self.resolve(end);
-        let mut collected = self.collected.unwrap_or_default();
-        match scene {
-            Ok(scene) => (Some(scene), collected),
-            Err(error) => {
-                collected.errors.push(error);
-                (None, collected)
-            }
+        match self.resolve(end) {
+            Ok(scene) => (Some(scene), self.collected.unwrap_or_default()),
+            Err(error) => (None, self.collected_with(error)),
         }
+    }
+
+    /// What is wrong, and an error that ends the search.
+    pub fn collected_with(self, error: SceneError) -> Collected {
+        let mut collected = self.collected.unwrap_or_default();
+        collected.errors.push(error);
+        collected
     }
 }
