@@ -38,12 +38,12 @@ pub use space::RenderSpace;
 use texture::PackedTextures;
 
 use crate::bvh::{self, Bvh};
+use crate::input::OverBudget;
 use crate::kernels::{
     self, AREA, AliasEntry, BvhPair, DISK, DISTANT, GONIOMETRIC, INFINITE, Instance, KIND_SHIFT, LightTexel, NONE,
     NewtonStart, PROJECTION, Quadric, REVOLUTION, Revolution, RevolutionPiece, RevolutionSegment, SKY, SPHERE, SPOT,
     Specialization, TRIANGLE, TextureNode, Triangle, TriangleNormals, TriangleUvs,
 };
-use crate::input::OverBudget;
 use crate::scene::{AreaLight, Geometry, Input, Mesh, PACKED_LIGHT, PACKED_TRIANGLE, Rgb, Scene, Shape};
 
 /// Why a scene that was read cannot be rendered.

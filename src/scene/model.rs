@@ -379,9 +379,11 @@ impl Geometry {
                 of_box(DVec3::new(-radius, -radius, *height), DVec3::new(*radius, *radius, *height))
             }
             // Control points bound the curve, and so do their rings the body.
-            Self::Revolution(profile) => profile.segments.iter().flat_map(|segment| &segment.points).all(|point| {
-                of_box(DVec3::new(-point.x, -point.x, point.y), DVec3::new(point.x, point.x, point.y))
-            }),
+            Self::Revolution(profile) => profile
+                .segments
+                .iter()
+                .flat_map(|segment| &segment.points)
+                .all(|point| of_box(DVec3::new(-point.x, -point.x, point.y), DVec3::new(point.x, point.x, point.y))),
         }
     }
 
@@ -417,8 +419,12 @@ impl Mesh {
     /// Bytes that its arrays take.
     pub fn bytes(&self) -> u64 {
         let Self { positions, normals, uvs, triangles } = self;
-        let sizes =
-            [size_of_val(&positions[..]), size_of_val(&normals[..]), size_of_val(&uvs[..]), size_of_val(&triangles[..])];
+        let sizes = [
+            size_of_val(&positions[..]),
+            size_of_val(&normals[..]),
+            size_of_val(&uvs[..]),
+            size_of_val(&triangles[..]),
+        ];
         sizes.iter().map(|size| *size as u64).sum()
     }
 }

@@ -380,11 +380,7 @@ impl Parser {
 
     /// The file to continue with: its text, its name, and what it is. The name is relative to
     /// the folder of the scene file, not to that of the including file: as in pbrt.
-    fn named_text(
-        &mut self,
-        word: &str,
-        at: &Location,
-    ) -> Result<((String, Held), String, PathBuf), SceneError> {
+    fn named_text(&mut self, word: &str, at: &Location) -> Result<((String, Held), String, PathBuf), SceneError> {
         let (name, name_at) = self.stream.string(&format!("the name of a file after {word}"))?;
         let path = self.scene.directory().join(&name);
         let identity = identity(&path);

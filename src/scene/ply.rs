@@ -196,7 +196,8 @@ impl Body<'_> {
 
     fn read_vertices(&mut self, element: &Element) -> Result<(), PlyError> {
         let layout = self.vertex_slots(element)?;
-        let bytes = size_of::<DVec3>() * (1 + usize::from(layout.normals)) + size_of::<DVec2>() * usize::from(layout.uvs);
+        let bytes =
+            size_of::<DVec3>() * (1 + usize::from(layout.normals)) + size_of::<DVec2>() * usize::from(layout.uvs);
         self.check_memory(element.count, bytes)?;
         for vertex in 0..element.count {
             let mut values = [0.0; 8];

@@ -54,8 +54,9 @@ impl Spectrum {
                     Err(param.bad_value(&format!("one temperature from 100 to 1000000 K{hint}")))
                 }
             },
-            (_, Some(name)) => Self::named(name)
-                .ok_or_else(|| param.location.unsupported(&format!("the spectrum {:?} of {param}", shorten(name)), NAMES)),
+            (_, Some(name)) => Self::named(name).ok_or_else(|| {
+                param.location.unsupported(&format!("the spectrum {:?} of {param}", shorten(name)), NAMES)
+            }),
             _ => Self::table(param),
         }
     }

@@ -448,15 +448,15 @@ impl SceneBuilder {
         }
         let world_from_object = self.state.world_from_object;
         check_finite(&world_from_object, directive)?;
+        if !geometry.hull_all(|point| world_from_object.transform_point3(point).is_finite()) {
+            return Err(directive.invalid(OVERFLOWS));
+        }
         if !transform::is_invertible(&world_from_object) && !shape::stays_when_flattened(&mut geometry) {
             self.warn(directive, FLATTENED);
             return Ok(());
         }
         let placed = geometry.placed_bytes(emission.is_some());
         self.budget.take_later(placed).map_err(directive.over())?;
-        if !geometry.hull_all(|point| world_from_object.transform_point3(point).is_finite()) {
-            return Err(directive.invalid(OVERFLOWS));
-        }
         let shape = Shape {
             geometry,
             alpha,

@@ -5,11 +5,11 @@ use std::time::Duration;
 
 use clap::Args;
 
-use crate::cli::{Aov, SceneMemory};
 use crate::cli::values::{
     Radius, alpha, cell_scale, eye_paths, output_path, photons, positive_u32, radius, resolution, seconds, seed,
     target_error, workgroup_sizes,
 };
+use crate::cli::{Aov, SceneMemory};
 use crate::options::{Contribution, DirectLight, Integrator, LookupKind, Options, Sampler};
 use crate::pack::RevolutionSolver;
 use crate::radius::RadiusSchedule;
