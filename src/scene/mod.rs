@@ -14,6 +14,7 @@ use std::path::Path;
 mod camera;
 mod color;
 mod error;
+mod extent;
 mod files;
 mod film;
 #[cfg(test)]
@@ -51,6 +52,7 @@ mod version3;
 
 pub(crate) use camera::default_window;
 pub use error::{Location, SceneError};
+pub(crate) use extent::{PACKED_LIGHT, PACKED_TRIANGLE};
 pub(crate) use files::{directory, identity};
 pub(crate) use light_image::window_cosine;
 pub use model::*;

@@ -10,7 +10,8 @@ use std::f64::consts::{PI, TAU};
 use glam::DVec3;
 
 use super::super::error::{Location, SceneError};
-use super::super::model::{Mesh, PACKED_TRIANGLE};
+use super::super::extent::PACKED_TRIANGLE;
+use super::super::model::Mesh;
 use super::super::params::{Param, ParamList};
 use super::{check_copies, faces, no_indices, positions};
 use crate::input::Budget;
