@@ -9,6 +9,7 @@ pub mod devices;
 mod failure;
 pub mod info;
 pub mod measure;
+mod memory;
 pub mod merge;
 pub mod render;
 mod shard;
@@ -22,6 +23,7 @@ pub mod view;
 pub use advise::AdviseArgs;
 pub use failure::Failure;
 pub use measure::MeasureArgs;
+pub use memory::SceneMemory;
 pub use render::RenderArgs;
 
 use std::path::PathBuf;
@@ -175,6 +177,10 @@ pub struct TessellateArgs {
     #[arg(long, value_name = "T", value_parser = tolerance, default_value = "1e-4")]
     #[arg(allow_negative_numbers = true)]
     pub tolerance: f64,
+
+    /// How much memory the scene may take.
+    #[command(flatten)]
+    pub scene_memory: SceneMemory,
 }
 
 /// Arguments of `goblet info`.
@@ -187,6 +193,10 @@ pub struct InfoArgs {
     /// Print JSON
     #[arg(long)]
     pub json: bool,
+
+    /// How much memory the scene may take.
+    #[command(flatten)]
+    pub scene_memory: SceneMemory,
 }
 
 /// Arguments of `goblet devices`.

@@ -38,12 +38,13 @@ pub use space::RenderSpace;
 use texture::PackedTextures;
 
 use crate::bvh::{self, Bvh};
+use crate::input::OverBudget;
 use crate::kernels::{
     self, AREA, AliasEntry, BvhPair, DISK, DISTANT, GONIOMETRIC, INFINITE, Instance, KIND_SHIFT, LightTexel, NONE,
     NewtonStart, PROJECTION, Quadric, REVOLUTION, Revolution, RevolutionPiece, RevolutionSegment, SKY, SPHERE, SPOT,
     Specialization, TRIANGLE, TextureNode, Triangle, TriangleNormals, TriangleUvs,
 };
-use crate::scene::{AreaLight, Geometry, Input, Mesh, Rgb, Scene, Shape};
+use crate::scene::{AreaLight, Geometry, Input, Mesh, PACKED_LIGHT, PACKED_TRIANGLE, Rgb, Scene, Shape};
 
 /// Why a scene that was read cannot be rendered.
 #[derive(Debug, thiserror::Error)]
@@ -73,7 +74,21 @@ pub enum PackError {
         /// `file:line:column` of the texture.
         location: String,
     },
+    /// What something is packed to takes more memory than the scene may.
+    #[error("{location}: too large: {over}")]
+    OverBudget {
+        /// `file:line:column` of it.
+        location: String,
+        /// How much it is.
+        over: OverBudget,
+    },
 }
+
+// What the scene is charged for what it is packed to.
+const _: () = {
+    assert!(size_of::<Triangle>() as u64 <= PACKED_TRIANGLE && size_of::<TriangleNormals>() as u64 <= PACKED_TRIANGLE);
+    assert!((size_of::<kernels::Light>() + 2 * size_of::<AliasEntry>() + size_of::<f64>()) as u64 <= PACKED_LIGHT);
+};
 
 /// Everything about a scene that crosses to the GPU.
 pub struct PackedScene {

@@ -7,8 +7,8 @@ use std::time::Duration;
 use clap::Args;
 use serde::Serialize;
 
-use super::Failure;
 use super::values::{resolution, seconds, target_error};
+use super::{Failure, SceneMemory};
 use crate::advise::{Advice, Expected, Goal, Length, advise};
 use crate::options::Options;
 use crate::renderer::open_device;
@@ -48,6 +48,10 @@ pub struct AdviseArgs {
     #[arg(long, value_name = "INDEX|NAME")]
     pub device: Option<String>,
 
+    /// How much memory the scene may take.
+    #[command(flatten)]
+    pub scene_memory: SceneMemory,
+
     /// Print JSON
     #[arg(long)]
     pub json: bool,
@@ -70,7 +74,7 @@ struct Report {
 /// # Errors
 /// The scene or the device is at fault.
 pub fn run(args: &AdviseArgs) -> Result<(), Failure> {
-    let scene = Scene::load(&args.scene)?;
+    let scene = Scene::load_within(&args.scene, args.scene_memory.budget())?;
     for warning in &scene.warnings {
         eprintln!("warning: {warning}");
     }

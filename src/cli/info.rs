@@ -25,6 +25,13 @@ struct Info {
     unsupported: Vec<String>,
     /// All other faults.
     errors: Vec<String>,
+    /// How many faults are not listed.
+    #[serde(skip_serializing_if = "is_zero")]
+    further_faults: u64,
+}
+
+fn is_zero(count: &u64) -> bool {
+    *count == 0
 }
 
 #[derive(Serialize)]
@@ -91,7 +98,7 @@ struct Memory {
 /// # Errors
 /// The scene cannot be rendered; what can be told of it is printed nevertheless.
 pub fn run(args: &InfoArgs) -> Result<(), Failure> {
-    let Survey { scene, unsupported, errors } = Scene::survey(&args.scene);
+    let Survey { scene, unsupported, errors, more } = Scene::survey(&args.scene, args.scene_memory.budget());
     let mut errors: Vec<Failure> = errors.into_iter().map(Failure::from).collect();
     let contents = scene.as_ref().map(Contents::new).transpose().unwrap_or_else(|error| {
         errors.push(error.into());
@@ -102,6 +109,7 @@ pub fn run(args: &InfoArgs) -> Result<(), Failure> {
         warnings: scene.map(|scene| scene.warnings).unwrap_or_default(),
         unsupported: unsupported.iter().map(ToString::to_string).collect(),
         errors: errors.iter().map(ToString::to_string).collect(),
+        further_faults: more,
     };
     let value = serde_json::to_value(&info).map_err(|error| Failure::Info(error.to_string()))?;
     if args.json {

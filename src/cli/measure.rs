@@ -9,9 +9,9 @@ use std::time::{Duration, Instant};
 use clap::Args;
 use goblet_host::Device;
 
-use super::Failure;
 use super::compare::CompareError;
 use super::values::{positive_u32, seconds};
+use super::{Failure, SceneMemory};
 use crate::compare::SizeMismatch;
 use crate::film::Image;
 use crate::machine::Machine;
@@ -69,6 +69,10 @@ pub struct MeasureArgs {
     #[arg(long, value_name = "INDEX|NAME")]
     pub device: Option<String>,
 
+    /// How much memory the scene may take.
+    #[command(flatten)]
+    pub scene_memory: SceneMemory,
+
     /// Print errors only
     #[arg(short, long)]
     pub quiet: bool,
@@ -90,7 +94,7 @@ fn vary(text: &str) -> Result<Vary, String> {
 /// # Errors
 /// The scene, a setting, the reference, the device or an output is at fault.
 pub fn run(args: &MeasureArgs) -> Result<(), Failure> {
-    let scene = Scene::load(&args.scene)?;
+    let scene = Scene::load_within(&args.scene, args.scene_memory.budget())?;
     for warning in scene.warnings.iter().filter(|_| !args.quiet) {
         eprintln!("warning: {warning}");
     }

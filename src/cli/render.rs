@@ -50,7 +50,7 @@ fn run_with(args: &RenderArgs, step: impl Fn(&mut Renderer) -> Result<(), Render
     let start = Instant::now();
     let signals = Signals::new()?;
     let notice = Notice::new("reading the scene", args.quiet);
-    let scene = Scene::load(&args.scene)?;
+    let scene = Scene::load_within(&args.scene, args.scene_memory.budget())?;
     drop(notice);
     for warning in scene.warnings.iter().filter(|_| !args.quiet) {
         eprintln!("warning: {warning}");

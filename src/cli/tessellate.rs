@@ -52,7 +52,7 @@ pub enum TessellateError {
 /// The scene, an option or an output is at fault. Before the first mesh is written, all
 /// that can be known is checked.
 pub fn run(args: &TessellateArgs) -> Result<(), Failure> {
-    let (scene, source) = scene::load_with_text(&args.scene)?;
+    let (scene, source) = scene::load_with_text(&args.scene, args.scene_memory.budget())?;
     let bodies = Bodies::of(&scene)?;
     let meshes = bodies.meshes(args.tolerance)?;
     let files = mesh_files(&args.output, meshes.len())?;

@@ -114,6 +114,14 @@ pub fn limit(text: &str) -> Result<f64, String> {
     number(text, accepted, "a finite number, 0 or more")
 }
 
+/// A number of GiB, in bytes.
+pub fn gibibytes(text: &str) -> Result<u64, String> {
+    const MOST: f64 = 1e6;
+    let bytes = f64::from(1 << 30);
+    number(text, |gib| gib > 0.0 && gib <= MOST, "a number of GiB above 0 and at most 1e6")
+        .map(|gib| (gib * bytes) as u64)
+}
+
 pub fn seconds(text: &str) -> Result<Duration, String> {
     text.parse()
         .ok()

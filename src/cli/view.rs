@@ -15,7 +15,7 @@ pub fn run(args: &RenderArgs) -> Result<(), Failure> {
     if let Some(path) = &args.stats {
         Stats::check_writable(path)?;
     }
-    let scene = Scene::load(&args.scene)?;
+    let scene = Scene::load_within(&args.scene, args.scene_memory.budget())?;
     for warning in scene.warnings.iter().filter(|_| !args.quiet) {
         eprintln!("warning: {warning}");
     }

@@ -3,7 +3,7 @@
 use glam::{DAffine3, DVec3};
 
 use super::PackError;
-use crate::scene::{Geometry, Shape};
+use crate::scene::Shape;
 
 /// The largest radius of a scene's bounding sphere, scene units: squares of lengths must
 /// stay finite in every product of f64.
@@ -144,27 +144,10 @@ impl Bounds {
     /// Widens it by a shape in world space.
     pub fn add_shape(&mut self, shape: &Shape) {
         let transform = &shape.world_from_object;
-        match &shape.geometry {
-            Geometry::Mesh(mesh) => {
-                mesh.positions.iter().for_each(|point| self.add(transform.transform_point3(*point)));
-            }
-            Geometry::Sphere { radius, z_min, z_max, .. } => {
-                self.add_box(transform, DVec3::new(-radius, -radius, *z_min), DVec3::new(*radius, *radius, *z_max));
-            }
-            Geometry::Disk { height, radius, .. } => {
-                self.add_box(transform, DVec3::new(-radius, -radius, *height), DVec3::new(*radius, *radius, *height));
-            }
-            Geometry::Revolution(profile) => {
-                // Control points bound the curve, and so do their rings the body.
-                for point in profile.segments.iter().flat_map(|segment| &segment.points) {
-                    self.add_box(
-                        transform,
-                        DVec3::new(-point.x, -point.x, point.y),
-                        DVec3::new(point.x, point.x, point.y),
-                    );
-                }
-            }
-        }
+        shape.geometry.hull_all(|point| {
+            self.add(transform.transform_point3(point));
+            true
+        });
     }
 
     /// Widens it by another one that is transformed.

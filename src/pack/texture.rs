@@ -12,6 +12,7 @@ use super::instance::Placed;
 use super::material::{pack_materials, specialize};
 use super::{PackError, Packer, rows};
 use crate::film::Image;
+use crate::input::{Budget, OverBudget};
 use crate::kernels::{
     self, FROM_ANGLES, FROM_CYLINDER, FROM_SPACE, FROM_SURFACE, NONE, TEXTURE_BILINEAR, TEXTURE_CHECKS,
     TEXTURE_CONSTANT, TEXTURE_DIRECTION, TEXTURE_IMAGE, TEXTURE_MIX, TEXTURE_MULTIPLY, TEXTURE_STACK, TextureNode,
@@ -35,6 +36,8 @@ pub(super) struct PackedTextures {
     pub texels: Vec<[u32; 4]>,
     world_from_render: DAffine3,
     scene: Vec<Texture>,
+    /// Of the scene's memory.
+    budget: Arc<Budget>,
     /// The first node of each texture that is there.
     first: HashMap<usize, u32>,
     /// The node of each constant opacity, by its bits.
@@ -45,7 +48,12 @@ pub(super) struct PackedTextures {
 
 impl PackedTextures {
     pub fn new(scene: &Scene, render_from_world: &DAffine3) -> Self {
-        Self { world_from_render: render_from_world.inverse(), scene: scene.textures.clone(), ..Self::default() }
+        Self {
+            world_from_render: render_from_world.inverse(),
+            scene: scene.textures.clone(),
+            budget: Arc::clone(&scene.budget),
+            ..Self::default()
+        }
     }
 
     /// A texture's first node, or NONE and the constant.
@@ -69,9 +77,13 @@ impl PackedTextures {
         if let Some(first) = self.first.get(&index) {
             return Ok(*first);
         }
-        let first = self
-            .run(Input::Texture(index))
-            .ok_or_else(|| PackError::TextureTooDeep { location: self.scene[index].location.clone() })?;
+        let first = self.run(Input::Texture(index)).map_err(|limit| {
+            let location = self.scene[index].location.clone();
+            match limit {
+                Limit::Nodes => PackError::TextureTooDeep { location },
+                Limit::Memory(over) => PackError::OverBudget { location, over },
+            }
+        })?;
         self.first.insert(index, first);
         Ok(first)
     }
@@ -90,13 +102,15 @@ impl PackedTextures {
         }
     }
 
-    /// Adds the nodes of an input; none where they are too many.
-    fn run(&mut self, input: Input<Rgb>) -> Option<u32> {
+    /// Adds the nodes of an input.
+    fn run(&mut self, input: Input<Rgb>) -> Result<u32, Limit> {
         let first = self.nodes.len();
         let mut run = Run { textures: self, first, height: 0 };
         run.input(input, 0)?;
-        self.nodes.last_mut()?.last = 1;
-        Some(first as u32)
+        if let Some(node) = self.nodes.last_mut() {
+            node.last = 1;
+        }
+        Ok(first as u32)
     }
 
     fn image(&mut self, image: &Arc<Image>) -> u32 {
@@ -127,6 +141,14 @@ impl PackedTextures {
 /// The largest number that is a half float.
 const HALF_MAX: f32 = 65504.0;
 
+/// Why nodes could not be added.
+enum Limit {
+    /// A texture has too many, or needs too large a stack.
+    Nodes,
+    /// All textures together take too much memory.
+    Memory(OverBudget),
+}
+
 /// A texture as its nodes are added: each after those whose values it takes.
 struct Run<'a> {
     textures: &'a mut PackedTextures,
@@ -136,31 +158,36 @@ struct Run<'a> {
 }
 
 impl Run<'_> {
-    fn push(&mut self, node: TextureNode, taken: u32) -> Option<()> {
+    fn push(&mut self, node: TextureNode, taken: u32) -> Result<(), Limit> {
         self.height = self.height - taken + 1;
+        if self.height > TEXTURE_STACK || self.textures.nodes.len() - self.first >= MAX_NODES {
+            return Err(Limit::Nodes);
+        }
+        let bytes = (self.textures.nodes.len() + 1) * size_of::<TextureNode>();
+        self.textures.budget.check(bytes as u64).map_err(Limit::Memory)?;
         self.textures.nodes.push(node);
-        (self.height <= TEXTURE_STACK && self.textures.nodes.len() - self.first <= MAX_NODES).then_some(())
+        Ok(())
     }
 
-    fn input(&mut self, input: Input<Rgb>, depth: usize) -> Option<()> {
+    fn input(&mut self, input: Input<Rgb>, depth: usize) -> Result<(), Limit> {
         match input {
             Input::Constant(value) => self.push(node(TEXTURE_CONSTANT, [value; 4]), 0),
             Input::Texture(index) if depth < MAX_DEPTH => {
                 let texture = self.textures.scene[index].kind.clone();
                 self.texture(&texture, depth + 1)
             }
-            Input::Texture(_) => None,
+            Input::Texture(_) => Err(Limit::Nodes),
         }
     }
 
-    fn number(&mut self, input: Input<f64>, depth: usize) -> Option<()> {
+    fn number(&mut self, input: Input<f64>, depth: usize) -> Result<(), Limit> {
         match input {
             Input::Constant(value) => self.input(Input::Constant(Rgb::splat(value)), depth),
             Input::Texture(index) => self.input(Input::Texture(index), depth),
         }
     }
 
-    fn texture(&mut self, texture: &TextureKind, depth: usize) -> Option<()> {
+    fn texture(&mut self, texture: &TextureKind, depth: usize) -> Result<(), Limit> {
         match texture {
             TextureKind::Image(image) => {
                 let node = self.image(image);
@@ -195,7 +222,7 @@ impl Run<'_> {
     }
 
     /// Two inputs by a node's weight: in the node itself if both are constant.
-    fn blend(&mut self, inputs: [Input<Rgb>; 2], mut weight: TextureNode, depth: usize) -> Option<()> {
+    fn blend(&mut self, inputs: [Input<Rgb>; 2], mut weight: TextureNode, depth: usize) -> Result<(), Limit> {
         if let [Input::Constant(a), Input::Constant(b)] = inputs {
             weight.values = [a, b, a, b].map(four);
             return self.push(weight, 0);

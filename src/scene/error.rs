@@ -5,6 +5,8 @@ use std::io;
 use std::path::PathBuf;
 use std::sync::Arc;
 
+use crate::input::OverBudget;
+
 /// A place in a scene file; prints as `file:line:column`.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Location {
@@ -25,7 +27,17 @@ impl fmt::Display for Location {
 impl Location {
     /// The scene is wrong here.
     pub(super) fn invalid(&self, message: impl Into<String>) -> SceneError {
-        SceneError::Invalid { location: self.clone(), message: message.into() }
+        SceneError::Invalid { location: self.clone(), message: bounded(message.into()) }
+    }
+
+    /// What stands here needs more memory than the scene may take.
+    pub(super) fn over(&self) -> impl Fn(OverBudget) -> SceneError {
+        |over| self.too_large("", over)
+    }
+
+    /// The same, with what is too large: a noun and a verb.
+    pub(super) fn too_large(&self, what: &str, over: OverBudget) -> SceneError {
+        SceneError::TooLarge { location: self.clone(), message: format!("{what}too large: {over}") }
     }
 
     /// The scene is right, but asks for what goblet cannot do; `what` starts the
@@ -33,7 +45,7 @@ impl Location {
     pub(super) fn unsupported(&self, what: &str, supported: &str) -> SceneError {
         SceneError::Unsupported {
             location: self.clone(),
-            message: format!("{what} is not supported yet; supported here: {supported}"),
+            message: bounded(format!("{what} is not supported yet; supported here: {supported}")),
         }
     }
 }
@@ -57,8 +69,16 @@ pub enum SceneError {
         /// What is missing, and what there is.
         message: String,
     },
+    /// The scene needs more memory than it may take.
+    #[error("{location}: {message}")]
+    TooLarge {
+        /// What it would be for.
+        location: Location,
+        /// How much is needed, and how much may be taken.
+        message: String,
+    },
     /// A file could not be opened or read.
-    #[error("{}cannot read {}: {source}", prefix(.location), .path.display())]
+    #[error("{}cannot read {}: {source}", prefix(.location), bounded(.path.display().to_string()))]
     Unreadable {
         /// The file that could not be read.
         path: PathBuf,
@@ -67,6 +87,16 @@ pub enum SceneError {
         /// The operating system's reason.
         source: io::Error,
     },
+}
+
+/// Keeps a message on a few screen lines, whatever names the scene has.
+pub(super) fn bounded(mut message: String) -> String {
+    const MOST: usize = 2000;
+    if let Some((end, _)) = message.char_indices().nth(MOST) {
+        message.truncate(end);
+        message.push('…');
+    }
+    message
 }
 
 fn prefix(location: &Option<Location>) -> String {

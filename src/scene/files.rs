@@ -1,15 +1,17 @@
 //! The files that a scene names.
 
 use std::fs;
-use std::io::{self, Read};
+use std::io;
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 use flate2::read::MultiGzDecoder;
 
 use super::error::{Location, SceneError};
-use super::params::{ParamList, Values};
+use super::params::ParamList;
 use super::registry::Kind;
 use super::spectrum::Spectrum;
+use crate::input::{self, Budget, Held};
 
 /// The folder that a scene's file names are relative to.
 pub(crate) fn directory(path: &Path) -> &Path {
@@ -21,45 +23,53 @@ pub(crate) fn identity(path: &Path) -> PathBuf {
     fs::canonicalize(path).unwrap_or_else(|_| path.to_path_buf())
 }
 
-/// The longest text that is read: a device file or a gzip bomb never ends.
-const MAX_TEXT: u64 = 1 << 30;
-
-/// The text of a file, gzipped or not.
-pub(super) fn read_text(path: &Path, location: Option<&Location>) -> Result<String, SceneError> {
-    let unreadable = |source| SceneError::Unreadable { path: path.to_path_buf(), location: location.cloned(), source };
-    let file = fs::File::open(path).map_err(unreadable)?;
-    let mut bytes = Vec::new();
-    file.take(MAX_TEXT + 1).read_to_end(&mut bytes).map_err(unreadable)?;
-    if bytes.starts_with(&[0x1f, 0x8b]) {
-        let mut expanded = Vec::new();
-        let mut decoder = MultiGzDecoder::new(&bytes[..]).take(MAX_TEXT + 1);
-        decoder.read_to_end(&mut expanded).map_err(unreadable)?;
-        bytes = expanded;
-    }
-    if bytes.len() as u64 > MAX_TEXT {
-        let what = format!("it holds more than {MAX_TEXT} bytes of text");
-        return Err(unreadable(io::Error::other(what)));
-    }
-    if bytes.starts_with(&[0xff, 0xfe]) || bytes.starts_with(&[0xfe, 0xff]) {
-        return Err(unreadable(io::Error::other("it is UTF-16; expected UTF-8")));
-    }
-    // Old scenes have comments in other encodings: what is not UTF-8 is replaced,
-    // and an error only where it would mean something.
-    Ok(String::from_utf8_lossy(&bytes).into_owned())
+/// The text of a file, gzipped or not, and the memory that it takes.
+pub(super) fn read_text(
+    path: &Path,
+    location: Option<&Location>,
+    budget: &Arc<Budget>,
+) -> Result<(String, Held), SceneError> {
+    let read = || {
+        let mut bytes = input::read(path, budget)?;
+        let mut held = budget.hold(bytes.len() as u64)?;
+        if bytes.starts_with(&[0x1f, 0x8b]) {
+            bytes = input::read_to_end(MultiGzDecoder::new(&bytes[..]), budget)?;
+            held = budget.hold(bytes.len() as u64)?;
+        }
+        if bytes.starts_with(&[0xff, 0xfe]) || bytes.starts_with(&[0xfe, 0xff]) {
+            return Err(io::Error::other("it is UTF-16; expected UTF-8"));
+        }
+        // Old scenes have comments in other encodings: what is not UTF-8 is replaced,
+        // and an error only where it would mean something.
+        let text = match String::from_utf8(bytes) {
+            Ok(text) => text,
+            Err(error) => {
+                // A byte becomes three at most.
+                budget.check(3 * error.as_bytes().len() as u64)?;
+                String::from_utf8_lossy(error.as_bytes()).into_owned()
+            }
+        };
+        held.grow((text.len() as u64).saturating_sub(held.bytes()))?;
+        Ok((text, held))
+    };
+    read().map_err(|source| SceneError::Unreadable { path: path.to_path_buf(), location: location.cloned(), source })
 }
 
 /// Reads the spectra that are in files.
-pub(super) fn read_spectra(params: &mut ParamList, directory: &Path) -> Result<(), SceneError> {
+pub(super) fn read_spectra(params: &mut ParamList, directory: &Path, budget: &Arc<Budget>) -> Result<(), SceneError> {
     for param in &mut params.items {
         let Some(name) = param.text().filter(|name| param.kind == Kind::Spectrum && is_file(name)) else {
             continue;
         };
         let path = directory.join(name);
-        let text = read_text(&path, Some(&param.location))?;
+        let (text, _held) = read_text(&path, Some(&param.location), budget)?;
+        // A digit and a blank at least are a number.
+        let most = text.len().div_ceil(2) * size_of::<f64>();
+        budget.check(most as u64).map_err(param.location.over())?;
         let numbers = numbers(&text).ok_or_else(|| {
             param.location.invalid(format!("{} is no spectrum; expected numbers, and # comments", path.display()))
         })?;
-        param.values = Values::Numbers(numbers);
+        param.set_numbers(numbers)?;
     }
     Ok(())
 }

@@ -189,7 +189,7 @@ fn imports_leave_the_graphics_state_alone() {
         assert_eq!(at, [6.0, 1.0]);
         assert!(matches!(scene.materials[scene.shapes[1].material], Material::Dielectric { .. }));
     };
-    let (scene, flat) = load_with_text(&path).unwrap();
+    let (scene, flat) = load_with_text(&path, Budget::default()).unwrap();
     check(scene);
     check(parse(&flat.text));
     assert!(refusal("Import \"i.pbrt\"").contains("1:1: Import stands before WorldBegin"));

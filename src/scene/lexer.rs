@@ -6,6 +6,7 @@ use std::path::PathBuf;
 use std::sync::Arc;
 
 use super::error::{Location, SceneError};
+use crate::input::{Budget, Held};
 
 /// One token and where it starts.
 #[derive(Clone, Debug, PartialEq)]
@@ -63,13 +64,18 @@ struct Lexer {
     location: Location,
     /// The file on disk, if there is one: how a cycle of includes is found.
     path: Option<PathBuf>,
+    /// The memory of the text, where it is from a file.
+    _held: Option<Held>,
 }
 
+/// So many numbers are made room for at a time.
+const NUMBERS_AT_A_TIME: usize = 4096;
+
 impl Lexer {
-    fn new(text: String, file: &str, path: Option<PathBuf>) -> Self {
+    fn new(text: String, file: &str, path: Option<PathBuf>, held: Option<Held>) -> Self {
         let byte_order_mark = if text.starts_with('\u{feff}') { 3 } else { 0 };
         let location = Location { file: Arc::from(file), line: 1, column: 1 };
-        Self { text, at: byte_order_mark, kept: byte_order_mark, location, path }
+        Self { text, at: byte_order_mark, kept: byte_order_mark, location, path, _held: held }
     }
 
     fn peek(&self) -> Option<char> {
@@ -125,12 +131,27 @@ impl Lexer {
 
     /// Adds the numbers that stand here, up to the first that does not pass: most of a large
     /// scene's text is lists of them, and tokens would take several times as long.
-    fn numbers(&mut self, parse: fn(&str) -> Option<f64>, values: &mut Vec<f64>) {
+    fn numbers(
+        &mut self,
+        parse: fn(&str) -> Option<f64>,
+        values: &mut Vec<f64>,
+        held: &mut Held,
+    ) -> Result<(), SceneError> {
+        let size = |count: usize| (count * size_of::<f64>()) as u64;
+        let mut room = 0;
         loop {
             self.skip_blank();
             let word = self.word_ahead();
-            let Some(value) = Some(word).filter(|word| is_number(word)).and_then(parse) else { return };
+            let Some(value) = Some(word).filter(|word| is_number(word)).and_then(parse) else {
+                held.shrink(size(room));
+                return Ok(());
+            };
+            if room == 0 {
+                held.grow(size(NUMBERS_AT_A_TIME)).map_err(self.location.over())?;
+                room = NUMBERS_AT_A_TIME;
+            }
             values.push(value);
+            room -= 1;
             let length = word.len();
             self.skip(length, length);
         }
@@ -233,6 +254,10 @@ pub(super) struct TokenStream {
     end: Location,
     /// Set where the text is kept.
     flat: Option<FlatText>,
+    /// Of the scene's memory.
+    budget: Arc<Budget>,
+    /// Files that were included so far.
+    includes: u32,
 }
 
 /// The text of a scene with every included file where it is included.
@@ -255,18 +280,39 @@ impl FlatText {
 
 /// How deep `Include` may nest; deeper is certainly a mistake.
 const MAX_INCLUDE_DEPTH: usize = 64;
+/// How many files may be included: each may include two others, and so on.
+const MAX_INCLUDES: u32 = 1 << 16;
 
 impl TokenStream {
+    /// Of a text that takes no memory of a scene's.
     pub fn new(text: String, file: &str, path: Option<PathBuf>) -> Self {
-        let lexer = Lexer::new(text, file, path);
-        Self { end: lexer.location.clone(), files: vec![lexer], ahead: None, flat: None }
+        Self::within(Arc::default(), Lexer::new(text, file, path, None))
+    }
+
+    /// Of a file's text; all that is read with it is within the budget.
+    pub fn of_file((text, held): (String, Held), file: &str, path: PathBuf, budget: &Arc<Budget>) -> Self {
+        Self::within(Arc::clone(budget), Lexer::new(text, file, Some(path), Some(held)))
+    }
+
+    fn within(budget: Arc<Budget>, lexer: Lexer) -> Self {
+        Self { end: lexer.location.clone(), files: vec![lexer], ahead: None, flat: None, budget, includes: 0 }
+    }
+
+    /// The memory that the scene may take.
+    pub fn budget(&self) -> &Arc<Budget> {
+        &self.budget
     }
 
     /// The same tokens, but their text is kept for [`flat_text`](Self::flat_text).
-    pub fn keeping_text(mut self) -> Self {
+    ///
+    /// # Errors
+    /// There is no memory for it.
+    pub fn keeping_text(mut self) -> Result<Self, SceneError> {
         let files = self.files.iter().filter_map(|file| file.path.clone()).collect();
+        let length = self.files.iter().map(|file| file.text.len() as u64).sum();
+        self.budget.take(length).map_err(self.end.over())?;
         self.flat = Some(FlatText { files, ..FlatText::default() });
-        self
+        Ok(self)
     }
 
     /// The text, if it was kept and `next` has returned `None`.
@@ -275,7 +321,11 @@ impl TokenStream {
     }
 
     /// Fails where including `path` from `location` would never end.
-    pub fn check_include(&self, path: &PathBuf, location: &Location) -> Result<(), SceneError> {
+    pub fn check_include(&mut self, path: &PathBuf, location: &Location) -> Result<(), SceneError> {
+        self.includes += 1;
+        if self.includes > MAX_INCLUDES {
+            return Err(location.invalid(format!("the scene includes more than {MAX_INCLUDES} files; expected fewer")));
+        }
         if self.files.iter().any(|file| file.path.as_ref() == Some(path)) {
             let chain: Vec<&str> = self.files.iter().map(|f| &*f.location.file).collect();
             return Err(location.invalid(format!(
@@ -294,24 +344,30 @@ impl TokenStream {
 
     /// Continues with an included file; its end returns to the present one. The last
     /// tokens were the directive and the file's name.
-    pub fn include(&mut self, text: String, file: &str, path: PathBuf) {
+    ///
+    /// # Errors
+    /// The text is to be kept, and there is no memory for it.
+    pub fn include(&mut self, (text, held): (String, Held), file: &str, path: PathBuf) -> Result<(), SceneError> {
         debug_assert!(self.ahead.is_none(), "a token would be taken out of order");
         if let (Some(flat), Some(outer)) = (&mut self.flat, self.files.last_mut()) {
+            self.budget.take(text.len() as u64).map_err(outer.location.over())?;
             flat.text.truncate(flat.before_word);
             flat.files.push(path.clone());
             outer.kept = outer.at;
         }
-        self.files.push(Lexer::new(text, file, Some(path)));
+        self.files.push(Lexer::new(text, file, Some(path), Some(held)));
+        Ok(())
     }
 
     /// The same, with all of the file in an attribute block of its own, which the caller has
     /// begun.
-    pub fn import(&mut self, mut text: String, file: &str, path: PathBuf) {
+    pub fn import(&mut self, (mut text, held): (String, Held), file: &str, path: PathBuf) -> Result<(), SceneError> {
         text.push_str("\nAttributeEnd\n");
-        self.include(text, file, path);
+        self.include((text, held), file, path)?;
         if let Some(flat) = &mut self.flat {
             flat.text.push_str("AttributeBegin\n");
         }
+        Ok(())
     }
 
     /// The next token, or `None` at the end of the scene.
@@ -349,9 +405,19 @@ impl TokenStream {
     }
 
     /// Adds the bare numbers that come next, up to the first that `parse` does not take.
-    pub fn number_list(&mut self, parse: fn(&str) -> Option<f64>, values: &mut Vec<f64>) {
-        if let (None, Some(file)) = (&self.ahead, self.files.last_mut()) {
-            file.numbers(parse, values);
+    /// What they take is held.
+    ///
+    /// # Errors
+    /// There is no memory for them.
+    pub fn number_list(
+        &mut self,
+        parse: fn(&str) -> Option<f64>,
+        values: &mut Vec<f64>,
+        held: &mut Held,
+    ) -> Result<(), SceneError> {
+        match (&self.ahead, self.files.last_mut()) {
+            (None, Some(file)) => file.numbers(parse, values, held),
+            _ => Ok(()),
         }
     }
 

@@ -15,6 +15,7 @@ use super::error::{Location, SceneError};
 use super::model::{AreaLight, EmissionImage, Light, Rgb};
 use super::params::ParamList;
 use super::registry::{Family, Kind, ParamSpec, full, ignored, later, supported};
+use super::shape::MeshFiles;
 use super::spectrum::{Spectrum, optional};
 use super::texture::Textures;
 use super::{light_image, transform};
@@ -79,12 +80,12 @@ pub(super) const AREA_FAMILY: Family = Family {
     )],
 };
 
-/// Makes a light from parameters that [`FAMILY`] has checked. Its image file is looked for in
-/// `directory`.
+/// Makes a light from parameters that [`FAMILY`] has checked. Its image file is looked for where
+/// others of the scene are.
 pub(super) fn light(
     name: &str,
     params: &ParamList,
-    directory: &Path,
+    files: &MeshFiles,
     world_from_light: DAffine3,
     location: &Location,
     warnings: &mut Vec<String>,
@@ -108,7 +109,7 @@ pub(super) fn light(
             radiance: emitted(params, "L")? * positive(params, "illuminance")?.map_or(1.0, |e| e / PI),
         },
         _ => {
-            let file = light_image::read(name, params, directory, location, warnings)?;
+            let file = light_image::read(name, params, files, location, warnings)?;
             match name {
                 "goniometric" => light_image::goniometric(file, params, world_from_light, location)?,
                 "projection" => light_image::projection(file, params, world_from_light, location)?,

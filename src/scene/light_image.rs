@@ -22,12 +22,14 @@ use super::error::{Location, SceneError};
 use super::light::{emitted, positive};
 use super::model::{Light, LightImage, Rgb};
 use super::params::{Param, ParamList};
+use super::shape::MeshFiles;
 use super::transform;
 use crate::film::{Image, LUMINANCE};
+use crate::input::Budget;
 use crate::octahedral;
-use crate::output::{ImageError, read as read_image};
+use crate::output::{ImageError, Transfer, Use, read_layers};
 
-/// The most texels of a light, 512 MiB on the device: 8192 x 4096, or 5792 x 5792.
+/// The most texels of a light that a device can hold, 512 MiB: 8192 x 4096, or 5792 x 5792.
 const MAX_TEXELS: usize = 1 << 25;
 /// The longest side: alias tables name a texel of a row in 16 bits.
 const MAX_SIDE: u32 = 1 << 16;
@@ -36,7 +38,7 @@ const MAX_SIDE: u32 = 1 << 16;
 pub(super) fn read(
     name: &str,
     params: &ParamList,
-    directory: &Path,
+    files: &MeshFiles,
     location: &Location,
     warnings: &mut Vec<String>,
 ) -> Result<Arc<Image>, SceneError> {
@@ -46,12 +48,7 @@ pub(super) fn read(
     if params.get("L").is_some() {
         return Err(param.location.invalid("an infinite light has both \"L\" and \"filename\"; expected one of them"));
     }
-    let mut image = read_image(&directory.join(file)).map_err(|error| match error {
-        ImageError::Read { path, reason } => {
-            SceneError::Unreadable { path, location: Some(param.location.clone()), source: reason }
-        }
-        other => param.location.invalid(other.to_string()),
-    })?;
+    let mut image = read_image(&files.directory.join(file), &files.budget, param)?;
     let Image { width, height, .. } = image;
     if image.pixels.len() > MAX_TEXELS || width.max(height) > MAX_SIDE {
         return Err(param.bad_value(&format!("an image of at most {MAX_TEXELS} pixels; it has {width}x{height}")));
@@ -64,13 +61,19 @@ pub(super) fn read(
     }
     match name {
         "projection" => Ok(Arc::new(image)),
-        "goniometric" if width == height => Ok(Arc::new(grey(&image))),
+        "goniometric" if width == height => {
+            image.pixels.iter_mut().for_each(|pixel| *pixel = [pixel.iter().sum::<f32>() / 3.0; 3]);
+            Ok(Arc::new(image))
+        }
         "infinite" if width == height => Ok(Arc::new(image)),
         "infinite" if width == 2 * height => {
             warnings.push(format!(
                 "{file} is taken for longitude and latitude, with +z of the light's space at the top, \
                  and is resampled to a square; pbrt would refuse it"
             ));
+            // In its place comes one of about as many pixels.
+            let bytes = size_of_val(&image.pixels[..]) as u64;
+            files.budget.check(bytes).map_err(param.location.over())?;
             Ok(Arc::new(longitudes::equal_area(&image)))
         }
         _ => Err(not_square(param, &image)),
@@ -81,9 +84,17 @@ fn not_square(param: &Param, image: &Image) -> SceneError {
     param.bad_value(&format!("a square image, by pbrt's equal-area map; it has {}x{}", image.width, image.height))
 }
 
-fn grey(image: &Image) -> Image {
-    let pixels = image.pixels.iter().map(|[r, g, b]| [(r + g + b) / 3.0; 3]).collect();
-    Image { pixels, ..*image }
+/// Reads an image as light shows it; its pixels are taken from the budget.
+fn read_image(path: &Path, budget: &Budget, param: &Param) -> Result<Image, SceneError> {
+    let layers = read_layers(path, Transfer::Srgb, Use::Light, budget).map_err(|error| match error {
+        ImageError::Read { path, reason } => {
+            SceneError::Unreadable { path, location: Some(param.location.clone()), source: reason }
+        }
+        other => param.location.invalid(other.to_string()),
+    })?;
+    // No light shows it.
+    budget.give_back(layers.alpha.as_ref().map_or(0, |alpha| size_of_val(&alpha[..]) as u64));
+    Ok(layers.image)
 }
 
 /// A sky; `illuminance` is what a patch that looks along +z of the light's space receives. As

@@ -147,10 +147,10 @@ pub(super) fn material(
         },
         "coateddiffuse" => Material::CoatedDiffuse {
             reflectance: color("reflectance", 0.5)?,
-            coat: coat(params, "eta", roughness("")?, textures, &mut warnings)?,
+            coat: coat((params, location), "eta", roughness("")?, textures, &mut warnings)?,
         },
         "coatedconductor" => {
-            let coat = coat(params, "interface.eta", roughness("interface.")?, textures, &mut warnings)?;
+            let coat = coat((params, location), "interface.eta", roughness("interface.")?, textures, &mut warnings)?;
             let metal = metal(params, ["conductor.eta", "conductor.k"], coat.eta, textures, location)?;
             Material::CoatedConductor { metal, roughness: roughness("conductor.")?, coat }
         }
@@ -273,7 +273,7 @@ const MOST_SCATTERED: f64 = 0.1;
 
 /// A coat; textures of its inside are taken for their means.
 fn coat(
-    params: &ParamList,
+    (params, location): (&ParamList, &Location),
     eta: &str,
     roughness: Roughness,
     textures: &Textures,
@@ -286,13 +286,13 @@ fn coat(
         }
     };
     let thickness = number(params, "thickness", textures, 0.01)?;
-    let (mean, is_texture) = textures.mean_number(thickness);
+    let (mean, is_texture) = textures.mean_number(thickness, location)?;
     mean_of("thickness", is_texture.then_some(Rgb::splat(mean)));
     if let Some(param) = params.get("thickness").filter(|_| mean < 0.0) {
         return Err(param.bad_value("0 or a number above it"));
     }
     let albedo = params.get("albedo").map_or(Ok(Input::Constant(Rgb::ZERO)), |param| textures.color(param))?;
-    let (albedo, is_texture) = textures.mean_color(albedo);
+    let (albedo, is_texture) = textures.mean_color(albedo, location)?;
     mean_of("albedo", is_texture.then_some(albedo));
     // Nothing comes of it, but a texture must be there.
     number(params, "g", textures, 0.0)?;

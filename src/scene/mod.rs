@@ -14,6 +14,7 @@ use std::path::Path;
 mod camera;
 mod color;
 mod error;
+mod extent;
 mod files;
 mod film;
 #[cfg(test)]
@@ -51,6 +52,7 @@ mod version3;
 
 pub(crate) use camera::default_window;
 pub use error::{Location, SceneError};
+pub(crate) use extent::{PACKED_LIGHT, PACKED_TRIANGLE};
 pub(crate) use files::{directory, identity};
 pub(crate) use lexer::shorten;
 pub(crate) use light_image::window_cosine;
@@ -60,6 +62,8 @@ pub(crate) use parser::load_with_text;
 pub use registry::{Family, Kind, ParamSpec, Support, TypeSpec};
 pub(crate) use rewrite::Rewrite;
 pub use texture_model::*;
+
+use crate::input::Budget;
 
 /// What goblet knows of the pbrt-v4 format: directives that have types, their
 /// types, and the parameters of each.
@@ -78,14 +82,21 @@ pub const FAMILIES: [&Family; 11] = [
 ];
 
 impl Scene {
-    /// Reads the scene file at `path`, and the files that it names.
+    /// Reads the scene file at `path`, and the files that it names, within the default budget of
+    /// memory.
     pub fn load(path: impl AsRef<Path>) -> Result<Scene, SceneError> {
-        parser::load(path.as_ref())
+        Self::load_within(path, Budget::default())
     }
 
-    /// Reads the scene file at `path`, and finds all of it that is not supported.
-    pub fn survey(path: impl AsRef<Path>) -> Survey {
-        parser::survey(path.as_ref())
+    /// Reads the scene file at `path`, and the files that it names, within a budget of memory.
+    pub fn load_within(path: impl AsRef<Path>, budget: Budget) -> Result<Scene, SceneError> {
+        parser::load(path.as_ref(), budget)
+    }
+
+    /// Reads the scene file at `path` within a budget of memory, and finds all of it that is not
+    /// supported.
+    pub fn survey(path: impl AsRef<Path>, budget: Budget) -> Survey {
+        parser::survey(path.as_ref(), budget)
     }
 
     /// Reads a scene from `text`. Messages call it `file_name`; files that it

@@ -11,6 +11,7 @@ use glam::{DAffine3, DMat3, DVec2, DVec3};
 
 use crate::bezier::Curve;
 use crate::film::{Image, Window};
+use crate::input::Budget;
 
 use super::texture_model::Texture;
 
@@ -49,6 +50,8 @@ pub struct Scene {
     pub included: Vec<PathBuf>,
     /// One line each: what was ignored or rendered differently than asked for.
     pub warnings: Vec<String>,
+    /// What the scene may take, and what of it is taken.
+    pub budget: Arc<Budget>,
 }
 
 /// Image size and file.

@@ -3,7 +3,7 @@
 use std::collections::HashMap;
 use std::sync::Arc;
 
-use glam::DAffine3;
+use glam::{DAffine3, DVec3};
 
 use super::error::{Location, SceneError};
 use super::lexer::shorten;
@@ -72,14 +72,26 @@ impl Objects {
 
     /// The instances of objects that have shapes, and what is wrong with others.
     pub fn resolve(self, shapes: &[Shape]) -> (Vec<Instance>, Vec<SceneError>) {
-        let mut has_shapes = vec![false; self.named.len()];
-        shapes.iter().filter_map(|shape| shape.object).for_each(|object| has_shapes[object] = true);
+        let mut boxes: Vec<Option<[DVec3; 2]>> = vec![None; self.named.len()];
+        for (shape, object) in shapes.iter().filter_map(|shape| Some((shape, shape.object?))) {
+            let [lower, upper] = boxes[object].get_or_insert([DVec3::INFINITY, DVec3::NEG_INFINITY]);
+            shape.geometry.hull_all(|point| {
+                let point = shape.world_from_object.transform_point3(point);
+                (*lower, *upper) = (lower.min(point), upper.max(point));
+                true
+            });
+        }
         let mut instances = Vec::with_capacity(self.uses.len());
         let mut errors = Vec::new();
         for (name, location, world_from_instance) in self.uses {
-            match self.named.get(&name).copied() {
-                Some(object) if has_shapes[object] => instances.push(Instance { object, world_from_instance }),
-                Some(_) => {}
+            match self.named.get(&name).map(|object| (*object, boxes[*object])) {
+                Some((object, Some(corners))) if stays_finite(&world_from_instance, corners) => {
+                    instances.push(Instance { object, world_from_instance });
+                }
+                Some((_, Some(_))) => errors.push(location.invalid(
+                    "coordinates overflow, by the object's own or by the instance's transform; expected smaller numbers",
+                )),
+                Some((_, None)) => {}
                 None => errors.push(location.invalid(format!(
                     "unknown object \"{}\"; expected one that ObjectBegin has named",
                     shorten(&name)
@@ -88,4 +100,13 @@ impl Objects {
         }
         (instances, errors)
     }
+}
+
+/// Whether all that is in a box, and any transform that takes something there, stays finite under
+/// a further one.
+fn stays_finite(transform: &DAffine3, corners: [DVec3; 2]) -> bool {
+    let most = corners[0].abs().max(corners[1].abs());
+    let linear = transform.matrix3;
+    let sizes = linear.x_axis.abs() * most.x + linear.y_axis.abs() * most.y + linear.z_axis.abs() * most.z;
+    (sizes + transform.translation.abs()).is_finite()
 }

@@ -58,7 +58,7 @@ fn unknown(location: &Location, what: &str) -> SceneError {
 }
 
 fn apply(option: Param, options: &mut Options) -> Result<(), SceneError> {
-    let params = ParamList { items: vec![option] };
+    let params = ParamList::of(option);
     let option = &params.items[0];
     match option.name.as_str() {
         "forcediffuse" if params.flag("forcediffuse")? => {

@@ -2,6 +2,7 @@
 
 use std::collections::HashMap;
 use std::ops::Range;
+use std::sync::Arc;
 
 use glam::{DVec2, DVec3};
 
@@ -10,6 +11,7 @@ use super::error::{Location, SceneError};
 use super::lexer::{Token, TokenKind, TokenStream, shorten};
 use super::registry::Kind;
 use super::version3;
+use crate::input::{Held, OverBudget};
 
 /// One parameter as the file has it.
 #[derive(Clone, Debug)]
@@ -19,13 +21,21 @@ pub(super) struct Param {
     pub location: Location,
     /// Its bytes in the text, values included, where all are in one file.
     pub span: Range<usize>,
-    pub values: Values,
+    /// Shared by copies: what is inherited may be large.
+    content: Arc<Content>,
     /// Of rgb values.
     pub color_space: ColorSpace,
 }
 
-#[derive(Clone, Debug)]
-pub(super) enum Values {
+/// Values, and the memory that they and their parameter take.
+#[derive(Debug)]
+struct Content {
+    values: Values,
+    held: Held,
+}
+
+#[derive(Debug)]
+enum Values {
     Numbers(Vec<f64>),
     Texts(Vec<String>),
     Flags(Vec<bool>),
@@ -33,9 +43,18 @@ pub(super) enum Values {
 
 impl std::fmt::Display for Param {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        write!(f, "\"{} {}\"", self.kind.word(), shorten(&self.name))
+        f.write_str(&declaration(self.kind, &self.name))
     }
 }
+
+fn declaration(kind: Kind, name: &str) -> String {
+    format!("\"{} {}\"", kind.word(), shorten(name))
+}
+
+/// What a parameter takes besides its values, about: names and lists are allocations.
+const PARAM_BYTES: usize = size_of::<Param>() + size_of::<Content>() + 64;
+/// The same of a string.
+const TEXT_BYTES: usize = size_of::<String>() + 32;
 
 /// Integers are kept as f64, which holds these exactly.
 const MAX_INTEGER: u64 = 1 << 53;
@@ -49,12 +68,6 @@ fn number(word: &str) -> Option<f64> {
 }
 
 impl Param {
-    /// One without a value so far.
-    fn new(kind: Kind, name: &str, location: Location) -> Self {
-        let (values, color_space) = (Values::Numbers(Vec::new()), ColorSpace::default());
-        Param { kind, name: name.to_string(), location, span: 0..0, values, color_space }
-    }
-
     /// Reads the one value of a parameter whose type is known without a declaration.
     pub fn read_undeclared(
         stream: &mut TokenStream,
@@ -62,10 +75,10 @@ impl Param {
         name: &str,
         location: Location,
     ) -> Result<Self, SceneError> {
-        let mut param = Self::new(kind, name, location);
+        let mut reading = Reading::new(stream, kind, name, location)?;
         let value = stream.required(&format!("the value of \"{}\"", shorten(name)))?;
-        param.add(value)?;
-        Ok(param)
+        reading.add(value)?;
+        Ok(reading.finish())
     }
 
     /// Reads the values of a parameter that is declared by its type and name.
@@ -86,10 +99,107 @@ impl Param {
                 version3::hint_at_type(kind)
             )));
         };
-        let mut param = Param::new(kind, name, location);
-        param.read_values(stream)?;
-        param.check_group()?;
-        Ok(param)
+        let mut reading = Reading::new(stream, kind, name, location)?;
+        reading.read_values(stream)?;
+        reading.check_group()?;
+        Ok(reading.finish())
+    }
+
+    /// Replaces its values by numbers.
+    ///
+    /// # Errors
+    /// There is no memory for them.
+    pub fn set_numbers(&mut self, numbers: Vec<f64>) -> Result<(), SceneError> {
+        let bytes = PARAM_BYTES + size_of_val(&numbers[..]);
+        let held = self.content.held.budget().hold(bytes as u64).map_err(self.location.over())?;
+        self.content = Arc::new(Content { values: Values::Numbers(numbers), held });
+        Ok(())
+    }
+
+    /// Counts it as read once more.
+    ///
+    /// # Errors
+    /// More is read than may be.
+    pub fn read_again(&self) -> Result<(), OverBudget> {
+        self.content.held.read_again()
+    }
+
+    fn len(&self) -> usize {
+        self.content.values.len()
+    }
+
+    /// The numbers; empty where the parameter holds something else.
+    pub fn numbers(&self) -> &[f64] {
+        match &self.content.values {
+            Values::Numbers(values) => values,
+            _ => &[],
+        }
+    }
+
+    /// The one string; none where the parameter holds something else.
+    pub fn text(&self) -> Option<&str> {
+        match &self.content.values {
+            Values::Texts(values) if values.len() == 1 => Some(&values[0]),
+            _ => None,
+        }
+    }
+
+    /// The strings; empty where the parameter holds something else.
+    pub fn texts(&self) -> Vec<String> {
+        match &self.content.values {
+            Values::Texts(values) => values.clone(),
+            _ => Vec::new(),
+        }
+    }
+
+    /// Exactly one group of values, of `N` numbers.
+    pub fn one<const N: usize>(&self) -> Result<[f64; N], SceneError> {
+        <[f64; N]>::try_from(self.numbers()).map_err(|_| self.wrong_count(N))
+    }
+
+    fn wrong_count(&self, expected: usize) -> SceneError {
+        let s = if expected == 1 { "" } else { "s" };
+        let count = self.len();
+        self.location.invalid(format!("{self} has {count} values; expected {expected} value{s}"))
+    }
+
+    /// A complaint about the value, in the form `"float radius" is -1; expected …`.
+    pub fn bad_value(&self, expected: &str) -> SceneError {
+        let value = match &self.content.values {
+            Values::Numbers(v) if v.len() == 1 => v[0].to_string(),
+            Values::Numbers(v) if v.len() <= 4 => format!("{v:?}"),
+            Values::Texts(v) if v.len() <= 4 => shorten(&format!("{v:?}")),
+            _ => format!("{} values", self.len()),
+        };
+        self.location.invalid(format!("{self} is {value}; expected {expected}"))
+    }
+}
+
+/// A parameter whose values are being read.
+struct Reading {
+    kind: Kind,
+    name: String,
+    location: Location,
+    values: Values,
+    held: Held,
+}
+
+impl std::fmt::Display for Reading {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.write_str(&declaration(self.kind, &self.name))
+    }
+}
+
+impl Reading {
+    fn new(stream: &TokenStream, kind: Kind, name: &str, location: Location) -> Result<Self, SceneError> {
+        let held = stream.budget().hold((PARAM_BYTES + name.len()) as u64).map_err(location.over())?;
+        Ok(Self { kind, name: name.to_string(), location, values: Values::Numbers(Vec::new()), held })
+    }
+
+    fn finish(self) -> Param {
+        let Self { kind, name, location, values, held } = self;
+        let content = Arc::new(Content { values, held });
+        Param { kind, name, location, span: 0..0, content, color_space: ColorSpace::default() }
     }
 
     fn read_values(&mut self, stream: &mut TokenStream) -> Result<(), SceneError> {
@@ -103,8 +213,8 @@ impl Param {
             match self.kind {
                 // What follows may be names.
                 Kind::Bool | Kind::String | Kind::Texture | Kind::Spectrum => {}
-                Kind::Integer => stream.number_list(whole_number, values),
-                _ => stream.number_list(number, values),
+                Kind::Integer => stream.number_list(whole_number, values, &mut self.held)?,
+                _ => stream.number_list(number, values, &mut self.held)?,
             }
         }
         loop {
@@ -128,6 +238,11 @@ impl Param {
             (TokenKind::Word(word), Kind::Bool) => word == "true" || word == "false",
             _ => false,
         };
+        let bytes = match &token.kind {
+            TokenKind::Text(text) => TEXT_BYTES + text.len(),
+            _ => size_of::<f64>(),
+        };
+        self.held.grow(bytes as u64).map_err(token.location.over())?;
         if !fits || !self.values.push(&token.kind) {
             return Err(token
                 .location
@@ -148,69 +263,23 @@ impl Param {
     }
 
     fn check_group(&self) -> Result<(), SceneError> {
-        let (group, count) = (self.kind.group(), self.len());
+        let (group, count) = (self.kind.group(), self.values.len());
         if !count.is_multiple_of(group) {
             return Err(self.location.invalid(format!("{self} has {count} values; expected a multiple of {group}")));
         }
         Ok(())
     }
-
-    fn len(&self) -> usize {
-        match &self.values {
-            Values::Numbers(values) => values.len(),
-            Values::Texts(values) => values.len(),
-            Values::Flags(values) => values.len(),
-        }
-    }
-
-    /// The numbers; empty where the parameter holds something else.
-    pub fn numbers(&self) -> &[f64] {
-        match &self.values {
-            Values::Numbers(values) => values,
-            _ => &[],
-        }
-    }
-
-    /// The one string; none where the parameter holds something else.
-    pub fn text(&self) -> Option<&str> {
-        match &self.values {
-            Values::Texts(values) if values.len() == 1 => Some(&values[0]),
-            _ => None,
-        }
-    }
-
-    /// The strings; empty where the parameter holds something else.
-    pub fn texts(&self) -> Vec<String> {
-        match &self.values {
-            Values::Texts(values) => values.clone(),
-            _ => Vec::new(),
-        }
-    }
-
-    /// Exactly one group of values, of `N` numbers.
-    pub fn one<const N: usize>(&self) -> Result<[f64; N], SceneError> {
-        <[f64; N]>::try_from(self.numbers()).map_err(|_| self.wrong_count(N))
-    }
-
-    fn wrong_count(&self, expected: usize) -> SceneError {
-        let s = if expected == 1 { "" } else { "s" };
-        let count = self.len();
-        self.location.invalid(format!("{self} has {count} values; expected {expected} value{s}"))
-    }
-
-    /// A complaint about the value, in the form `"float radius" is -1; expected …`.
-    pub fn bad_value(&self, expected: &str) -> SceneError {
-        let value = match &self.values {
-            Values::Numbers(v) if v.len() == 1 => v[0].to_string(),
-            Values::Numbers(v) if v.len() <= 4 => format!("{v:?}"),
-            Values::Texts(v) if v.len() <= 4 => shorten(&format!("{v:?}")),
-            _ => format!("{} values", self.len()),
-        };
-        self.location.invalid(format!("{self} is {value}; expected {expected}"))
-    }
 }
 
 impl Values {
+    fn len(&self) -> usize {
+        match self {
+            Self::Numbers(values) => values.len(),
+            Self::Texts(values) => values.len(),
+            Self::Flags(values) => values.len(),
+        }
+    }
+
     /// Appends, unless values of another sort came before.
     fn push(&mut self, token: &TokenKind) -> bool {
         if matches!(self, Values::Numbers(numbers) if numbers.is_empty()) {
@@ -234,9 +303,35 @@ impl Values {
 #[derive(Clone, Debug, Default)]
 pub(super) struct ParamList {
     pub items: Vec<Param>,
+    /// What the list takes, where it is a copy of one that is kept.
+    _copied: Option<Arc<Held>>,
 }
 
 impl ParamList {
+    /// Of one parameter.
+    pub fn of(param: Param) -> Self {
+        Self { items: vec![param], _copied: None }
+    }
+
+    /// Sets parameters of a list that blocks share, of which this one may need its own.
+    ///
+    /// # Errors
+    /// There is no memory for a copy.
+    pub fn set_all(self: &mut Arc<Self>, params: Vec<Param>) -> Result<(), SceneError> {
+        if let (Some(param), None) = (params.first(), Arc::get_mut(self)) {
+            let bytes = (self.items.len() * PARAM_BYTES) as u64;
+            let copied = param.content.held.budget().hold(bytes).map_err(param.location.over())?;
+            *self = Arc::new(Self { items: self.items.clone(), _copied: Some(Arc::new(copied)) });
+        }
+        if let Some(list) = Arc::get_mut(self) {
+            for param in params {
+                list.take(&param.name);
+                list.items.push(param);
+            }
+        }
+        Ok(())
+    }
+
     /// Reads parameters for as long as quoted strings follow; any of them may be there twice.
     pub fn read(stream: &mut TokenStream) -> Result<Self, SceneError> {
         let mut list = ParamList::default();
@@ -326,7 +421,7 @@ impl ParamList {
     pub fn flag(&self, name: &str) -> Result<bool, SceneError> {
         match self.get(name) {
             None => Ok(false),
-            Some(param) => match &param.values {
+            Some(param) => match &param.content.values {
                 Values::Flags(flags) if flags.len() == 1 => Ok(flags[0]),
                 _ => Err(param.wrong_count(1)),
             },

@@ -1,6 +1,7 @@
 //! The directives of a scene file.
 
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 use glam::{DAffine3, DVec3};
 
@@ -13,6 +14,10 @@ use super::params::ParamList;
 use super::state::{ActiveTimes, Collected, SceneBuilder};
 use super::texture::Values;
 use super::{option, transform, version3};
+use crate::input::{Budget, Held};
+
+/// The option that sets how much memory a scene may take.
+pub(super) const SCENE_MEMORY: &str = "--scene-memory";
 
 /// Every directive of pbrt-v4.
 const DIRECTIVES: &[&str] = &[
@@ -59,13 +64,13 @@ const DIRECTIVES: &[&str] = &[
 ];
 
 /// Reads the scene file at `path`.
-pub(super) fn load(path: &Path) -> Result<Scene, SceneError> {
-    Parser::new(open(path)?, directory(path)).parse()
+pub(super) fn load(path: &Path, budget: Budget) -> Result<Scene, SceneError> {
+    Parser::new(open(path, budget)?, directory(path)).parse()
 }
 
 /// Reads the scene file at `path`, and keeps its text.
-pub(crate) fn load_with_text(path: &Path) -> Result<(Scene, FlatText), SceneError> {
-    let mut parser = Parser::new(open(path)?.keeping_text(), directory(path));
+pub(crate) fn load_with_text(path: &Path, budget: Budget) -> Result<(Scene, FlatText), SceneError> {
+    let mut parser = Parser::new(open(path, budget)?.keeping_text()?, directory(path));
     parser.directives()?;
     let text = parser.stream.flat_text();
     Ok((parser.scene.finish(parser.stream.end())?, text))
@@ -76,27 +81,37 @@ pub(crate) fn load_with_text(path: &Path) -> Result<(Scene, FlatText), SceneErro
 pub struct Survey {
     /// The scene without what is wrong, if that makes one.
     pub scene: Option<Scene>,
-    /// Everything that is not supported.
+    /// What is not supported; the first [`MOST_FAULTS`](Self::MOST_FAULTS) of it.
     pub unsupported: Vec<SceneError>,
-    /// Everything else that is wrong.
+    /// What else is wrong; as many.
     pub errors: Vec<SceneError>,
+    /// How much more is wrong or not supported.
+    pub more: u64,
+}
+
+impl Survey {
+    /// Faults of either kind that are kept.
+    pub const MOST_FAULTS: usize = 100;
 }
 
 /// Reads the scene file at `path`, and goes on where something is wrong.
-pub(super) fn survey(path: &Path) -> Survey {
-    let mut parser = match open(path) {
+pub(super) fn survey(path: &Path, budget: Budget) -> Survey {
+    let mut parser = match open(path, budget) {
         Ok(stream) => Parser::new(stream, directory(path)),
-        Err(error) => return Survey { scene: None, unsupported: Vec::new(), errors: vec![error] },
+        Err(error) => return Survey { scene: None, unsupported: Vec::new(), errors: vec![error], more: 0 },
     };
     parser.scene.collect_errors();
-    let read = parser.directives();
-    let (scene, Collected { unsupported, mut errors }) = parser.scene.finish_collecting(parser.stream.end());
-    errors.extend(read.err());
-    Survey { scene, unsupported, errors }
+    let (scene, Collected { unsupported, errors, more }) = match parser.directives() {
+        Ok(()) => parser.scene.finish_collecting(parser.stream.end()),
+        Err(error) => (None, parser.scene.collected_with(error)),
+    };
+    Survey { scene, unsupported, errors, more }
 }
 
-fn open(path: &Path) -> Result<TokenStream, SceneError> {
-    Ok(TokenStream::new(read_text(path, None)?, &path.to_string_lossy(), Some(identity(path))))
+fn open(path: &Path, budget: Budget) -> Result<TokenStream, SceneError> {
+    let budget = Arc::new(budget.raised_by(SCENE_MEMORY));
+    let text = read_text(path, None, &budget)?;
+    Ok(TokenStream::of_file(text, &path.to_string_lossy(), identity(path), &budget))
 }
 
 /// Reads a scene from text.
@@ -112,7 +127,8 @@ struct Parser {
 
 impl Parser {
     fn new(stream: TokenStream, directory: &Path) -> Self {
-        Self { stream, scene: SceneBuilder::new(directory) }
+        let scene = SceneBuilder::new(directory, stream.budget());
+        Self { stream, scene }
     }
 
     fn parse(mut self) -> Result<Scene, SceneError> {
@@ -162,15 +178,13 @@ impl Parser {
             "WorldBegin" => self.scene.world_begin(at),
             "Include" => {
                 let (text, file, identity) = self.named_text(word, at)?;
-                self.stream.include(text, &file, identity);
-                Ok(())
+                self.stream.include(text, &file, identity)
             }
             "Import" => {
                 self.scene.require_world(true, word, at)?;
                 let (text, file, identity) = self.named_text(word, at)?;
-                self.scene.attribute_begin(at);
-                self.stream.import(text, &file, identity);
-                Ok(())
+                self.scene.attribute_begin(at)?;
+                self.stream.import(text, &file, identity)
             }
             "Option" => option::read(&mut self.stream, &mut self.scene.options),
             "ColorSpace" => self.color_space(),
@@ -225,9 +239,8 @@ impl Parser {
                 scene.concat_transform(matrix, word, at)
             }
             "CoordinateSystem" => {
-                let (name, _) = stream.string("the name of a coordinate system")?;
-                scene.name_coordinate_system(name);
-                Ok(())
+                let (name, name_at) = stream.string("the name of a coordinate system")?;
+                scene.name_coordinate_system(name, &name_at)
             }
             "CoordSysTransform" => {
                 let (name, name_at) = stream.string("the name of a coordinate system")?;
@@ -261,7 +274,7 @@ impl Parser {
         for param in &mut params.items {
             param.color_space = self.scene.color_space();
         }
-        read_spectra(&mut params, self.scene.directory())?;
+        read_spectra(&mut params, self.scene.directory(), self.stream.budget())?;
         Ok(params)
     }
 
@@ -289,6 +302,9 @@ impl Parser {
             let Some(index) = params.items.iter().position(|param| param.location == *place) else {
                 return outcome;
             };
+            if self.scene.has_many_errors() {
+                return outcome;
+            }
             params.items.remove(index);
             has_all = false;
             self.scene.notes(outcome)?;
@@ -323,8 +339,7 @@ impl Parser {
     fn world(&mut self, word: &str, at: &Location) -> Result<(), SceneError> {
         match word {
             "AttributeBegin" | "TransformBegin" => {
-                self.scene.attribute_begin(at);
-                return Ok(());
+                return self.scene.attribute_begin(at);
             }
             "AttributeEnd" | "TransformEnd" => return self.scene.attribute_end(at),
             "ReverseOrientation" => {
@@ -365,12 +380,12 @@ impl Parser {
 
     /// The file to continue with: its text, its name, and what it is. The name is relative to
     /// the folder of the scene file, not to that of the including file: as in pbrt.
-    fn named_text(&mut self, word: &str, at: &Location) -> Result<(String, String, PathBuf), SceneError> {
+    fn named_text(&mut self, word: &str, at: &Location) -> Result<((String, Held), String, PathBuf), SceneError> {
         let (name, name_at) = self.stream.string(&format!("the name of a file after {word}"))?;
         let path = self.scene.directory().join(&name);
         let identity = identity(&path);
         self.stream.check_include(&identity, at)?;
-        let text = read_text(&path, Some(&name_at))?;
+        let text = read_text(&path, Some(&name_at), self.stream.budget())?;
         self.scene.included.push(path.clone());
         Ok((text, path.to_string_lossy().into_owned(), identity))
     }

@@ -3,8 +3,7 @@
 //! The file is read as a stream, and memory is taken only for what has really
 //! been read: a header may claim any number of vertices.
 
-use std::fs::File;
-use std::io::{self, BufRead, BufReader, Read};
+use std::io::{self, BufRead, BufReader};
 use std::path::Path;
 
 use flate2::bufread::MultiGzDecoder;
@@ -13,6 +12,7 @@ use glam::{DVec2, DVec3};
 use self::header::{Element, Format, Header, Property, Scalar, Source};
 use super::lexer::shorten;
 use super::model::Mesh;
+use crate::input::{self, Budget, Counted};
 
 mod header;
 #[cfg(test)]
@@ -27,27 +27,25 @@ pub(super) enum PlyError {
     Invalid(String),
 }
 
-/// Gzipped meshes may expand to this many bytes.
-const MAX_EXPANDED: u64 = 2 << 30;
 /// Deflate cannot shrink anything by more than this factor.
 const MAX_RATIO: u64 = 1032;
 
-/// Reads the mesh in the file at `path`.
-pub(super) fn read(path: &Path) -> Result<Mesh, PlyError> {
-    let file = File::open(path).map_err(PlyError::Unreadable)?;
+/// Reads the mesh in the file at `path`. What is read counts, and the mesh must fit into what is
+/// left of the budget.
+pub(super) fn read(path: &Path, budget: &Budget) -> Result<Mesh, PlyError> {
+    let file = input::open(path).map_err(PlyError::Unreadable)?;
     let length = file.metadata().map_err(PlyError::Unreadable)?.len();
-    let mut file = BufReader::new(file);
+    let mut file = BufReader::new(Counted { stream: file, budget });
     let start = file.fill_buf().map_err(PlyError::Unreadable)?;
     if start.starts_with(&[0x1f, 0x8b]) {
-        let length = length.saturating_mul(MAX_RATIO).min(MAX_EXPANDED);
-        let expanded = MultiGzDecoder::new(file).take(MAX_EXPANDED);
-        return read_mesh(&mut BufReader::new(expanded), length);
+        let expanded = Counted { stream: MultiGzDecoder::new(file), budget };
+        return read_mesh(&mut BufReader::new(expanded), length.saturating_mul(MAX_RATIO), budget);
     }
-    read_mesh(&mut file, length)
+    read_mesh(&mut file, length, budget)
 }
 
 /// Reads a mesh from a stream of at most `length` bytes.
-pub(super) fn read_mesh(stream: &mut dyn BufRead, length: u64) -> Result<Mesh, PlyError> {
+pub(super) fn read_mesh(stream: &mut dyn BufRead, length: u64, budget: &Budget) -> Result<Mesh, PlyError> {
     let mut source = Source { stream, at: 0, length };
     let header = Header::read(&mut source)?;
     let mut body = Body {
@@ -56,6 +54,7 @@ pub(super) fn read_mesh(stream: &mut dyn BufRead, length: u64) -> Result<Mesh, P
         format: header.format,
         source,
         mesh: Mesh::default(),
+        budget,
     };
     for element in &header.elements {
         body.check_count(element)?;
@@ -75,7 +74,11 @@ struct Body<'a> {
     vertex_count: u64,
     face_count: u64,
     mesh: Mesh,
+    budget: &'a Budget,
 }
+
+/// Faces between two looks at the memory that is left.
+const FACES_AT_A_TIME: u64 = 1 << 16;
 
 /// Names of texture coordinates in use, in pbrt's order.
 const UV_NAMES: [[&str; 2]; 4] = [["u", "v"], ["s", "t"], ["texture_u", "texture_v"], ["texture_s", "texture_t"]];
@@ -98,6 +101,12 @@ impl Body<'_> {
             return Err(self.source.invalid(format!("{} vertices; expected at most {}", element.count, u32::MAX)));
         }
         Ok(())
+    }
+
+    /// Fails where there is no memory for the mesh so far, and so many bytes more.
+    fn check_memory(&self, count: u64, bytes: usize) -> Result<(), PlyError> {
+        let more = count.saturating_mul(bytes as u64);
+        self.budget.check(self.mesh.bytes().saturating_add(more)).map_err(|over| self.source.invalid(over))
     }
 
     fn scalar(&mut self, scalar: Scalar, during: &str) -> Result<f64, PlyError> {
@@ -187,6 +196,9 @@ impl Body<'_> {
 
     fn read_vertices(&mut self, element: &Element) -> Result<(), PlyError> {
         let layout = self.vertex_slots(element)?;
+        let bytes =
+            size_of::<DVec3>() * (1 + usize::from(layout.normals)) + size_of::<DVec2>() * usize::from(layout.uvs);
+        self.check_memory(element.count, bytes)?;
         for vertex in 0..element.count {
             let mut values = [0.0; 8];
             for (property, slot) in element.properties.iter().zip(&layout.slots) {
@@ -221,6 +233,10 @@ impl Body<'_> {
             return Err(self.source.invalid(what));
         };
         for face in 0..self.face_count {
+            // Of four vertices, a face is two triangles.
+            if face.is_multiple_of(FACES_AT_A_TIME) {
+                self.check_memory(self.face_count - face, size_of::<[u32; 3]>())?;
+            }
             for (i, property) in element.properties.iter().enumerate() {
                 match property.list {
                     Some(length) if i == indices => self.read_face(face, length, property.scalar)?,

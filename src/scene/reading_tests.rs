@@ -116,9 +116,8 @@ fn transforms_that_cannot_be_inverted_matter_only_to_what_needs_them() {
 fn points_that_are_no_numbers_are_refused() {
     let huge = "Transform [ 1e100 1e100 0 0  -1e100 -2e100 0 0  0 0 1 0  0 0 0 1 ] Shape \"trianglemesh\" \"point3 P\"";
     for points in ["1e250 1e250 0 1e250 1e250 0 0 0 0", "1e250 1e250 0 1e250 1e250 0 1e250 1e250 0"] {
-        let scene = in_world(&format!("{huge} [ {points} ]"));
-        let error = pack(&scene, RevolutionSolver::default()).err().unwrap().to_string();
-        assert!(error.contains("expected at most 1e30"), "{error}");
+        let error = parse(&format!("WorldBegin {huge} [ {points} ]")).unwrap_err().to_string();
+        assert!(error.contains("coordinates overflow"), "{error}");
     }
 }
 

@@ -168,6 +168,7 @@ impl Family {
         for default in &defaults.items {
             let usable = spec.parameters.iter().any(|p| p.name == default.name);
             if usable && params.get(&default.name).is_none() {
+                default.read_again().map_err(location.over())?;
                 params.items.push(default.clone());
             }
         }
@@ -175,6 +176,11 @@ impl Family {
             self.check_param(spec, param)?;
         }
         Ok(spec)
+    }
+
+    /// Whether any of the types has a parameter of that name.
+    pub(super) fn knows(&self, name: &str) -> bool {
+        self.types.iter().flat_map(|t| t.parameters).any(|parameter| parameter.name == name)
     }
 
     fn check_param(&self, spec: &TypeSpec, param: &Param) -> Result<(), SceneError> {

@@ -159,6 +159,7 @@ mod tests {
 
     use super::super::load_with_text;
     use super::*;
+    use crate::input::Budget;
 
     fn rewritten(text: &str, folder: &str) -> String {
         let rewrite = Rewrite { meshes: vec![Some("x-1.ply"), Some("\\\"x\".ply")], folder };
@@ -229,7 +230,7 @@ mod tests {
         ] {
             fs::write(folder.path().join(name), text).unwrap();
         }
-        let (scene, source) = load_with_text(&folder.path().join("scene")).unwrap();
+        let (scene, source) = load_with_text(&folder.path().join("scene"), Budget::default()).unwrap();
         assert_eq!((scene.shapes.len(), scene.lights.len()), (1, 1));
         let expected = "WorldBegin # a\nScale 1 1 1 # b\n\nLightSource \"point\"\n# after c\nTranslate 1 2 3\n  \
                         Scale 1 1 1 # b\n # after b\nShape \"sphere\"";

@@ -13,6 +13,7 @@ use std::sync::Arc;
 use glam::{DVec2, DVec3};
 
 use crate::bezier::{Curve, MAX_DEGREE};
+use crate::input::Budget;
 
 use super::error::{Location, SceneError};
 use super::model::{Geometry, Input, Mesh, Profile};
@@ -96,11 +97,12 @@ pub(super) struct MeshFiles {
     /// Names are relative to it: the folder of the scene file, as in pbrt.
     pub directory: PathBuf,
     read: HashMap<PathBuf, Arc<Mesh>>,
+    pub(super) budget: Arc<Budget>,
 }
 
 impl MeshFiles {
-    pub fn new(directory: &Path) -> Self {
-        Self { directory: directory.to_path_buf(), read: HashMap::new() }
+    pub fn new(directory: &Path, budget: &Arc<Budget>) -> Self {
+        Self { directory: directory.to_path_buf(), read: HashMap::new(), budget: Arc::clone(budget) }
     }
 
     fn get(&mut self, name: &str, location: &Location) -> Result<Arc<Mesh>, SceneError> {
@@ -108,12 +110,13 @@ impl MeshFiles {
         if let Some(mesh) = self.read.get(&path) {
             return Ok(Arc::clone(mesh));
         }
-        let mesh = ply::read(&path).map_err(|error| match error {
+        let mesh = ply::read(&path, &self.budget).map_err(|error| match error {
             PlyError::Unreadable(source) => {
                 SceneError::Unreadable { path: path.clone(), location: Some(location.clone()), source }
             }
             PlyError::Invalid(what) => location.invalid(format!("{}: {what}", path.display())),
         })?;
+        self.budget.take(mesh.bytes() + path.as_os_str().len() as u64).map_err(location.over())?;
         let mesh = Arc::new(mesh);
         self.read.insert(path, Arc::clone(&mesh));
         Ok(mesh)
@@ -138,14 +141,19 @@ pub(super) fn geometry(
     files: &mut MeshFiles,
     location: &Location,
 ) -> Result<Geometry, SceneError> {
+    let budget = &*files.budget;
+    let kept = |mesh: Mesh| {
+        budget.take(mesh.bytes()).map_err(location.over())?;
+        Ok(Geometry::Mesh(Arc::new(mesh)))
+    };
     match name {
-        "bilinearmesh" => Ok(Geometry::Mesh(Arc::new(bilinear::mesh(params, location)?))),
+        "bilinearmesh" => bilinear::mesh(params, budget, location).and_then(kept),
         "cylinder" => cylinder::geometry(params),
         "disk" => disk(params),
-        "loopsubdiv" => Ok(Geometry::Mesh(Arc::new(subdivision::mesh(params, location)?))),
-        "revolution" => Ok(Geometry::Revolution(Arc::new(profile(params, location)?))),
+        "loopsubdiv" => subdivision::mesh(params, budget, location).and_then(kept),
+        "revolution" => Ok(Geometry::Revolution(Arc::new(profile(params, budget, location)?))),
         "sphere" => sphere(params),
-        "trianglemesh" => Ok(Geometry::Mesh(Arc::new(triangle_mesh(params, location)?))),
+        "trianglemesh" => triangle_mesh(params, budget, location).and_then(kept),
         _ => {
             let file = params
                 .get("filename")
@@ -208,7 +216,10 @@ fn disk(params: &ParamList) -> Result<Geometry, SceneError> {
 /// Radii and heights of a profile, at most and at least: squares of them must be numbers.
 const PROFILE_SIZES: [f64; 2] = [1e-30, 1e30];
 
-fn profile(params: &ParamList, location: &Location) -> Result<Profile, SceneError> {
+/// Bytes of a segment of a profile, without its points: here, and its pieces on the device.
+const SEGMENT_BYTES: usize = 1024;
+
+fn profile(params: &ParamList, budget: &Budget, location: &Location) -> Result<Profile, SceneError> {
     let degree = params.integer("degree", 1, MAX_DEGREE as u32)?.unwrap_or(3) as usize;
     let param = params.get("P").ok_or_else(|| {
         location.invalid("Shape \"revolution\" has no \"point2 P\"; expected the radius and height of each point")
@@ -233,6 +244,8 @@ fn profile(params: &ParamList, location: &Location) -> Result<Profile, SceneErro
         let what = if widest < least { "stays on the axis" } else { "is a single point" };
         return Err(param.location.invalid(format!("{param} {what}; expected a profile that makes a surface")));
     }
+    let bytes = (points.len() - 1) / degree * (SEGMENT_BYTES + (degree + 1) * size_of::<DVec2>());
+    budget.take(bytes as u64).map_err(param.location.over())?;
     let segment = |first: usize| Curve { points: points[first..=first + degree].to_vec() };
     Ok(Profile { segments: (0..points.len() - 1).step_by(degree).map(segment).collect() })
 }
@@ -243,7 +256,8 @@ fn phi_max(params: &ParamList) -> Result<f64, SceneError> {
     Ok(degrees.min(360.0).to_radians())
 }
 
-fn triangle_mesh(params: &ParamList, location: &Location) -> Result<Mesh, SceneError> {
+fn triangle_mesh(params: &ParamList, budget: &Budget, location: &Location) -> Result<Mesh, SceneError> {
+    check_copies(params, budget, location)?;
     let positions = positions("trianglemesh", params, location)?;
     let triangles = match params.get("indices") {
         Some(indices) => faces(indices, positions.len())?,
@@ -252,6 +266,13 @@ fn triangle_mesh(params: &ParamList, location: &Location) -> Result<Mesh, SceneE
     };
     let (normals, uvs) = attributes(params, positions.len())?;
     Ok(Mesh { positions, normals, uvs, triangles })
+}
+
+/// Fails where there is no memory for the arrays of a mesh beside its parameters, which take no
+/// less.
+fn check_copies(params: &ParamList, budget: &Budget, location: &Location) -> Result<(), SceneError> {
+    let numbers: usize = params.items.iter().map(|param| param.numbers().len()).sum();
+    budget.check((numbers * size_of::<f64>()) as u64).map_err(location.over())
 }
 
 fn positions(shape: &str, params: &ParamList, location: &Location) -> Result<Vec<DVec3>, SceneError> {

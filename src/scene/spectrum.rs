@@ -7,6 +7,7 @@
 
 use super::color::ColorSpace;
 use super::error::{Location, SceneError};
+use super::lexer::shorten;
 use super::model::Rgb;
 use super::params::Param;
 use super::registry::Kind;
@@ -53,8 +54,9 @@ impl Spectrum {
                     Err(param.bad_value(&format!("one temperature from 100 to 1000000 K{hint}")))
                 }
             },
-            (_, Some(name)) => Self::named(name)
-                .ok_or_else(|| param.location.unsupported(&format!("the spectrum {name:?} of {param}"), NAMES)),
+            (_, Some(name)) => Self::named(name).ok_or_else(|| {
+                param.location.unsupported(&format!("the spectrum {:?} of {param}", shorten(name)), NAMES)
+            }),
             _ => Self::table(param),
         }
     }

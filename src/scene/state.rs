@@ -6,20 +6,23 @@ mod resolve;
 mod survey;
 
 use std::collections::HashMap;
+use std::fmt;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use glam::DAffine3;
 
 use super::color::ColorSpace;
-use super::error::{Location, SceneError};
+use super::error::{Location, SceneError, bounded};
 use super::lexer::shorten;
-use super::model::{AreaLight, Input, Light, Material, Rgb, Shape};
+use super::model::{AreaLight, Input, Instance, Light, Material, Rgb, Shape};
 use super::object::Objects;
 use super::params::ParamList;
+use super::registry::Family;
 use super::shape::MeshFiles;
 use super::texture::{Declaration, Textures, Values};
-use super::{light, material, shape, transform};
+use super::{light, material, shape, texture, transform};
+use crate::input::Budget;
 pub(super) use options::Options;
 pub(super) use place::ActiveTimes;
 pub(super) use survey::Collected;
@@ -82,8 +85,17 @@ struct PendingShape {
 #[derive(Debug)]
 struct MaterialSlot {
     made: Result<Made, SceneError>,
-    /// Its place in [`Scene::materials`], once a shape is made of it.
-    index: Option<usize>,
+    /// Once a shape is made of it.
+    used: Option<Used>,
+}
+
+/// Where a material that shapes are made of is.
+#[derive(Clone, Copy, Debug)]
+struct Used {
+    /// Its place in [`Scene::materials`].
+    index: usize,
+    /// How many mixes are within each other.
+    depth: u32,
 }
 
 /// Mixes may be of mixes.
@@ -121,14 +133,18 @@ pub(super) struct SceneBuilder {
     /// Files that the scene includes or imports.
     pub included: Vec<PathBuf>,
     warnings: Vec<String>,
+    /// Warnings that are not kept.
+    more_warnings: u64,
+    /// Of the scene's memory.
+    budget: Arc<Budget>,
     /// Set where everything that is wrong is to be found.
     collected: Option<Collected>,
 }
 
 impl SceneBuilder {
     /// File names in the scene are relative to `directory`.
-    pub fn new(directory: &Path) -> Self {
-        let default_material = MaterialSlot { made: Ok(Made::Material(material::default())), index: None };
+    pub fn new(directory: &Path, budget: &Arc<Budget>) -> Self {
+        let default_material = MaterialSlot { made: Ok(Made::Material(material::default())), used: None };
         Self {
             options: Options::default(),
             world: false,
@@ -154,10 +170,12 @@ impl SceneBuilder {
             revolutions: 0,
             objects: Objects::default(),
             lights: Vec::new(),
-            files: MeshFiles::new(directory),
-            textures: Textures::new(directory),
+            files: MeshFiles::new(directory, budget),
+            textures: Textures::new(directory, budget),
             included: Vec::new(),
             warnings: Vec::new(),
+            more_warnings: 0,
+            budget: Arc::clone(budget),
             collected: None,
         }
     }
@@ -177,8 +195,18 @@ impl SceneBuilder {
         &self.files.directory
     }
 
-    pub fn warn(&mut self, location: &Location, message: &str) {
-        self.warnings.push(format!("{location}: {message}"));
+    pub fn warn(&mut self, location: &impl fmt::Display, message: &str) {
+        if self.warnings.len() < MOST_WARNINGS {
+            self.warnings.push(bounded(format!("{location}: {message}")));
+        } else {
+            self.more_warnings += 1;
+        }
+    }
+
+    /// Takes memory for what a directive leaves behind: a value of a type, and so many bytes
+    /// that it refers to.
+    fn keep<T>(&self, bytes: usize, location: &Location) -> Result<(), SceneError> {
+        self.budget.take((size_of::<T>() + bytes) as u64).map_err(location.over())
     }
 
     /// Fails unless `directive` stands after `WorldBegin`, or before it where
@@ -201,8 +229,8 @@ impl SceneBuilder {
         Ok(())
     }
 
-    pub fn attribute_begin(&mut self, location: &Location) {
-        self.begin_block(location, "AttributeEnd");
+    pub fn attribute_begin(&mut self, location: &Location) -> Result<(), SceneError> {
+        self.begin_block(location, "AttributeEnd")
     }
 
     pub fn attribute_end(&mut self, location: &Location) -> Result<(), SceneError> {
@@ -210,9 +238,9 @@ impl SceneBuilder {
     }
 
     pub fn object_begin(&mut self, name: &str, location: &Location) -> Result<(), SceneError> {
+        self.keep::<(Arc<str>, usize)>(name.len() + ENTRY_BYTES, location)?;
         self.objects.begin(name, location)?;
-        self.begin_block(location, "ObjectEnd");
-        Ok(())
+        self.begin_block(location, "ObjectEnd")
     }
 
     pub fn object_end(&mut self, location: &Location) -> Result<(), SceneError> {
@@ -228,17 +256,21 @@ impl SceneBuilder {
             self.warn(location, FLATTENED);
             return Ok(());
         }
+        self.keep::<(Instance, Location)>(name.len() + ENTRY_BYTES, location)?;
         self.objects.instance(name, location, world_from_instance)
     }
 
-    fn begin_block(&mut self, location: &Location, end: &'static str) {
+    fn begin_block(&mut self, location: &Location, end: &'static str) -> Result<(), SceneError> {
+        self.keep::<Saved>(0, location)?;
         self.saved.push(Saved { state: self.state.clone(), begin: location.clone(), end });
+        Ok(())
     }
 
     fn end_block(&mut self, location: &Location, end: &'static str) -> Result<(), SceneError> {
         let Some(saved) = self.saved.pop() else {
             return Err(location.invalid("this ends a block that was never begun"));
         };
+        self.budget.give_back(size_of::<Saved>() as u64);
         if saved.end != end {
             let (begin, expected) = (&saved.begin, saved.end);
             return Err(location.invalid(format!("found {end}; expected {expected} for what begins at {begin}")));
@@ -253,11 +285,11 @@ impl SceneBuilder {
 
     /// `Attribute`: parameters that later directives take unless they have them.
     pub fn attribute(&mut self, target: &str, params: ParamList, location: &Location) -> Result<(), SceneError> {
-        let defaults = match target {
-            "shape" => &mut self.state.shape_defaults,
-            "light" => &mut self.state.light_defaults,
-            "material" => &mut self.state.material_defaults,
-            "texture" => &mut self.state.texture_defaults,
+        let (defaults, families): (_, &[&Family]) = match target {
+            "shape" => (&mut self.state.shape_defaults, &[&shape::FAMILY]),
+            "light" => (&mut self.state.light_defaults, &[&light::FAMILY, &light::AREA_FAMILY]),
+            "material" => (&mut self.state.material_defaults, &[&material::FAMILY]),
+            "texture" => (&mut self.state.texture_defaults, &[&texture::FLOAT_FAMILY, &texture::SPECTRUM_FAMILY]),
             // Media are not read, so neither are their defaults.
             "medium" => return Ok(()),
             _ => {
@@ -268,12 +300,10 @@ impl SceneBuilder {
                 )));
             }
         };
-        let defaults = Arc::make_mut(defaults);
-        for param in params.items {
-            defaults.take(&param.name);
-            defaults.items.push(param);
-        }
-        Ok(())
+        // Of no use are those that no type has; so few remain, however many there are.
+        let mut known = params.items;
+        known.retain(|param| families.iter().any(|family| family.knows(&param.name)));
+        ParamList::set_all(defaults, known)
     }
 
     pub fn material(&mut self, name: &str, params: ParamList, location: &Location) -> Result<(), SceneError> {
@@ -297,6 +327,7 @@ impl SceneBuilder {
             return Err(kind.bad_value("the name of a material type"));
         };
         let made = self.make_material(kind, params, location);
+        self.keep::<(Arc<str>, usize)>(name.len() + ENTRY_BYTES, location)?;
         // Of one with a fault, only the fault is told, not that nothing is called so.
         if self.named.insert(name.into(), *made.as_ref().unwrap_or(&0)).is_some() {
             return Err(
@@ -319,7 +350,9 @@ impl SceneBuilder {
         {
             return made.map(|_| 0);
         }
-        self.slots.push(MaterialSlot { made, index: None });
+        // Each that is used is kept twice, as it was made and as it is used.
+        self.keep::<[MaterialSlot; 2]>(0, location)?;
+        self.slots.push(MaterialSlot { made, used: None });
         Ok(self.slots.len() - 1)
     }
 
@@ -363,7 +396,8 @@ impl SceneBuilder {
         let mut warnings = Vec::new();
         let world_from_light = self.state.world_from_object;
         check_finite(&world_from_light, location)?;
-        let light = light::light(name, &params, &self.files.directory, world_from_light, location, &mut warnings)?;
+        self.keep::<Light>(0, location)?;
+        let light = light::light(name, &params, &self.files, world_from_light, location, &mut warnings)?;
         for warning in warnings {
             self.warn(location, &warning);
         }
@@ -407,16 +441,22 @@ impl SceneBuilder {
                 self.warn(directive, "shapes of an object emit no light; as in pbrt, only those outside do");
             }
         }
+        self.keep::<PendingShape>(SHAPE_BYTES, directive)?;
         let mut geometry = shape::geometry(name, &params, &mut self.files, location)?;
         if emission.is_some_and(|emission| emission.power.is_some()) {
             shape::check_power(name, &geometry, location)?;
         }
         let world_from_object = self.state.world_from_object;
         check_finite(&world_from_object, directive)?;
+        if !geometry.hull_all(|point| world_from_object.transform_point3(point).is_finite()) {
+            return Err(directive.invalid(OVERFLOWS));
+        }
         if !transform::is_invertible(&world_from_object) && !shape::stays_when_flattened(&mut geometry) {
             self.warn(directive, FLATTENED);
             return Ok(());
         }
+        let placed = geometry.placed_bytes(emission.is_some());
+        self.budget.take_later(placed).map_err(directive.over())?;
         let shape = Shape {
             geometry,
             alpha,
@@ -430,7 +470,7 @@ impl SceneBuilder {
         };
         let material = self.state.material.clone();
         // The rest of them may be large.
-        let alpha = params.take("alpha").filter(|_| waits).map(|alpha| ParamList { items: vec![alpha] });
+        let alpha = params.take("alpha").filter(|_| waits).map(ParamList::of);
         self.shapes.push(PendingShape { shape, material, alpha });
         Ok(())
     }
@@ -439,6 +479,17 @@ impl SceneBuilder {
 /// What is said of a shape or an instance that its transform leaves no volume.
 const FLATTENED: &str =
     "its transform takes it to a plane, a line or a point, where, as in pbrt, no ray meets it: it is left out";
+
+/// What is said where coordinates in world space are no numbers.
+const OVERFLOWS: &str = "coordinates overflow, by the shape's own or by its transform; expected smaller numbers";
+
+/// Warnings that are kept; more are counted.
+const MOST_WARNINGS: usize = 1000;
+/// What an entry of a table takes besides its key and value, about.
+const ENTRY_BYTES: usize = 64;
+/// What a shape takes besides [`PendingShape`]: its place in the text, and a copy of it where it
+/// is packed.
+const SHAPE_BYTES: usize = size_of::<Shape>() + ENTRY_BYTES;
 
 /// Fails where a transform has become too large for numbers.
 fn check_finite(transform: &DAffine3, location: &Location) -> Result<(), SceneError> {

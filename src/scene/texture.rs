@@ -1,5 +1,6 @@
 //! `Texture`, and the parameters that take one.
 
+mod mean;
 mod named;
 
 use glam::{DAffine3, DMat3, DVec3};

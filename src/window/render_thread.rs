@@ -237,7 +237,7 @@ impl RenderThread<'_> {
     fn load(&mut self, wish: &Wish) {
         self.says("reading the scene");
         self.loads = wish.target.loads;
-        match Scene::load(&wish.scene) {
+        match Scene::load_within(&wish.scene, self.scene.budget.anew()) {
             Ok(scene) => {
                 let (path, camera, film) = (wish.scene.clone(), scene.camera, scene.film.clone());
                 let loaded = Loaded { path, camera, film, loads: self.loads, integrator: scene.integrator };

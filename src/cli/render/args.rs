@@ -5,11 +5,11 @@ use std::time::Duration;
 
 use clap::Args;
 
-use crate::cli::Aov;
 use crate::cli::values::{
     Radius, alpha, cell_scale, eye_paths, output_path, photons, positive_u32, radius, resolution, seconds, seed,
     target_error, workgroup_sizes,
 };
+use crate::cli::{Aov, SceneMemory};
 use crate::options::{Contribution, DirectLight, Integrator, LookupKind, Options, Sampler};
 use crate::pack::RevolutionSolver;
 use crate::radius::RadiusSchedule;
@@ -180,6 +180,10 @@ pub struct RenderArgs {
     /// How rays meet bodies of revolution.
     #[command(flatten)]
     pub revolution_solver: RevolutionSolver,
+
+    /// How much memory the scene may take.
+    #[command(flatten)]
+    pub scene_memory: SceneMemory,
 
     /// Write times, counts and memory of the render as JSON
     #[arg(long, value_name = "FILE")]

@@ -41,7 +41,8 @@ fn lines_end_as_on_any_system() {
         while let Some(token) = stream.next().unwrap() {
             places.push(format!("{}:{} {token}", token.location.line, token.location.column));
             if token.kind == TokenKind::Open {
-                stream.number_list(|word| word.parse().ok(), &mut Vec::new());
+                let mut held = stream.budget().hold(0).unwrap();
+                stream.number_list(|word| word.parse().ok(), &mut Vec::new(), &mut held).unwrap();
             }
         }
         assert_eq!(places, ["1:1 `a`", "4:2 `d`", "4:4 \"e\"", "4:8 `[`", "5:3 `]`", "5:5 `f`"], "{end:?}");
@@ -64,7 +65,9 @@ fn number_lists_end_where_a_token_must_tell() {
     ] {
         let mut stream = TokenStream::new(text.to_string(), "t", None);
         let mut values = Vec::new();
-        stream.number_list(parse, &mut values);
+        let mut held = stream.budget().hold(0).unwrap();
+        stream.number_list(parse, &mut values, &mut held).unwrap();
+        assert_eq!(held.bytes(), 8 * values.len() as u64);
         let then = match stream.next() {
             Ok(Some(token)) => format!("{}:{} {token}", token.location.line, token.location.column),
             Ok(None) => "the end".to_string(),

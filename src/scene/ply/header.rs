@@ -72,10 +72,24 @@ impl Source<'_> {
 
     /// A word of an ASCII body.
     pub fn word(&mut self, during: &str) -> Result<String, PlyError> {
+        self.skip_blank(during)?;
+        self.run(|byte| byte.is_ascii_whitespace(), during)
+    }
+
+    /// Goes to what is not blank, many bytes at a time: there may be any number of them.
+    fn skip_blank(&mut self, during: &str) -> Result<(), PlyError> {
         loop {
-            let word = self.run(|byte| byte.is_ascii_whitespace(), during)?;
-            if !word.is_empty() {
-                return Ok(word);
+            let buffer = match self.stream.fill_buf() {
+                Ok(buffer) => buffer,
+                Err(error) => return Err(self.failed(&error, during)),
+            };
+            let blank = buffer.iter().position(|byte| !byte.is_ascii_whitespace());
+            let count = blank.unwrap_or(buffer.len());
+            let ends = blank.is_some() || buffer.is_empty();
+            self.stream.consume(count);
+            self.at += count as u64;
+            if ends {
+                return Ok(());
             }
         }
     }

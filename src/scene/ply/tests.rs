@@ -29,7 +29,7 @@ const ASCII_BODY: &str = "\
 8 4 0 1 2 3";
 
 fn parse(bytes: &[u8]) -> Result<Mesh, String> {
-    read_mesh(&mut Cursor::new(bytes), bytes.len() as u64).map_err(|error| match error {
+    read_mesh(&mut Cursor::new(bytes), bytes.len() as u64, &Budget::default()).map_err(|error| match error {
         PlyError::Unreadable(error) => error.to_string(),
         PlyError::Invalid(what) => what,
     })
@@ -102,6 +102,7 @@ fn all_formats_hold_the_same_mesh() {
 
 #[test]
 fn gzipped_files_are_read_and_bounded() {
+    let read = |path: &Path| read(path, &Budget::default());
     let directory = tempfile::tempdir().unwrap();
     let path = directory.path().join("mesh.ply.gz");
     let mut encoder = flate2::write::GzEncoder::new(Vec::new(), flate2::Compression::fast());
@@ -113,6 +114,9 @@ fn gzipped_files_are_read_and_bounded() {
     assert!(matches!(read(&path), Err(PlyError::Invalid(_))));
     let missing = directory.path().join("missing.ply");
     assert!(matches!(read(&missing), Err(PlyError::Unreadable(_))));
+    std::fs::write(&path, &bytes).unwrap();
+    let Err(PlyError::Invalid(what)) = super::read(&path, &Budget::new(bytes.len() as u64 + 20)) else { panic!() };
+    assert!(what.contains("are to be read in all"), "{what}");
 }
 
 #[test]

@@ -9,7 +9,8 @@ use glam::{DVec2, DVec3};
 use super::super::error::{Location, SceneError};
 use super::super::model::Mesh;
 use super::super::params::ParamList;
-use super::{attributes, faces, no_indices, positions};
+use super::{attributes, check_copies, faces, no_indices, positions};
+use crate::input::{Budget, OverBudget};
 
 /// How far a grid may be off its patch, in diagonals of the patch, unless it takes more than
 /// [`MOST_CELLS`].
@@ -18,10 +19,9 @@ const TOLERANCE: f64 = 2e-4;
 const MOST_CELLS: u32 = 32;
 /// Patches that are twisted by less of their diagonal are parallelograms, but for rounding.
 const STRAIGHT: f64 = 1e-9;
-/// Triangles of a mesh, at most.
-const MOST_TRIANGLES: usize = 1 << 26;
 
-pub(super) fn mesh(params: &ParamList, location: &Location) -> Result<Mesh, SceneError> {
+pub(super) fn mesh(params: &ParamList, budget: &Budget, location: &Location) -> Result<Mesh, SceneError> {
+    check_copies(params, budget, location)?;
     let positions = positions("bilinearmesh", params, location)?;
     let patches = match params.get("indices") {
         Some(indices) => faces::<4>(indices, positions.len())?,
@@ -31,13 +31,11 @@ pub(super) fn mesh(params: &ParamList, location: &Location) -> Result<Mesh, Scen
     let (normals, uvs) = attributes(params, positions.len())?;
     let corners = |patch: &[u32; 4]| patch.map(|corner| positions[corner as usize]);
     let cells = patches.iter().map(|patch| cells(&corners(patch))).max().unwrap_or(1);
-    let triangles = 2 * patches.len() * (cells * cells) as usize;
-    if triangles > MOST_TRIANGLES {
-        return Err(location.invalid(format!(
-            "the patches make {triangles} triangles; expected at most {MOST_TRIANGLES}: less twisted ones, or meshes of fewer"
-        )));
-    }
-    let mut grid = Mesh::default();
+    let has_normals = cells > 1 || !normals.is_empty();
+    let mut grid = room(patches.len(), cells, has_normals, budget).map_err(|over| {
+        let what = format!("{} patches of {cells}x{cells} cells, for the most twisted of them, are", patches.len());
+        location.too_large(&format!("{what} "), over)
+    })?;
     for patch in &patches {
         let corner_uvs = if uvs.is_empty() {
             [DVec2::ZERO, DVec2::X, DVec2::Y, DVec2::ONE]
@@ -50,6 +48,23 @@ pub(super) fn mesh(params: &ParamList, location: &Location) -> Result<Mesh, Scen
         add_grid(&mut grid, cells, patch, &corners(patch), (!normals.is_empty(), corner_normals), corner_uvs);
     }
     Ok(grid)
+}
+
+/// A mesh with room for grids.
+fn room(patches: usize, cells: u32, has_normals: bool, budget: &Budget) -> Result<Mesh, OverBudget> {
+    let cells = cells as usize;
+    let vertices = patches * (cells + 1) * (cells + 1);
+    let triangles = 2 * patches * cells * cells;
+    let normals = if has_normals { vertices } else { 0 };
+    let sizes =
+        [(vertices + normals) * size_of::<DVec3>(), vertices * size_of::<DVec2>(), triangles * size_of::<[u32; 3]>()];
+    budget.check(sizes.iter().sum::<usize>() as u64)?;
+    Ok(Mesh {
+        positions: Vec::with_capacity(vertices),
+        normals: Vec::with_capacity(normals),
+        uvs: Vec::with_capacity(vertices),
+        triangles: Vec::with_capacity(triangles),
+    })
 }
 
 /// What makes a patch no parallelogram: corners are p00, p10, p01, p11.

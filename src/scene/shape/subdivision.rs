@@ -10,35 +10,58 @@ use std::f64::consts::{PI, TAU};
 use glam::DVec3;
 
 use super::super::error::{Location, SceneError};
+use super::super::extent::PACKED_TRIANGLE;
 use super::super::model::Mesh;
 use super::super::params::{Param, ParamList};
-use super::{faces, no_indices, positions};
+use super::{check_copies, faces, no_indices, positions};
+use crate::input::Budget;
 
 /// pbrt's default.
 const LEVELS: u32 = 3;
 /// More would not fit for any mesh.
-const MOST_LEVELS: u32 = 12;
-/// Triangles of a mesh, at most.
-const MOST_TRIANGLES: usize = 1 << 26;
+const MOST_LEVELS: u32 = 16;
 
 /// No half-edge: the other side of the surface's boundary.
 const NONE: u32 = u32::MAX;
 
-pub(super) fn mesh(params: &ParamList, location: &Location) -> Result<Mesh, SceneError> {
+pub(super) fn mesh(params: &ParamList, budget: &Budget, location: &Location) -> Result<Mesh, SceneError> {
+    check_copies(params, budget, location)?;
     let levels = params.integer("levels", 0, MOST_LEVELS)?.unwrap_or(LEVELS);
     let positions = positions("loopsubdiv", params, location)?;
     let param = params.get("indices").ok_or_else(|| no_indices("loopsubdiv", positions.len(), location))?;
     let faces = faces(param, positions.len())?;
-    let triangles = faces.len().saturating_mul(1 << (2 * levels));
-    if triangles > MOST_TRIANGLES {
-        let what = format!("{levels} levels make {triangles} triangles; expected at most {MOST_TRIANGLES}");
+    let mut surface = Surface::new(positions, faces, param)?;
+    let size = surface.size_after(levels);
+    let triangles = size.triangles;
+    budget
+        .check(size.bytes())
+        .map_err(|over| location.too_large(&format!("{levels} levels make {triangles} triangles, which are "), over))?;
+    if 3 * triangles > u64::from(NONE) {
+        let what = format!("{levels} levels make {triangles} triangles; expected at most {}", NONE / 3);
         return Err(location.invalid(what));
     }
-    let mut surface = Surface::new(positions, faces, param)?;
     for _ in 0..levels {
         surface = surface.refined();
     }
     Ok(surface.limit())
+}
+
+/// How large a surface is.
+struct Size {
+    vertices: u64,
+    triangles: u64,
+}
+
+impl Size {
+    /// Bytes that it takes at most: as its limit is found, or as a mesh on the device.
+    fn bytes(&self) -> u64 {
+        let vectors = self.vertices * size_of::<DVec3>() as u64;
+        let faces = self.triangles * size_of::<[u32; 3]>() as u64;
+        let leaving = self.vertices * size_of::<u32>() as u64;
+        // Faces and twins are alike; positions, and new ones or normals beside them.
+        let limit = 2 * vectors + 2 * faces + leaving;
+        limit.max(2 * vectors + faces + self.triangles * 2 * PACKED_TRIANGLE)
+    }
 }
 
 /// A triangle mesh whose faces know their neighbours.
@@ -88,6 +111,19 @@ impl Surface {
         };
         let twins = (0..3 * faces.len()).map(twin).collect();
         Ok(Self { positions, faces, twins, leaving })
+    }
+
+    /// Its size after so many levels: a vertex more for each edge.
+    fn size_after(&self, levels: u32) -> Size {
+        let is_edge = |(h, twin): (usize, &u32)| *twin == NONE || (*twin as usize) < h;
+        let mut edges = self.twins.iter().enumerate().filter(|edge| is_edge(*edge)).count() as u64;
+        let mut size = Size { vertices: self.positions.len() as u64, triangles: self.faces.len() as u64 };
+        for _ in 0..levels {
+            size.vertices += edges;
+            edges = 2 * edges + 3 * size.triangles;
+            size.triangles *= 4;
+        }
+        size
     }
 
     fn origin(&self, half_edge: u32) -> u32 {

@@ -5,7 +5,7 @@ use glam::DAffine3;
 
 use super::super::error::{Location, SceneError};
 use super::super::lexer::shorten;
-use super::SceneBuilder;
+use super::{ENTRY_BYTES, SceneBuilder};
 
 /// Which transforms directives change.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -68,9 +68,11 @@ impl SceneBuilder {
         Ok(())
     }
 
-    pub fn name_coordinate_system(&mut self, name: String) {
+    pub fn name_coordinate_system(&mut self, name: String, location: &Location) -> Result<(), SceneError> {
+        self.keep::<(String, [DAffine3; 2])>(name.len() + ENTRY_BYTES, location)?;
         let transforms = [self.state.world_from_object, self.state.world_from_object_at_end];
         self.coordinate_systems.insert(name, transforms);
+        Ok(())
     }
 
     pub fn use_coordinate_system(&mut self, name: &str, location: &Location) -> Result<(), SceneError> {

@@ -8,7 +8,7 @@ use super::super::lexer::shorten;
 use super::super::model::{Input, Material, Scene, Shape};
 use super::super::shape;
 use super::super::{material, missing_light};
-use super::{MAX_MIX_DEPTH, Made, MaterialRef, PendingShape, Saved, SceneBuilder};
+use super::{MAX_MIX_DEPTH, Made, MaterialRef, PendingShape, Saved, SceneBuilder, Used};
 
 impl SceneBuilder {
     /// The scene; `end` is where its file ends.
@@ -35,18 +35,33 @@ impl SceneBuilder {
             self.warn(end, "the scene has no Camera; it is seen from the origin along +z");
         }
         let (film, camera, integrator) = std::mem::take(&mut self.options).resolve()?;
-        let (lights, warnings) = (std::mem::take(&mut self.lights), std::mem::take(&mut self.warnings));
+        let (lights, mut warnings) = (std::mem::take(&mut self.lights), std::mem::take(&mut self.warnings));
+        if self.more_warnings > 0 {
+            warnings.push(format!("{} more warnings are not shown", self.more_warnings));
+        }
         let textures = std::mem::take(&mut self.textures).made;
         let included = std::mem::take(&mut self.included);
-        let mut scene =
-            Scene { camera, integrator, film, materials, textures, shapes, instances, lights, included, warnings };
+        let budget = Arc::clone(&self.budget);
+        let mut scene = Scene {
+            camera,
+            integrator,
+            film,
+            materials,
+            textures,
+            shapes,
+            instances,
+            lights,
+            included,
+            warnings,
+            budget,
+        };
         scene.warnings.extend(missing_light::warning(&scene, &self.material_names()));
         Ok(scene)
     }
 
     /// Names of materials in use, by their index.
     fn material_names(&self) -> BTreeMap<usize, Arc<str>> {
-        let index = |(name, slot): (&Arc<str>, &usize)| Some((self.slots[*slot].index?, Arc::clone(name)));
+        let index = |(name, slot): (&Arc<str>, &usize)| Some((self.slots[*slot].used?.index, Arc::clone(name)));
         self.named.iter().filter_map(index).collect()
     }
 
@@ -102,12 +117,12 @@ impl SceneBuilder {
             if shape.alpha == Input::Constant(0.0) && shape.emission.is_none() {
                 continue;
             }
-            shape.material = self.resolve_material(&material, &mut materials, 0)?;
+            shape.material = self.resolve_material(&material, &mut materials, 0)?.index;
             if materials[shape.material] != Material::Interface {
                 shapes.push(shape);
             } else if shape.emission.is_some() {
                 let what = "the shape is of the material \"interface\"; its area light is ignored, as in pbrt";
-                self.warnings.push(format!("{}: {what}", shape.location));
+                self.warn(&shape.location, what);
             }
         }
         Ok((shapes, materials))
@@ -119,7 +134,7 @@ impl SceneBuilder {
         material: &MaterialRef,
         materials: &mut Vec<Material>,
         depth: u32,
-    ) -> Result<usize, SceneError> {
+    ) -> Result<Used, SceneError> {
         let slot = match material {
             MaterialRef::Slot(slot) => *slot,
             MaterialRef::Named(name, location) => {
@@ -134,9 +149,10 @@ impl SceneBuilder {
                 known.unwrap_or(0)
             }
         };
-        if let Some(index) = self.slots[slot].index {
-            return Ok(index);
+        if let Some(used) = self.slots[slot].used {
+            return Ok(used);
         }
+        let mut own_depth = 0;
         let nothing = Ok(Made::Material(material::default()));
         let resolved = match std::mem::replace(&mut self.slots[slot].made, nothing) {
             Err(error) => {
@@ -151,20 +167,26 @@ impl SceneBuilder {
                 if depth >= MAX_MIX_DEPTH {
                     return Err(location.invalid(again));
                 }
-                self.slots[slot].made = Err(location.invalid(again));
+                self.slots[slot].made = Err(location.invalid(again.clone()));
                 let mut indices = [0; 2];
                 for (index, part) in indices.iter_mut().zip(&parts) {
-                    *index = self.resolve_material(part, materials, depth + 1)?;
+                    let part = self.resolve_material(part, materials, depth + 1)?;
+                    *index = part.index;
+                    own_depth = own_depth.max(part.depth + 1);
                     if materials[*index] == Material::Interface {
                         let error = location.unsupported("a mix with \"interface\"", "a mix of surfaces");
                         self.notes(Err(error))?;
                     }
                 }
+                if own_depth > MAX_MIX_DEPTH {
+                    return Err(location.invalid(again));
+                }
                 Material::Mix { materials: indices, amount }
             }
         };
         materials.push(resolved);
-        self.slots[slot].index = Some(materials.len() - 1);
-        Ok(materials.len() - 1)
+        let used = Used { index: materials.len() - 1, depth: own_depth };
+        self.slots[slot].used = Some(used);
+        Ok(used)
     }
 }

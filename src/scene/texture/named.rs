@@ -1,5 +1,6 @@
 //! The textures of a scene by their names. A scene may name one before it declares it.
 
+use std::cell::RefCell;
 use std::collections::{HashMap, VecDeque};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -13,13 +14,17 @@ use super::super::params::{Param, ParamList};
 use super::super::registry::Kind;
 use super::super::spectrum::Spectrum;
 use super::super::texture_model::{ImageTexture, Mapping, Texture, TextureKind, Wrap};
+use super::mean::Means;
 use super::{FLOAT_FAMILY, Maker, SPECTRUM_FAMILY};
 use crate::film::Image;
 use crate::input::Budget;
 use crate::output::{ImageError, Transfer, Use, read_layers};
 
-/// Pixels of all images together, at most; what a device can hold in one table.
+/// Pixels of all images together that a device can hold in one table, at most.
 const MAX_TEXELS: u64 = 1 << 27;
+
+/// Names that are listed, at most.
+const MOST_LISTED: usize = 1000;
 
 /// What a texture's values are; each has names of its own.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -62,6 +67,8 @@ pub(in crate::scene) struct Declaration {
 /// The textures so far, by name.
 #[derive(Debug, Default)]
 pub(in crate::scene) struct Textures {
+    /// Of the scene's memory.
+    budget: Arc<Budget>,
     /// File names are relative to it.
     pub(super) directory: PathBuf,
     named: HashMap<Key, Slot>,
@@ -70,13 +77,16 @@ pub(in crate::scene) struct Textures {
     pub made: Vec<Texture>,
     /// Each file is read once for each way to decode it.
     images: HashMap<(PathBuf, String, Values, Use), Arc<Image>>,
+    /// Of images that area lights show, by their addresses.
+    shown: HashMap<*const Image, Rgb>,
+    means: RefCell<Means>,
     texels: u64,
 }
 
 impl Textures {
     /// File names are relative to `directory`.
-    pub fn new(directory: &Path) -> Self {
-        Self { directory: directory.to_path_buf(), ..Self::default() }
+    pub fn new(directory: &Path, budget: &Arc<Budget>) -> Self {
+        Self { directory: directory.to_path_buf(), budget: Arc::clone(budget), ..Self::default() }
     }
 
     /// `Texture`; gives warnings. One that is made of others which are not there yet has to wait
@@ -89,6 +99,8 @@ impl Textures {
                 shorten(&declaration.name)
             )));
         }
+        let bytes = size_of::<(Key, Slot)>() + size_of::<(Declaration, Texture)>() + declaration.name.len();
+        self.budget.take(bytes as u64).map_err(declaration.location.over())?;
         if declaration.needs().iter().any(|need| !self.is_there(need)) {
             self.named.insert(key, Slot::Waiting(self.waiting.len()));
             self.waiting.push(declaration);
@@ -193,21 +205,32 @@ impl Textures {
     }
 
     /// The mean of an input over the texture's own domain, and whether it is a texture at all.
-    pub fn mean_color(&self, input: Input<Rgb>) -> (Rgb, bool) {
-        (mean(&self.made, input), matches!(input, Input::Texture(_)))
+    ///
+    /// # Errors
+    /// The images have more pixels in all than may be read; told at `location`.
+    pub fn mean_color(&self, input: Input<Rgb>, location: &Location) -> Result<(Rgb, bool), SceneError> {
+        match input {
+            Input::Constant(value) => Ok((value, false)),
+            Input::Texture(index) => {
+                let mean = self.means.borrow_mut().of(index, &self.made, &self.budget).map_err(location.over())?;
+                Ok((mean, true))
+            }
+        }
     }
 
     /// The same of numbers.
-    pub fn mean_number(&self, input: Input<f64>) -> (f64, bool) {
-        let (mean, is_texture) = self.mean_color(as_color(input));
-        (mean.x, is_texture)
+    pub fn mean_number(&self, input: Input<f64>, location: &Location) -> Result<(f64, bool), SceneError> {
+        self.mean_color(as_color(input), location).map(|(mean, is_texture)| (mean.x, is_texture))
     }
 
     /// An image as an area light shows it.
     pub fn emission(&mut self, path: PathBuf, param: &Param) -> Result<EmissionImage, SceneError> {
         let image = self.image(path, ("sRGB".to_string(), Transfer::Srgb), (Values::Colors, Use::Light), param)?;
-        let sum: Rgb = image.pixels.iter().map(|pixel| Rgb::from(pixel.map(f64::from)).max(Rgb::ZERO)).sum();
-        let mean = sum / image.pixels.len() as f64;
+        let mean = *self.shown.entry(Arc::as_ptr(&image)).or_insert_with(|| {
+            let sum: Rgb = image.pixels.iter().map(|pixel| Rgb::from(pixel.map(f64::from)).max(Rgb::ZERO)).sum();
+            sum / image.pixels.len() as f64
+        });
+        self.budget.take(size_of::<Texture>() as u64).map_err(param.location.over())?;
         let shown = ImageTexture {
             image,
             mapping: Mapping::Surface(DAffine3::IDENTITY),
@@ -232,12 +255,23 @@ impl Textures {
             Some(Slot::Faulty) => Ok(Input::Constant(Rgb::splat(0.5))),
             Some(Slot::Waiting(_)) | None => {
                 let kind = if values == Values::Numbers { "float" } else { "spectrum" };
-                let mut names: Vec<&str> =
-                    self.named.keys().filter(|key| key.0 == values).map(|key| key.1.as_str()).collect();
-                names.sort_unstable();
-                let known = if names.is_empty() { "there is none".to_string() } else { shorten(&names.join(", ")) };
+                let known = self.known(values);
                 Err(param.bad_value(&format!("the name of a Texture of type \"{kind}\"; known here: {known}")))
             }
+        }
+    }
+
+    /// The names of textures, for a message: what is there to choose from.
+    fn known(&self, values: Values) -> String {
+        let mut names: Vec<&str> =
+            self.named.keys().filter(|key| key.0 == values).map(|key| key.1.as_str()).take(MOST_LISTED + 1).collect();
+        match names.len() {
+            0 => "there is none".to_string(),
+            1..=MOST_LISTED => {
+                names.sort_unstable();
+                shorten(&names.join(", "))
+            }
+            _ => format!("more than {MOST_LISTED}"),
         }
     }
 
@@ -253,7 +287,7 @@ impl Textures {
         if let Some(image) = self.images.get(&key) {
             return Ok(Arc::clone(image));
         }
-        let layers = read_layers(&key.0, encoding.1, of, &Budget::default()).map_err(|error| match error {
+        let layers = read_layers(&key.0, encoding.1, of, &self.budget).map_err(|error| match error {
             ImageError::Read { path, reason } => {
                 SceneError::Unreadable { path, location: Some(param.location.clone()), source: reason }
             }
@@ -277,6 +311,8 @@ impl Textures {
                 *pixel = [layers.alpha.as_ref().map_or(mean, |alpha| alpha[i]); 3];
             }
         }
+        // It has gone into the pixels, or is of no use.
+        self.budget.give_back(layers.alpha.as_ref().map_or(0, |alpha| size_of_val(&alpha[..]) as u64));
         let image = Arc::new(image);
         self.images.insert(key, Arc::clone(&image));
         Ok(image)
@@ -284,48 +320,11 @@ impl Textures {
 }
 
 /// A number as all channels.
-fn as_color(input: Input<f64>) -> Input<Rgb> {
+pub(super) fn as_color(input: Input<f64>) -> Input<Rgb> {
     match input {
         Input::Constant(value) => Input::Constant(Rgb::splat(value)),
         Input::Texture(index) => Input::Texture(index),
     }
-}
-
-/// The mean of an input, as if parts that are multiplied or mixed were independent.
-fn mean(textures: &[Texture], input: Input<Rgb>) -> Rgb {
-    let index = match input {
-        Input::Constant(value) => return value,
-        Input::Texture(index) => index,
-    };
-    // What a texture is made of comes before it. Textures may be deep, and share what they are
-    // made of: so the means of what is needed are found one by one.
-    let mut needed = vec![false; index + 1];
-    needed[index] = true;
-    for i in (0..=index).rev() {
-        if needed[i] {
-            textures[i].kind.inputs().into_iter().for_each(|input| needed[input] = true);
-        }
-    }
-    let mut means: Vec<Rgb> = Vec::with_capacity(index + 1);
-    for (texture, is_needed) in textures.iter().zip(needed) {
-        let of = |input: &Input<Rgb>| match *input {
-            Input::Constant(value) => value,
-            Input::Texture(index) => means[index],
-        };
-        let number = |input: &Input<f64>| of(&as_color(*input));
-        let mean = match &texture.kind {
-            _ if !is_needed => Rgb::ZERO,
-            TextureKind::Image(image) => image.mean(),
-            TextureKind::Bilerp { corners, .. } => corners.iter().sum::<Rgb>() / 4.0,
-            TextureKind::Checkerboard { textures: [a, b], .. } | TextureKind::DirectionMix { textures: [a, b], .. } => {
-                0.5 * (of(a) + of(b))
-            }
-            TextureKind::Mix { textures: [a, b], amount } => of(a) + number(amount) * (of(b) - of(a)),
-            TextureKind::Scale { texture, factor } => of(texture) * number(factor),
-        };
-        means.push(mean);
-    }
-    means[index]
 }
 
 /// The texture that a parameter names.

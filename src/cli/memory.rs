@@ -1,0 +1,25 @@
+//! `--scene-memory`: how much memory a scene may take.
+
+use clap::Args;
+
+use super::values::gibibytes;
+use crate::input::Budget;
+
+/// The option of every command that reads a scene.
+#[derive(Args, Clone, Copy, Debug, Default)]
+pub struct SceneMemory {
+    /// Memory that the scene may take, in GiB [default: a sixteenth of the machine's, at least 1]
+    ///
+    /// Its texts, meshes, images and textures, and its triangles on the device. A scene that
+    /// needs more is refused. What a render adds comes on top.
+    #[arg(id = "scene_memory", long = "scene-memory", value_name = "GIB", value_parser = gibibytes)]
+    #[arg(allow_negative_numbers = true)]
+    bytes: Option<u64>,
+}
+
+impl SceneMemory {
+    /// The budget that it asks for.
+    pub fn budget(&self) -> Budget {
+        self.bytes.map_or_else(Budget::default, Budget::new)
+    }
+}
