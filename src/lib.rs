@@ -20,6 +20,8 @@
 //! `src/iteration.rs` is the algorithm in one page, `shaders/` the passes that it dispatches.
 //! This crate knows physics and no Vulkan; `goblet-host` knows Vulkan and no physics.
 #![forbid(unsafe_code)]
+// They panic where nobody reads them: `cli::terminal` prints.
+#![deny(clippy::print_stdout, clippy::print_stderr)]
 
 pub mod advise;
 mod alias;

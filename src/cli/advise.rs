@@ -7,8 +7,8 @@ use std::time::Duration;
 use clap::Args;
 use serde::Serialize;
 
-use super::Failure;
 use super::values::{resolution, seconds, target_error};
+use super::{Failure, terminal};
 use crate::advise::{Advice, Expected, Goal, Length, advise};
 use crate::options::Options;
 use crate::renderer::open_device;
@@ -72,7 +72,7 @@ struct Report {
 pub fn run(args: &AdviseArgs) -> Result<(), Failure> {
     let scene = Scene::load(&args.scene)?;
     for warning in &scene.warnings {
-        eprintln!("warning: {warning}");
+        terminal::warn(warning);
     }
     let time = args.time.map_or(0.0, |time| time.as_secs_f64());
     let goal = args.error.map_or(Goal::Time(time), Goal::Error);
@@ -93,12 +93,7 @@ pub fn run(args: &AdviseArgs) -> Result<(), Failure> {
         expected: advice.expected,
         by_default: advice.by_default,
     };
-    if args.json {
-        println!("{}", serde_json::to_string_pretty(&report).unwrap_or_default());
-    } else {
-        print!("{}", report.text());
-    }
-    Ok(())
+    terminal::print(&if args.json { report.json()? } else { report.text() })
 }
 
 fn options(args: &AdviseArgs, advice: &Advice) -> Vec<String> {
@@ -118,6 +113,11 @@ fn options(args: &AdviseArgs, advice: &Advice) -> Vec<String> {
 }
 
 impl Report {
+    fn json(&self) -> Result<String, Failure> {
+        let json = serde_json::to_string_pretty(self).map_err(|error| Failure::Print(error.into()))?;
+        Ok(json + "\n")
+    }
+
     fn text(&self) -> String {
         let Self { device, probe_seconds, expected, by_default, command, .. } = self;
         let line = |it: &Expected| format!("{:.4} after {:.1} s, {} iterations", it.error, it.seconds, it.iterations);

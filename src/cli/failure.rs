@@ -62,6 +62,29 @@ pub enum Failure {
         /// What the operating system says.
         reason: std::io::Error,
     },
+    /// Standard output takes no more.
+    #[error("cannot write to standard output: {0}")]
+    Print(std::io::Error),
+    /// Writing a file would destroy another.
+    #[error("{path}: {what} would replace {other}, {other_path}; expected another name")]
+    SameFile {
+        /// The file.
+        path: String,
+        /// What it is to be.
+        what: &'static str,
+        /// What it is.
+        other: &'static str,
+        /// Its name as that.
+        other_path: String,
+    },
+    /// There is no manual of a command of this name.
+    #[error("no command is called \"{name}\"; expected one of: {known}")]
+    NoCommand {
+        /// What was asked for.
+        name: String,
+        /// The commands that there are.
+        known: String,
+    },
     /// What is known of a scene could not be put into words.
     #[error("cannot describe the scene: {0}")]
     Info(String),
@@ -86,6 +109,8 @@ impl Failure {
             | Self::Compare(_)
             | Self::Knob(_)
             | Self::Tessellate(_)
+            | Self::SameFile { .. }
+            | Self::NoCommand { .. }
             | Self::Render(RenderError::Scene(_) | RenderError::Option(_))
             | Self::Device(goblet_host::Error::NoSuchDevice { .. }) => 2,
             Self::Checkpoint { reason: CheckpointError::Write(_) | CheckpointError::Device(_), .. } => 1,
@@ -96,6 +121,7 @@ impl Failure {
             | Self::Signals(_)
             | Self::Window(_)
             | Self::Stats { .. }
+            | Self::Print(_)
             | Self::Info(_)
             | Self::Report { .. }
             | Self::NotFinite(_)

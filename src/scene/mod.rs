@@ -51,7 +51,7 @@ mod version3;
 
 pub(crate) use camera::default_window;
 pub use error::{Location, SceneError};
-pub(crate) use files::{directory, identity};
+pub(crate) use files::directory;
 pub(crate) use light_image::window_cosine;
 pub use model::*;
 pub use parser::Survey;

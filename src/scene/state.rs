@@ -120,6 +120,8 @@ pub(super) struct SceneBuilder {
     textures: Textures,
     /// Files that the scene includes or imports.
     pub included: Vec<PathBuf>,
+    /// Every file that the scene reads besides its own.
+    pub inputs: Vec<PathBuf>,
     warnings: Vec<String>,
     /// Set where everything that is wrong is to be found.
     collected: Option<Collected>,
@@ -157,6 +159,7 @@ impl SceneBuilder {
             files: MeshFiles::new(directory),
             textures: Textures::new(directory),
             included: Vec::new(),
+            inputs: Vec::new(),
             warnings: Vec::new(),
             collected: None,
         }

@@ -37,9 +37,20 @@ impl SceneBuilder {
         let (film, camera, integrator) = std::mem::take(&mut self.options).resolve()?;
         let (lights, warnings) = (std::mem::take(&mut self.lights), std::mem::take(&mut self.warnings));
         let textures = std::mem::take(&mut self.textures).made;
-        let included = std::mem::take(&mut self.included);
-        let mut scene =
-            Scene { camera, integrator, film, materials, textures, shapes, instances, lights, included, warnings };
+        let (included, inputs) = (std::mem::take(&mut self.included), std::mem::take(&mut self.inputs));
+        let mut scene = Scene {
+            camera,
+            integrator,
+            film,
+            materials,
+            textures,
+            shapes,
+            instances,
+            lights,
+            included,
+            inputs,
+            warnings,
+        };
         scene.warnings.extend(missing_light::warning(&scene, &self.material_names()));
         Ok(scene)
     }
