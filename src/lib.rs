@@ -54,6 +54,7 @@ pub mod pack;
 mod path_pass;
 mod radius;
 mod renderer;
+mod room;
 pub mod scene;
 mod schedule;
 mod sequence;
@@ -69,6 +70,7 @@ pub use options::{Contribution, DirectLight, Integrator, LookupKind, Options, Sa
 pub use pack::{Envelopes, PackError, RevolutionSolver};
 pub use radius::RadiusSchedule;
 pub use renderer::{RenderError, Renderer, open_device};
+pub use room::NoRoom;
 pub use sequence::Shard;
 pub use tally::{ByPass, Tally};
 pub use unsampled::Noise;

@@ -23,7 +23,9 @@ use exr::prelude::{
 };
 use image::{ExtendedColorType, ImageEncoder, codecs::png::PngEncoder};
 
+use crate::estimate::Sum;
 use crate::film::{Image, Window, picture};
+use crate::room;
 pub use read::{Layers, Transfer, Use, read, read_layers};
 
 /// Why an image file could not be read or written; says which file.
@@ -155,12 +157,29 @@ pub fn write_part(
     metadata: &[(String, String)],
 ) -> Result<(), ImageError> {
     let format = WriteFormat::of(path)?;
+    let room = encoding_bytes([image.width, image.height]) + 4 * channels.len() as u64 * image.pixels.len() as u64;
+    room::check("an image file", room).map_err(|reason| write_error(path, io::Error::other(reason)))?;
     let encoded = image.check_shape().map_err(|shape| shape.to_string()).and_then(|()| match format {
         WriteFormat::Exr => encode_exr(image, window, channels, metadata),
         WriteFormat::Png => encode_png(image),
     });
     let bytes = encoded.map_err(|reason| ImageError::Encode { path: path.to_owned(), reason })?;
     replace(path, &bytes).map_err(|reason| write_error(path, reason))
+}
+
+/// Bytes of host memory, about, from an image's sums to its file.
+pub(crate) fn host_bytes(resolution: [u32; 2]) -> u64 {
+    let sums = size_of::<[Sum; 4]>() + size_of::<[f32; 3]>();
+    pixels(resolution) * sums as u64 + encoding_bytes(resolution)
+}
+
+/// Of these, those for making a file: the planes, their bytes in order, compressed, and the whole.
+fn encoding_bytes(resolution: [u32; 2]) -> u64 {
+    pixels(resolution) * 4 * size_of::<[f32; 3]>() as u64
+}
+
+fn pixels(resolution: [u32; 2]) -> u64 {
+    resolution.map(u64::from).iter().product()
 }
 
 fn write_error(path: &Path, reason: io::Error) -> ImageError {

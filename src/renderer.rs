@@ -9,14 +9,16 @@ use goblet_host::{Device, Instance};
 
 use crate::buffers::{Buffers, Sizes};
 use crate::checkpoint::{Checkpoint, CheckpointError, MadeBy};
-use crate::estimate::Estimate;
+use crate::estimate::{Estimate, Sum};
 use crate::film::Image;
 use crate::identity::Identity;
 use crate::iteration::{Passes, Progress, Settings, Stage};
-use crate::kernels::{REQUIREMENTS, Specialization};
+use crate::kernels::{PixelState, REQUIREMENTS, Specialization};
 use crate::options::{DirectLight, LookupKind, Options, Resolved};
+use crate::output;
 use crate::pack::{PackError, RenderSpace, RevolutionSolver, pack};
 use crate::radius::{FirstRadius, GlobalShrink};
+use crate::room::{self, NoRoom};
 use crate::scene::Scene;
 use crate::schedule::Schedule;
 use crate::sequence::Sequence;
@@ -48,6 +50,9 @@ pub enum RenderError {
     /// The device failed or is not enough.
     #[error(transparent)]
     Device(#[from] goblet_host::Error),
+    /// The host's memory is not enough.
+    #[error(transparent)]
+    Host(#[from] NoRoom),
 }
 
 /// Opens the device that `selector` names, or the first that fits; with `validation`, every
@@ -186,6 +191,8 @@ impl Renderer {
         let compiled = base.compiled(&device, options, &resolved, &view);
         let Compiled { specialization, lookup, workgroup_size, .. } = &compiled;
         let passes = Passes::new(&device, gpu_scene, &buffers, *lookup, specialization, *workgroup_size)?;
+        // Said now, and not when the image is to be written.
+        room::check("the image", output::host_bytes(resolved.resolution))?;
         Ok(Self {
             settings: base.settings(options, &resolved, &view),
             progress: base.progress(&device, options, &resolved, &view),
@@ -270,6 +277,7 @@ impl Renderer {
     /// The device fails.
     pub fn estimate(&self) -> Result<Estimate, RenderError> {
         let pixels = self.settings.pixels();
+        room::check("the image", pixels as u64 * size_of::<[Sum; 4]>() as u64)?;
         let [red, green, blue, second] = self.buffers.sums().map(|sums| self.device.read_first_texels(sums, pixels));
         Ok(Estimate {
             resolution: self.settings.resolution,
@@ -325,6 +333,7 @@ impl Renderer {
     /// The device fails.
     pub fn checkpoint(&self, scene: &str) -> Result<Checkpoint, RenderError> {
         let shard = self.settings.sequence.shard;
+        room::check("the checkpoint", self.settings.pixels() as u64 * size_of::<([Sum; 4], PixelState)>() as u64)?;
         Ok(Checkpoint {
             identity: self.identity.clone(),
             scene: scene.to_owned(),

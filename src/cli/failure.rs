@@ -115,7 +115,9 @@ impl Failure {
             | Self::Device(goblet_host::Error::NoSuchDevice { .. }) => 2,
             Self::Checkpoint { reason: CheckpointError::Write(_) | CheckpointError::Device(_), .. } => 1,
             Self::Checkpoint { .. } => 2,
-            Self::Render(RenderError::Device(_) | RenderError::Interrupted { .. } | RenderError::GivenUp)
+            Self::Render(
+                RenderError::Device(_) | RenderError::Interrupted { .. } | RenderError::GivenUp | RenderError::Host(_),
+            )
             | Self::Device(_)
             | Self::Output(_)
             | Self::Signals(_)

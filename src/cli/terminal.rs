@@ -9,6 +9,7 @@
 //! as in JSON, so that none can move a terminal's cursor or change its title.
 
 use std::borrow::Cow;
+use std::ffi::OsString;
 use std::fmt::{Display, Write as _};
 use std::io::{self, ErrorKind, Write};
 
@@ -42,12 +43,13 @@ pub fn print(text: &str) -> Result<(), Failure> {
 /// Prints what clap has made: a help text, a version, or why the arguments are wrong. Returns the
 /// exit code.
 pub fn print_of_clap(error: &clap::Error) -> u8 {
-    let text = error.render().to_string();
     if error.use_stderr() {
-        match printable(&text) {
-            // With clap's colours, where there are any.
-            Cow::Borrowed(_) => drop(error.print()),
-            Cow::Owned(safe) => say(safe.trim_end()),
+        let is_obeyed = |arg: &OsString| matches!(printable(&arg.to_string_lossy()), Cow::Owned(_));
+        if std::env::args_os().any(|arg| is_obeyed(&arg)) {
+            // Without colours, which cannot be told from what an argument holds.
+            say(error.render().to_string().trim_end());
+        } else {
+            let _ = error.print();
         }
         return 2;
     }
