@@ -11,7 +11,7 @@ pub mod info;
 pub mod manual;
 pub mod measure;
 pub mod merge;
-mod outputs;
+pub(crate) mod outputs;
 pub mod render;
 mod shard;
 mod solver;

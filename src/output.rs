@@ -302,6 +302,9 @@ impl Replacement {
         let target = fs::canonicalize(path).unwrap_or_else(|_| path.to_owned());
         let existing = fs::metadata(&target).ok();
         if let Some(existing) = &existing {
+            if existing.is_dir() {
+                return Err(io::Error::other("it exists and is a directory, not a file"));
+            }
             if !existing.is_file() {
                 return Err(io::Error::other("it exists and is not a file"));
             }

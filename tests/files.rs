@@ -38,7 +38,7 @@ fn bench() -> Bench {
 fn assert_refused(bench: &Bench, arguments: &[&str], words: &[&str]) {
     let run = bench.run(arguments);
     run.assert_refused(&format!("{arguments:?}"), 2, words);
-    run.assert_refused(&format!("{arguments:?}"), 2, &["would replace", "expected another name"]);
+    run.assert_refused(&format!("{arguments:?}"), 2, &["this file", "expected another name for "]);
 }
 
 /// Each file of a folder, with its contents.
@@ -66,31 +66,31 @@ fn no_output_of_a_render_replaces_an_input_or_another_output() {
     };
     let before = all();
     let cases: &[(&[&str], &[&str])] = &[
-        (&["-o", "tex.png"], &["tex.png: the image would replace a file that the scene reads", "tex.png"]),
-        (&["-o", "new.png", "-o", "./sky.png"], &["./sky.png: the image"]),
-        (&["-o", "hard.png"], &["hard.png: the image", "tex.png"]),
-        (&["-o", "soft.png"], &["soft.png: the image", "tex.png"]),
-        (&["-o", "Tex.PNG"], &["Tex.PNG: the image", "tex.png"]),
-        (&["--stats", "scene.pbrt"], &["scene.pbrt: the statistics would replace the scene"]),
-        (&["--stats", "SCENE.PBRT"], &["the statistics would replace the scene"]),
-        (&["--stats", "lamp.pbrt"], &["lamp.pbrt: the statistics"]),
-        (&["--stats", "mesh.ply"], &["mesh.ply: the statistics"]),
-        (&["--checkpoint", "eta.spd"], &["eta.spd: the checkpoint"]),
-        (&["--checkpoint", "scene.pbrt"], &["scene.pbrt: the checkpoint would replace the scene"]),
-        (&["-o", "x.exr", "-o", "x.exr"], &["x.exr: the image would replace the image"]),
-        (&["-o", "x.exr", "-o", "X.EXR"], &["X.EXR: the image would replace the image, x.exr"]),
-        (&["-o", "new.exr", "-o", "dangling.exr"], &["dangling.exr: the image would replace the image"]),
-        (&["-o", "x.exr", "--stats", "x.exr"], &["the statistics would replace the image"]),
-        (&["--checkpoint", "c", "--stats", "c"], &["the statistics would replace the checkpoint"]),
-        (&["--checkpoint", "default.exr"], &["default.exr: the image would replace the checkpoint"]),
-        (&["--resume", "kept.exr", "-o", "kept.exr"], &["the image would replace the checkpoint to resume"]),
-        (&["--resume", "kept.exr", "--stats", "kept.exr"], &["the statistics would replace the checkpoint to"]),
+        (&["-o", "tex.png"], &["goblet: tex.png: the scene reads this file; expected another name for the image"]),
+        (&["-o", "new.png", "-o", "./sky.png"], &["./sky.png: the scene reads this file (as sky.png)"]),
+        (&["-o", "hard.png"], &["hard.png: the scene reads this file (as tex.png)"]),
+        (&["-o", "soft.png"], &["soft.png: the scene reads this file (as tex.png)"]),
+        (&["-o", "Tex.PNG"], &["Tex.PNG: the scene reads this file (as tex.png)"]),
+        (&["--stats", "scene.pbrt"], &["scene.pbrt: the scene reads this file", "for the statistics"]),
+        (&["--stats", "SCENE.PBRT"], &["SCENE.PBRT: the scene reads this file (as scene.pbrt)"]),
+        (&["--stats", "lamp.pbrt"], &["lamp.pbrt: the scene reads this file"]),
+        (&["--stats", "mesh.ply"], &["mesh.ply: the scene reads this file"]),
+        (&["--checkpoint", "eta.spd"], &["eta.spd: the scene reads this file", "for the checkpoint"]),
+        (&["--checkpoint", "scene.pbrt"], &["scene.pbrt: the scene reads this file"]),
+        (&["-o", "x.exr", "-o", "x.exr"], &["x.exr: this file is also the image;"]),
+        (&["-o", "x.exr", "-o", "X.EXR"], &["X.EXR: this file is also the image (as x.exr)"]),
+        (&["-o", "new.exr", "-o", "dangling.exr"], &["dangling.exr: this file is also the image (as new.exr)"]),
+        (&["-o", "x.exr", "--stats", "x.exr"], &["this file is also the image", "for the statistics"]),
+        (&["--checkpoint", "c", "--stats", "c"], &["this file is also the checkpoint", "for the statistics"]),
+        (&["--checkpoint", "default.exr"], &["default.exr: this file is also the checkpoint", "for the image"]),
+        (&["--resume", "kept.exr", "-o", "kept.exr"], &["this file is also the checkpoint to resume"]),
+        (&["--resume", "kept.exr", "--stats", "kept.exr"], &["this file is also the checkpoint to resume"]),
     ];
     for (arguments, words) in cases {
         assert_refused(&bench, &[&["render", "scene.pbrt"], *arguments].concat(), words);
     }
     #[cfg(feature = "view")]
-    assert_refused(&bench, &["view", "scene.pbrt", "-o", "tex.png"], &["tex.png: the image would replace"]);
+    assert_refused(&bench, &["view", "scene.pbrt", "-o", "tex.png"], &["tex.png: the scene reads this file"]);
     assert!(all() == before, "a file has changed");
     // What is resumed is what is saved again.
     bench.rendered(&["--iterations", "2", "-o", "x.exr", "--resume", "kept.exr", "--checkpoint", "kept.exr"]);
@@ -104,7 +104,7 @@ fn the_film_of_a_scene_replaces_nothing_that_it_reads() {
     for name in ["tex.png", "./tex.png", "TEX.png"] {
         let film = format!("\"string filename\" \"{name}\"");
         bench.write("scene.pbrt", scene(LIGHT, READS).replace("\"string filename\" \"default.exr\"", &film));
-        assert_refused(&bench, &["render", "scene.pbrt"], &[&format!("{name}: the image would replace")]);
+        assert_refused(&bench, &["render", "scene.pbrt"], &[&format!("{name}: the scene reads this file")]);
     }
     assert!(bench.bytes("tex.png") == before);
 }
@@ -123,14 +123,20 @@ fn no_command_replaces_what_it_reads() {
     let before = names.map(|name| bench.bytes(name));
     let measure = ["measure", "scene.pbrt", "--vary", "photons=500", "-o", "out", "--reference"];
     let cases: &[(&[&str], &str)] = &[
-        (&["compare", "a.png", "b.png", "--diff", "a.png"], "the difference would replace the image"),
-        (&["compare", "a.png", "b.png", "--diff", "B.png"], "the difference would replace the reference"),
-        (&["merge", "0.exr", "1.exr", "-o", "1.exr"], "the image would replace a shard"),
-        (&["merge", "0.exr", "1.exr", "--checkpoint", "0.exr"], "the checkpoint would replace a shard"),
-        (&["merge", "0.exr", "1.exr", "--checkpoint", "x.exr", "-o", "x.exr"], "would replace the image"),
-        (&[&measure[..], &["out/setting-1-difference.png"]].concat(), "a result would replace the reference"),
-        (&["tessellate", "scene.pbrt", "-o", "scene.pbrt"], "the scene would replace a file that the scene reads"),
-        (&["tessellate", "scene.pbrt", "-o", "lamp.pbrt"], "the scene would replace a file that the scene reads"),
+        (&["compare", "a.png", "b.png", "--diff", "a.png"], "this file is also the image to compare"),
+        (&["compare", "a.png", "b.png", "--diff", "B.png"], "this file is also the reference (as b.png)"),
+        (&["merge", "0.exr", "1.exr", "-o", "1.exr"], "this file is also a checkpoint to merge"),
+        (&["merge", "0.exr", "1.exr", "--checkpoint", "0.exr"], "this file is also a checkpoint to merge"),
+        (&["merge", "0.exr", "1.exr", "--checkpoint", "x.exr", "-o", "x.exr"], "this file is also the image"),
+        (&[&measure[..], &["out/setting-1-difference.png"]].concat(), "this file is also the reference"),
+        (
+            &["tessellate", "scene.pbrt", "-o", "scene.pbrt"],
+            ": the scene reads this file; expected another name for the scene",
+        ),
+        (
+            &["tessellate", "scene.pbrt", "-o", "lamp.pbrt"],
+            ": the scene reads this file; expected another name for the scene",
+        ),
     ];
     for (arguments, words) in cases {
         assert_refused(&bench, arguments, &[words]);

@@ -213,9 +213,10 @@ fn people_read_units_and_few_digits() {
         "\n  point: 62.83 W\n",
         "\n  photons per iteration: 1,234,567\n",
         "\n  projection: perspective\n  field of view: 60 degrees\n",
+        "\n  position: 0 0 -3\n",
         "\n  resolution: 16 x 12 pixels\n",
         "\n  first radius: 0.5 scene units\n",
-        "\n  filter: gaussian, sigma 0.5 pixels, radius 1.5 x 1.5 pixels\n",
+        "\n  filter: gaussian, sigma 0.5, radius 1.5 x 1.5 pixels\n",
     ] {
         assert!(run.stdout.contains(line), "{line:?} in {}", run.stdout);
     }

@@ -42,7 +42,7 @@ struct Report<'a> {
 /// When an image cannot be read, their sizes differ, or the difference image
 /// cannot be written.
 pub fn run(args: &CompareArgs) -> Result<bool, Failure> {
-    let inputs = Files::default().reads("the image", &args.image).reads("the reference", &args.reference);
+    let inputs = Files::default().reads("the image to compare", &args.image).reads("the reference", &args.reference);
     inputs.writes("the difference", &args.diff).check()?;
     if let Some(diff) = &args.diff {
         output::check_writable(diff)?;

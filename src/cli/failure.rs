@@ -1,5 +1,7 @@
 //! What a command can fail with, and the exit code of each.
 
+use std::path::{Path, PathBuf};
+
 use super::compare::CompareError;
 use super::tessellate::TessellateError;
 use crate::checkpoint::CheckpointError;
@@ -66,16 +68,16 @@ pub enum Failure {
     #[error("cannot write to standard output: {0}")]
     Print(std::io::Error),
     /// Writing a file would destroy another.
-    #[error("{path}: {what} would replace {other}, {other_path}; expected another name")]
+    #[error("{}: {fact}{}; expected another name for {what}", .path.display(), as_named(.path, .other))]
     SameFile {
         /// The file.
-        path: String,
-        /// What it is to be.
-        what: &'static str,
-        /// What it is.
-        other: &'static str,
+        path: PathBuf,
+        /// What it is already, as in "the scene reads this file".
+        fact: String,
         /// Its name as that.
-        other_path: String,
+        other: PathBuf,
+        /// What it was to be.
+        what: &'static str,
     },
     /// There is no manual of a command of this name.
     #[error("no command is called \"{name}\"; expected one of: {known}")]
@@ -97,6 +99,11 @@ pub enum Failure {
     /// The validation layer had something to say.
     #[error("{} validation message(s), the first: {}", .0.len(), .0[0])]
     Validation(Vec<String>),
+}
+
+/// The other name of a file, if it has one.
+fn as_named(path: &Path, other: &Path) -> String {
+    if path == other { String::new() } else { format!(" (as {})", other.display()) }
 }
 
 impl Failure {

@@ -12,7 +12,8 @@ use crate::output;
 /// A checkpoint cannot be read or does not belong to the others, or an output cannot be
 /// written.
 pub fn run(args: &MergeArgs) -> Result<(), Failure> {
-    let inputs = args.checkpoints.iter().fold(Files::default(), |files, path| files.reads("a shard", path));
+    let inputs =
+        args.checkpoints.iter().fold(Files::default(), |files, path| files.reads("a checkpoint to merge", path));
     inputs.writes(AN_IMAGE, &args.output).writes(THE_CHECKPOINT, &args.checkpoint).check()?;
     for path in &args.output {
         output::check_writable(path)?;

@@ -18,32 +18,42 @@ pub const THE_STATISTICS: &str = "the statistics";
 #[derive(Default)]
 pub struct Files {
     inputs: Vec<Named>,
-    outputs: Vec<Named>,
+    /// With what each is, as in "the image".
+    outputs: Vec<(&'static str, Named)>,
 }
 
-/// A file, and what it is to the command.
+/// A file, and what there is to say of it to who would replace it.
 struct Named {
-    what: &'static str,
+    fact: String,
     path: PathBuf,
     identity: Identity,
 }
 
 impl Files {
-    /// Adds what the command reads.
-    pub fn reads(mut self, what: &'static str, path: &Path) -> Self {
-        self.inputs.push(Named::new(what, path));
+    /// Adds what the command reads; `what` is a noun, as in "the reference".
+    pub fn reads(self, what: &str, path: &Path) -> Self {
+        self.takes(&format!("this file is also {what}"), path)
+    }
+
+    /// Adds a file that a scene reads, or is in.
+    pub fn reads_for_scene(self, path: &Path) -> Self {
+        self.takes("the scene reads this file", path)
+    }
+
+    fn takes(mut self, fact: &str, path: &Path) -> Self {
+        self.inputs.push(Named::new(fact.to_owned(), path));
         self
     }
 
     /// Adds a scene with all that it reads.
     pub fn reads_scene(self, path: &Path, scene: &Scene) -> Self {
-        let files = self.reads("the scene", path);
-        scene.inputs.iter().fold(files, |files, input| files.reads("a file that the scene reads", input))
+        scene.inputs.iter().fold(self.reads_for_scene(path), |files, input| files.reads_for_scene(input))
     }
 
     /// Adds what the command writes.
     pub fn writes<'a>(mut self, what: &'static str, paths: impl IntoIterator<Item = &'a PathBuf>) -> Self {
-        self.outputs.extend(paths.into_iter().map(|path| Named::new(what, path)));
+        let named = |path: &PathBuf| (what, Named::new(format!("this file is also {what}"), path));
+        self.outputs.extend(paths.into_iter().map(named));
         self
     }
 
@@ -52,14 +62,14 @@ impl Files {
     /// # Errors
     /// Two are the same file, whatever their names.
     pub fn check(&self) -> Result<(), Failure> {
-        for (i, output) in self.outputs.iter().enumerate() {
-            let others = self.inputs.iter().chain(&self.outputs[..i]);
+        for (i, (what, output)) in self.outputs.iter().enumerate() {
+            let others = self.inputs.iter().chain(self.outputs[..i].iter().map(|(_, other)| other));
             if let Some(other) = others.into_iter().find(|other| output.identity.may_be(&other.identity)) {
                 return Err(Failure::SameFile {
-                    path: output.path.display().to_string(),
-                    what: output.what,
-                    other: other.what,
-                    other_path: other.path.display().to_string(),
+                    path: output.path.clone(),
+                    fact: other.fact.clone(),
+                    other: other.path.clone(),
+                    what,
                 });
             }
         }
@@ -68,8 +78,8 @@ impl Files {
 }
 
 impl Named {
-    fn new(what: &'static str, path: &Path) -> Self {
-        Self { what, path: path.to_owned(), identity: Identity::of(path) }
+    fn new(fact: String, path: &Path) -> Self {
+        Self { fact, path: path.to_owned(), identity: Identity::of(path) }
     }
 }
 

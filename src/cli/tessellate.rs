@@ -63,7 +63,7 @@ pub fn run(args: &TessellateArgs) -> Result<(), Failure> {
     // With what the text names and the scene does not read.
     let named = rewritten.files.iter().map(|file| scene::directory(&args.scene).join(file));
     let inputs = source.files.into_iter().chain(named);
-    let inputs = inputs.fold(Files::default(), |files, input| files.reads("a file that the scene reads", &input));
+    let inputs = inputs.fold(Files::default(), |files, input| files.reads_for_scene(&input));
     inputs.writes("the scene", [&args.output]).writes("the mesh", &files).check()?;
     write(&args.output, &rewritten.text, &files, &meshes)?;
     Ok(())

@@ -129,7 +129,8 @@ fn count(number: u64) -> String {
 
 /// With four digits, and a power of ten where there would be many zeros.
 fn number(value: f64) -> String {
-    let rounded = format!("{value:.*e}", (DIGITS - 1) as usize);
+    // Without the sign of a zero.
+    let rounded = format!("{:.*e}", (DIGITS - 1) as usize, value + 0.0);
     let Some((digits, exponent)) = rounded.split_once('e') else { return rounded };
     let exponent: i32 = exponent.parse().unwrap_or_default();
     if !(-DIGITS..=6).contains(&exponent) {
@@ -169,6 +170,7 @@ mod tests {
     fn numbers_are_short() {
         for (value, expected) in [
             (0.0, "0"),
+            (-0.0, "0"),
             (-0.5, "-0.5"),
             (1.0, "1"),
             (7.681_145_747_868_608, "7.681"),
