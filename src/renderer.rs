@@ -5,7 +5,7 @@ mod inspect;
 use std::rc::Rc;
 use std::time::{Duration, Instant};
 
-use goblet_host::{Device, Instance};
+use goblet_host::{Device, DeviceKind, Instance};
 
 use crate::buffers::{Buffers, Sizes};
 use crate::checkpoint::{Checkpoint, CheckpointError, MadeBy};
@@ -183,6 +183,9 @@ impl Renderer {
         let (resolved, view) = base.resolve(scene, options)?;
         let sizes = Sizes::new(resolved.resolution, resolved.photons, resolved.max_depth);
         let identity = Identity::new(scene, &packed, &view, options, &resolved);
+        // Before drivers and compilers run out of it, who do not say so.
+        let on_device = if device.info().kind == DeviceKind::Cpu { packed.bytes() + sizes.bytes() } else { 0 };
+        room::check("a render of this size", on_device + output::host_bytes(resolved.resolution))?;
         let gpu_scene = GpuScene::new(&device, &packed, resolved.max_depth, resolved.seed)?;
         let buffers = Buffers::new(&device, sizes, &view)?;
         let build_time = start.elapsed();
@@ -191,8 +194,6 @@ impl Renderer {
         let compiled = base.compiled(&device, options, &resolved, &view);
         let Compiled { specialization, lookup, workgroup_size, .. } = &compiled;
         let passes = Passes::new(&device, gpu_scene, &buffers, *lookup, specialization, *workgroup_size)?;
-        // Said now, and not when the image is to be written.
-        room::check("the image", output::host_bytes(resolved.resolution))?;
         Ok(Self {
             settings: base.settings(options, &resolved, &view),
             progress: base.progress(&device, options, &resolved, &view),
