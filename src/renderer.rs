@@ -278,7 +278,7 @@ impl Renderer {
     /// The device fails.
     pub fn estimate(&self) -> Result<Estimate, RenderError> {
         let pixels = self.settings.pixels();
-        room::check("the image", pixels as u64 * size_of::<[Sum; 4]>() as u64)?;
+        room::check("the image", pixels * size_of::<[Sum; 4]>() as u64)?;
         let [red, green, blue, second] = self.buffers.sums().map(|sums| self.device.read_first_texels(sums, pixels));
         Ok(Estimate {
             resolution: self.settings.resolution,
@@ -334,7 +334,7 @@ impl Renderer {
     /// The device fails.
     pub fn checkpoint(&self, scene: &str) -> Result<Checkpoint, RenderError> {
         let shard = self.settings.sequence.shard;
-        room::check("the checkpoint", self.settings.pixels() as u64 * size_of::<([Sum; 4], PixelState)>() as u64)?;
+        room::check("the checkpoint", self.settings.pixels() * size_of::<([Sum; 4], PixelState)>() as u64)?;
         Ok(Checkpoint {
             identity: self.identity.clone(),
             scene: scene.to_owned(),
