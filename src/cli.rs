@@ -8,13 +8,16 @@ pub mod compare;
 pub mod devices;
 mod failure;
 pub mod info;
+pub mod manual;
 pub mod measure;
 mod memory;
 pub mod merge;
+pub(crate) mod outputs;
 pub mod render;
 mod shard;
 mod solver;
 mod stats;
+pub mod terminal;
 pub mod tessellate;
 mod values;
 #[cfg(feature = "view")]
@@ -22,6 +25,7 @@ pub mod view;
 
 pub use advise::AdviseArgs;
 pub use failure::Failure;
+pub use manual::{CompletionsArgs, ManArgs};
 pub use measure::MeasureArgs;
 pub use memory::SceneMemory;
 pub use render::RenderArgs;
@@ -46,10 +50,10 @@ pub struct Cli {
 pub enum Command {
     /// Render a pbrt-v4 scene to an image
     ///
-    /// Options that are left out take the scene's own values. Ctrl-C and SIGTERM finish
-    /// the iteration in flight and write what there is; once more stops at once. Exit
-    /// codes: 0 done, 1 the render, the device or an output failed, 2 wrong usage, scene
-    /// or checkpoint, 130 stopped by a signal before it was done.
+    /// Options that are left out take the scene's own values. Ctrl-C, SIGTERM and SIGHUP finish
+    /// the iteration in flight and write what there is; once more stops at once, and so does the
+    /// first before the first iteration. Exit codes: 0 done, 1 the render, the device or an output
+    /// failed, 2 wrong usage, scene or checkpoint, 130 stopped by a signal before it was done.
     Render(Box<RenderArgs>),
     /// Show a pbrt-v4 scene in a window, and move the camera in it
     ///
@@ -96,6 +100,14 @@ pub enum Command {
     Info(InfoArgs),
     /// List the Vulkan devices and whether they can render
     Devices(DevicesArgs),
+    /// Print a script that completes goblet's arguments in a shell
+    ///
+    /// For bash: goblet completions bash > ~/.local/share/bash-completion/completions/goblet
+    Completions(CompletionsArgs),
+    /// Print the manual page, for man
+    ///
+    /// To read it: goblet man > goblet.1 && man ./goblet.1
+    Man(ManArgs),
 }
 
 /// Arguments of `goblet merge`.

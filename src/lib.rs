@@ -20,6 +20,8 @@
 //! `src/iteration.rs` is the algorithm in one page, `shaders/` the passes that it dispatches.
 //! This crate knows physics and no Vulkan; `goblet-host` knows Vulkan and no physics.
 #![forbid(unsafe_code)]
+// They panic where nobody reads them: `cli::terminal` prints.
+#![deny(clippy::print_stdout, clippy::print_stderr)]
 
 pub mod advise;
 mod alias;
@@ -53,6 +55,7 @@ pub mod pack;
 mod path_pass;
 mod radius;
 mod renderer;
+mod room;
 pub mod scene;
 mod schedule;
 mod sequence;
@@ -68,6 +71,7 @@ pub use options::{Contribution, DirectLight, Integrator, LookupKind, Options, Sa
 pub use pack::{Envelopes, PackError, RevolutionSolver};
 pub use radius::RadiusSchedule;
 pub use renderer::{Aside, RenderError, Renderer, open_device};
+pub use room::NoRoom;
 pub use sequence::Shard;
 pub use tally::{ByPass, Tally};
 pub use unsampled::Noise;

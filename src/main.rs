@@ -1,15 +1,20 @@
 //! The `goblet` command.
 #![forbid(unsafe_code)]
+#![deny(clippy::print_stdout, clippy::print_stderr)]
 
 use std::process::ExitCode;
 
 use clap::Parser;
 use goblet::cli::render::{End, STOPPED};
-use goblet::cli::{self, Cli, Command};
+use goblet::cli::{self, Cli, Command, terminal};
 
 fn main() -> ExitCode {
     let code = |success| if success { ExitCode::SUCCESS } else { ExitCode::from(1) };
-    let outcome = match Cli::parse().command {
+    let command = match Cli::try_parse() {
+        Ok(cli) => cli.command,
+        Err(error) => return ExitCode::from(terminal::print_of_clap(&error)),
+    };
+    let outcome = match command {
         Command::Render(args) => cli::render::run(&args).map(|end| match end {
             End::Done => ExitCode::SUCCESS,
             End::Stopped => ExitCode::from(STOPPED),
@@ -17,15 +22,17 @@ fn main() -> ExitCode {
         #[cfg(feature = "view")]
         Command::View(args) => cli::view::run(&args).map(|()| ExitCode::SUCCESS),
         Command::Merge(args) => cli::merge::run(&args).map(|()| ExitCode::SUCCESS),
-        Command::Compare(args) => cli::compare::run(&args).map(code).map_err(cli::Failure::from),
+        Command::Compare(args) => cli::compare::run(&args).map(code),
         Command::Measure(args) => cli::measure::run(&args).map(|()| ExitCode::SUCCESS),
         Command::Advise(args) => cli::advise::run(&args).map(|()| ExitCode::SUCCESS),
         Command::Tessellate(args) => cli::tessellate::run(&args).map(|()| ExitCode::SUCCESS),
         Command::Info(args) => cli::info::run(&args).map(|()| ExitCode::SUCCESS),
         Command::Devices(_) => cli::devices::run().map(|()| ExitCode::SUCCESS),
+        Command::Completions(args) => cli::manual::completions(&args).map(|()| ExitCode::SUCCESS),
+        Command::Man(args) => cli::manual::man(&args).map(|()| ExitCode::SUCCESS),
     };
     outcome.unwrap_or_else(|failure| {
-        eprintln!("goblet: {failure}");
+        terminal::fail(&failure);
         ExitCode::from(failure.exit_code())
     })
 }

@@ -23,7 +23,9 @@ use exr::prelude::{
 };
 use image::{ExtendedColorType, ImageEncoder, codecs::png::PngEncoder};
 
+use crate::estimate::Sum;
 use crate::film::{Image, Window, picture};
+use crate::room;
 pub use read::{Layers, Transfer, Use, read, read_layers};
 
 /// Why an image file could not be read or written; says which file.
@@ -155,14 +157,29 @@ pub fn write_part(
     metadata: &[(String, String)],
 ) -> Result<(), ImageError> {
     let format = WriteFormat::of(path)?;
+    let room = encoding_bytes([image.width, image.height]) + 4 * channels.len() as u64 * image.pixels.len() as u64;
+    room::check("an image file", room).map_err(|reason| write_error(path, io::Error::other(reason)))?;
     let encoded = image.check_shape().map_err(|shape| shape.to_string()).and_then(|()| match format {
         WriteFormat::Exr => encode_exr(image, window, channels, metadata),
         WriteFormat::Png => encode_png(image),
     });
     let bytes = encoded.map_err(|reason| ImageError::Encode { path: path.to_owned(), reason })?;
-    Replacement::create(path)
-        .and_then(|mut replacement| replacement.file.write_all(&bytes).and_then(|()| replacement.commit()))
-        .map_err(|reason| write_error(path, reason))
+    replace(path, &bytes).map_err(|reason| write_error(path, reason))
+}
+
+/// Bytes of host memory, about, from an image's sums to its file.
+pub(crate) fn host_bytes(resolution: [u32; 2]) -> u64 {
+    let sums = size_of::<[Sum; 4]>() + size_of::<[f32; 3]>();
+    pixels(resolution) * sums as u64 + encoding_bytes(resolution)
+}
+
+/// Of these, those for making a file: the planes, their bytes in order, compressed, and the whole.
+fn encoding_bytes(resolution: [u32; 2]) -> u64 {
+    pixels(resolution) * 4 * size_of::<[f32; 3]>() as u64
+}
+
+fn pixels(resolution: [u32; 2]) -> u64 {
+    resolution.map(u64::from).iter().product()
 }
 
 fn write_error(path: &Path, reason: io::Error) -> ImageError {
@@ -262,7 +279,15 @@ pub(crate) fn encode_png(image: &Image) -> Result<Vec<u8>, String> {
     Ok(file)
 }
 
-/// A new file beside its final place; removed again unless it is committed.
+/// Writes a file, atomically: `path` holds the old file or the whole new one.
+pub(crate) fn replace(path: &Path, bytes: &[u8]) -> io::Result<()> {
+    let mut replacement = Replacement::create(path)?;
+    replacement.file.write_all(bytes)?;
+    replacement.commit()
+}
+
+/// A new file beside its final place; removed again unless it is committed. It has the mode of the
+/// file that it replaces, and where possible its owner and group.
 pub(crate) struct Replacement {
     /// What is to take the place, still empty.
     pub file: File,
@@ -275,7 +300,11 @@ impl Replacement {
     pub fn create(path: &Path) -> io::Result<Self> {
         // Through a link, so that the file behind it is replaced and not the link.
         let target = fs::canonicalize(path).unwrap_or_else(|_| path.to_owned());
-        if let Ok(existing) = fs::metadata(&target) {
+        let existing = fs::metadata(&target).ok();
+        if let Some(existing) = &existing {
+            if existing.is_dir() {
+                return Err(io::Error::other("it exists and is a directory, not a file"));
+            }
             if !existing.is_file() {
                 return Err(io::Error::other("it exists and is not a file"));
             }
@@ -288,11 +317,31 @@ impl Replacement {
             Some(parent) if !parent.as_os_str().is_empty() => parent,
             _ => Path::new("."),
         };
-        let (file, temporary) = create_temporary(directory, &target).map_err(|reason| {
+        let (file, temporary) = create_temporary(directory, &target, existing.is_some()).map_err(|reason| {
             let directory = directory.display();
             io::Error::new(reason.kind(), format!("directory {directory}: {reason}"))
         })?;
-        Ok(Self { file, temporary, target })
+        let replacement = Self { file, temporary, target };
+        if let Some(existing) = existing {
+            replacement.be_like(&existing)?;
+        }
+        Ok(replacement)
+    }
+
+    /// Takes over who may do what with a file.
+    fn be_like(&self, existing: &fs::Metadata) -> io::Result<()> {
+        #[cfg(unix)]
+        {
+            use std::os::unix::fs::{MetadataExt, fchown};
+            // Only the superuser gives files away; a group may be any of one's own.
+            let _ = fchown(&self.file, Some(existing.uid()), Some(existing.gid()))
+                .or_else(|_| fchown(&self.file, None, Some(existing.gid())));
+        }
+        // Some file systems have no modes.
+        match self.file.set_permissions(existing.permissions()) {
+            Err(reason) if reason.kind() != io::ErrorKind::Unsupported => Err(reason),
+            _ => Ok(()),
+        }
     }
 
     /// Puts the file, once written, in its place.
@@ -311,8 +360,9 @@ impl Drop for Replacement {
 }
 
 /// Creates a file to be renamed to `target`. Its name has a hash of the target and says which
-/// process it is of, so that nobody else writes to it, however many share the directory.
-fn create_temporary(directory: &Path, target: &Path) -> io::Result<(File, PathBuf)> {
+/// process it is of, so that nobody else writes to it, however many share the directory. A
+/// private one is of its owner alone until it is given another mode.
+fn create_temporary(directory: &Path, target: &Path, is_private: bool) -> io::Result<(File, PathBuf)> {
     /// Tells this process from others with its number: containers begin at 1 again.
     static BEGUN: LazyLock<u128> =
         LazyLock::new(|| SystemTime::now().duration_since(UNIX_EPOCH).map_or(0, |time| time.as_nanos()));
@@ -325,7 +375,12 @@ fn create_temporary(directory: &Path, target: &Path) -> io::Result<(File, PathBu
     remove_leftovers(directory, &prefix, &own);
     let number = CREATED.fetch_add(1, Ordering::Relaxed);
     let path = directory.join(format!("{prefix}{own}{number}.tmp"));
-    let file = OpenOptions::new().write(true).create_new(true).open(&path)?;
+    let mut options = OpenOptions::new();
+    #[cfg(unix)]
+    if is_private {
+        std::os::unix::fs::OpenOptionsExt::mode(&mut options, 0o600);
+    }
+    let file = options.write(true).create_new(true).open(&path)?;
     Ok((file, path))
 }
 
@@ -351,144 +406,4 @@ fn remove_leftovers(directory: &Path, prefix: &str, own: &str) {
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::film::srgb_encode;
-    use crate::input::Budget;
-
-    fn extreme_image() -> Image {
-        let pixels = vec![
-            [0.0, -0.0, f32::MIN_POSITIVE],
-            [1e-40, f32::MAX, -3.5],
-            [f32::INFINITY, f32::NEG_INFINITY, f32::from_bits(0x7fc0_1234)],
-            [0.25, 0.5, 0.75],
-            [1.0, 2.0, 3.0],
-            [0.1, 0.2, 0.3],
-        ];
-        Image::from_pixels(3, 2, pixels).unwrap()
-    }
-
-    fn bits(image: &Image) -> Vec<[u32; 3]> {
-        image.pixels.iter().map(|p| p.map(f32::to_bits)).collect()
-    }
-
-    fn pairs(list: &[(&str, &str)]) -> Vec<(String, String)> {
-        list.iter().map(|&(key, value)| (key.to_owned(), value.to_owned())).collect()
-    }
-
-    #[test]
-    fn exr_keeps_every_bit_and_the_metadata() {
-        let directory = tempfile::tempdir().unwrap();
-        let path = directory.path().join("x.EXR");
-        let image = extreme_image();
-        let metadata = pairs(&[("scene", "Kelch ü 杯"), ("seed", "4294967295")]);
-        write(&path, &image, &metadata).unwrap();
-        let back = read(&path).unwrap();
-        assert_eq!((back.width, back.height), (3, 2));
-        assert_eq!(bits(&back), bits(&image));
-
-        let headers = exr::meta::MetaData::read_from_file(&path, true).unwrap().headers;
-        let stored = |key: &str| headers[0].own_attributes.other[&Text::from(key)].clone();
-        assert_eq!(stored("seed"), AttributeValue::F64(4_294_967_295.0));
-        let scene = Text::from_slice_unchecked("Kelch ü 杯".as_bytes());
-        assert_eq!(stored("scene"), AttributeValue::Text(scene));
-    }
-
-    #[test]
-    fn the_same_image_gives_the_same_bytes() {
-        let keys: Vec<_> = (0..12).map(|i| (format!("key{i}"), i.to_string())).collect();
-        let first = encode_exr(&extreme_image(), &Window::whole([3, 2]), &[], &keys).unwrap();
-        for _ in 0..8 {
-            assert!(encode_exr(&extreme_image(), &Window::whole([3, 2]), &[], &keys).unwrap() == first);
-        }
-    }
-
-    #[test]
-    fn an_exr_of_a_part_says_which_part() {
-        let directory = tempfile::tempdir().unwrap();
-        let path = directory.path().join("x.exr");
-        let window = Window { first: [5, 7], full: [64, 48] };
-        write_part(&path, &extreme_image(), &window, &[], &[]).unwrap();
-        let header = exr::meta::MetaData::read_from_file(&path, true).unwrap().headers.remove(0);
-        assert_eq!(header.own_attributes.layer_position, Vec2(5, 7));
-        assert_eq!(header.layer_size, Vec2(3, 2));
-        assert_eq!(header.shared_attributes.display_window, IntegerBounds::new((0, 0), (64, 48)));
-        let back = read_layers(&path, Transfer::Srgb, Use::Light, &Budget::default()).unwrap();
-        assert_eq!((bits(&back.image), back.window), (bits(&extreme_image()), Some(window)));
-    }
-
-    #[test]
-    fn metadata_that_would_break_the_header_is_refused() {
-        let long = "k".repeat(256);
-        for keys in [&[""][..], &["a\0b"], &[&long], &["a", "a"], &["compression"]] {
-            let metadata: Vec<_> = keys.iter().map(|&key| (key, "v")).collect();
-            assert!(encode_exr(&extreme_image(), &Window::whole([3, 2]), &[], &pairs(&metadata)).is_err(), "{keys:?}");
-        }
-    }
-
-    #[test]
-    fn png_keeps_what_eight_bits_of_srgb_can() {
-        let directory = tempfile::tempdir().unwrap();
-        let path = directory.path().join("x.png");
-        let ramp = (0..=500u16).map(|i| [f32::from(i) / 500.0; 3]).collect();
-        let image = Image::from_pixels(501, 1, ramp).unwrap();
-        write(&path, &image, &[]).unwrap();
-        for (back, original) in read(&path).unwrap().pixels.iter().zip(&image.pixels) {
-            let error = srgb_encode(back[1]) - srgb_encode(original[1]);
-            assert!(error.abs() <= 0.5 / 255.0 + 1e-6, "{back:?} {original:?}");
-        }
-    }
-
-    #[test]
-    fn png_clamps_and_shows_nan_as_black() {
-        let pixels = vec![[f32::NAN, f32::INFINITY, -1.0], [7.0, 1.0, 0.0]];
-        let image = Image::from_pixels(2, 1, pixels).unwrap();
-        let file = encode_png(&image).unwrap();
-        let back = image::load_from_memory(&file).unwrap().into_rgb8();
-        assert_eq!(back.as_raw(), &[0, 255, 0, 255, 255, 0]);
-    }
-
-    #[test]
-    fn an_image_of_the_wrong_shape_is_an_error() {
-        let mut image = extreme_image();
-        image.pixels.pop();
-        let directory = tempfile::tempdir().unwrap();
-        for name in ["x.exr", "x.png"] {
-            let result = write(&directory.path().join(name), &image, &[]);
-            assert!(matches!(result, Err(ImageError::Encode { .. })), "{result:?}");
-        }
-    }
-
-    #[test]
-    fn writing_replaces_a_file_and_leaves_nothing_else() {
-        let directory = tempfile::tempdir().unwrap();
-        let path = directory.path().join("x.exr");
-        write(&path, &Image::new(1, 1), &[]).unwrap();
-        check_writable(&path).unwrap();
-        write(&path, &extreme_image(), &[]).unwrap();
-        assert_eq!(read(&path).unwrap().width, 3);
-        assert_eq!(fs::read_dir(directory.path()).unwrap().count(), 1);
-    }
-
-    #[test]
-    fn an_output_that_cannot_be_written_is_refused_before_the_render() {
-        let directory = tempfile::tempdir().unwrap();
-        let blocked = directory.path().join("blocked.exr");
-        fs::create_dir(&blocked).unwrap();
-        let read_only = directory.path().join("kept.png");
-        write(&read_only, &Image::new(1, 1), &[]).unwrap();
-        let mut permissions = fs::metadata(&read_only).unwrap().permissions();
-        permissions.set_readonly(true);
-        fs::set_permissions(&read_only, permissions).unwrap();
-
-        let missing = directory.path().join("missing/x.exr");
-        for path in [missing, blocked, read_only] {
-            let error = check_writable(&path).unwrap_err();
-            assert!(matches!(error, ImageError::Write { .. }), "{error}");
-        }
-        let error = check_writable(&directory.path().join("x.tiff")).unwrap_err();
-        assert!(error.to_string().ends_with("supported are .exr and .png"));
-        check_writable(&directory.path().join("new.png")).unwrap();
-        assert_eq!(fs::read_dir(directory.path()).unwrap().count(), 2);
-    }
-}
+mod tests;

@@ -7,18 +7,20 @@ use std::rc::Rc;
 use std::time::{Duration, Instant};
 
 pub use aside::Aside;
-use goblet_host::{Device, Instance};
+use goblet_host::{Device, DeviceKind, Instance};
 
 use crate::buffers::{Buffers, Sizes};
 use crate::checkpoint::{Checkpoint, CheckpointError, MadeBy};
-use crate::estimate::Estimate;
+use crate::estimate::{Estimate, Sum};
 use crate::film::Image;
 use crate::identity::Identity;
 use crate::iteration::{Passes, Progress, Settings, Stage};
-use crate::kernels::{REQUIREMENTS, Specialization};
+use crate::kernels::{PixelState, REQUIREMENTS, Specialization};
 use crate::options::{DirectLight, LookupKind, Options, Resolved};
+use crate::output;
 use crate::pack::{PackError, RenderSpace, RevolutionSolver, pack};
 use crate::radius::{FirstRadius, GlobalShrink};
+use crate::room::{self, NoRoom};
 use crate::scene::Scene;
 use crate::schedule::Schedule;
 use crate::sequence::Sequence;
@@ -50,6 +52,9 @@ pub enum RenderError {
     /// The device failed or is not enough.
     #[error(transparent)]
     Device(#[from] goblet_host::Error),
+    /// The host's memory is not enough.
+    #[error(transparent)]
+    Host(#[from] NoRoom),
 }
 
 /// Opens the device that `selector` names, or the first that fits; with `validation`, every
@@ -181,6 +186,9 @@ impl Renderer {
         let (resolved, view) = base.resolve(scene, options)?;
         let sizes = Sizes::new(resolved.resolution, resolved.photons, resolved.max_depth);
         let identity = Identity::new(scene, &packed, &view, options, &resolved);
+        // Before drivers and compilers run out of it, who do not say so.
+        let on_device = if device.info().kind == DeviceKind::Cpu { packed.bytes() + sizes.bytes() } else { 0 };
+        room::check("a render of this size", on_device + output::host_bytes(resolved.resolution))?;
         let gpu_scene = GpuScene::new(&device, &packed, resolved.max_depth, resolved.seed)?;
         let buffers = Buffers::new(&device, sizes, &view)?;
         let build_time = start.elapsed();
@@ -273,6 +281,7 @@ impl Renderer {
     /// The device fails.
     pub fn estimate(&self) -> Result<Estimate, RenderError> {
         let pixels = self.settings.pixels();
+        room::check("the image", pixels * size_of::<[Sum; 4]>() as u64)?;
         let [red, green, blue, second] = self.buffers.sums().map(|sums| self.device.read_first_texels(sums, pixels));
         Ok(Estimate {
             resolution: self.settings.resolution,
@@ -328,6 +337,7 @@ impl Renderer {
     /// The device fails.
     pub fn checkpoint(&self, scene: &str) -> Result<Checkpoint, RenderError> {
         let shard = self.settings.sequence.shard;
+        room::check("the checkpoint", self.settings.pixels() * size_of::<([Sum; 4], PixelState)>() as u64)?;
         Ok(Checkpoint {
             identity: self.identity.clone(),
             scene: scene.to_owned(),

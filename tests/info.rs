@@ -3,8 +3,11 @@
 #[path = "support/command.rs"]
 mod command;
 
+use std::collections::BTreeSet;
+
 use command::{Bench, LIGHT, scene};
-use goblet::{Options, Renderer, open_device};
+use goblet::film::Image;
+use goblet::{Options, Renderer, open_device, output};
 use serde_json::Value;
 
 fn info(bench: &Bench, code: i32) -> Value {
@@ -137,4 +140,84 @@ fn memory_is_about_what_a_render_takes() {
     let _renderer = Renderer::new(device.clone(), &scene, &Options::default()).unwrap();
     let taken = (device.allocated_bytes() - before) as f64;
     assert!((estimate / taken - 1.0).abs() < 0.15, "{estimate} {taken}");
+}
+
+/// Adds the keys of a value, as in `film.resolution`.
+fn add_keys(value: &Value, path: &str, keys: &mut BTreeSet<String>) {
+    for (name, value) in value.as_object().into_iter().flatten() {
+        let key = if path.is_empty() { name.clone() } else { format!("{path}.{name}") };
+        // Their names are those of the kernels.
+        let key = if path == "specialization" { "specialization.*".to_owned() } else { key };
+        add_keys(value, &key, keys);
+        keys.insert(key);
+    }
+}
+
+/// Scenes that have everything that is counted, between them.
+fn scenes_of_everything(bench: &Bench) -> Vec<String> {
+    output::write(&bench.path("i.png"), &Image::from_pixels(1, 1, vec![[0.5; 3]]).unwrap(), &[]).unwrap();
+    let world = r#"LightSource "point" LightSource "spot" LightSource "distant" LightSource "infinite"
+LightSource "infinite" "string filename" "i.png" LightSource "goniometric" "string filename" "i.png"
+LightSource "projection" "string filename" "i.png"
+AttributeBegin AreaLightSource "diffuse" Shape "disk" AttributeEnd
+Material "conductor" Shape "sphere" Material "thindielectric" Shape "sphere"
+Material "diffusetransmission" Shape "sphere" Material "coateddiffuse" Shape "sphere"
+Material "coatedconductor" Shape "sphere" MakeNamedMaterial "a" "string type" "diffuse"
+MakeNamedMaterial "b" "string type" "conductor"
+Material "mix" "string materials" [ "a" "b" ] Shape "revolution" "point2 P" [ 0 0 .5 0 .6 .4 .6 1 ]
+Material "diffuse" ObjectBegin "o" Shape "sphere" ObjectEnd ObjectInstance "o""#;
+    let filters = ["gaussian", "mitchell", "sinc", "box"];
+    let all = filters.map(|filter| scene(LIGHT, world).replace("Camera", &format!("PixelFilter \"{filter}\" Camera")));
+    all.into()
+}
+
+#[test]
+fn every_key_is_documented_and_every_documented_key_is_there() {
+    let bench = Bench::new();
+    let mut keys = BTreeSet::new();
+    for text in scenes_of_everything(&bench) {
+        bench.write("scene.pbrt", text);
+        add_keys(&info(&bench, 0), "", &mut keys);
+    }
+    let rows = include_str!("../docs/info.md").lines().filter_map(|line| line.strip_prefix("| `"));
+    let documented: BTreeSet<String> = rows.map(|row| row.split('`').next().unwrap().to_owned()).collect();
+    assert_eq!(keys.difference(&documented).collect::<Vec<_>>(), Vec::<&String>::new(), "not documented");
+    assert_eq!(documented.difference(&keys).collect::<Vec<_>>(), Vec::<&String>::new(), "documented, but not there");
+    assert!(keys.len() > 60, "{keys:#?}");
+}
+
+#[test]
+fn people_read_units_and_few_digits() {
+    let bench = Bench::new();
+    let mut texts = scenes_of_everything(&bench);
+    texts.push(scene("16 \"integer yresolution\" 12", "1600 \"integer yresolution\" 1200"));
+    texts.push(scene("\"perspective\" \"float fov\" 60", "\"orthographic\" \"float lensradius\" .1234567"));
+    for text in texts {
+        bench.write("scene.pbrt", text.replace("\"integer photonsperiteration\" 500", ""));
+        let run = bench.run(&["info", "scene.pbrt"]);
+        assert_eq!(run.code, 0, "{run:?}");
+        for debug in ["Some", "None", "{", "}", "[", "::", "true", "null", "_"] {
+            assert!(!run.stdout.contains(debug), "`{debug}` in {}", run.stdout);
+        }
+        let digits = |word: &str| word.chars().filter(char::is_ascii_digit).count();
+        let is_long = |word: &&str| word.contains('.') && word.parse::<f64>().is_ok() && digits(word) > 6;
+        let long: Vec<&str> = run.stdout.split_whitespace().filter(is_long).collect();
+        assert!(long.is_empty(), "{long:?} in {}", run.stdout);
+        for unit in [" W\n", " pixels\n", " scene units\n", "iB\n", " segments\n"] {
+            assert!(run.stdout.contains(unit), "{unit:?} in {}", run.stdout);
+        }
+    }
+    bench.write("scene.pbrt", scene("\"integer photonsperiteration\" 500", "\"integer photonsperiteration\" 1234567"));
+    let run = bench.run(&["info", "scene.pbrt"]);
+    for line in [
+        "\n  point: 62.83 W\n",
+        "\n  photons per iteration: 1,234,567\n",
+        "\n  projection: perspective\n  field of view: 60 degrees\n",
+        "\n  position: 0 0 -3\n",
+        "\n  resolution: 16 x 12 pixels\n",
+        "\n  first radius: 0.5 scene units\n",
+        "\n  filter: gaussian, sigma 0.5, radius 1.5 x 1.5 pixels\n",
+    ] {
+        assert!(run.stdout.contains(line), "{line:?} in {}", run.stdout);
+    }
 }

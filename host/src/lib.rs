@@ -19,6 +19,8 @@ mod kernel;
 mod memory;
 #[cfg(feature = "present")]
 mod present;
+#[cfg(unix)]
+mod signal;
 mod texels;
 mod timing;
 
@@ -31,4 +33,6 @@ pub use kernel::{Binding, Code, Compiling, Kernel, Pass, SpecializationValues};
 pub use memory::machine_memory;
 #[cfg(feature = "present")]
 pub use present::{Interface, Screen};
+#[cfg(unix)]
+pub use signal::is_ignored;
 pub use texels::Texels;

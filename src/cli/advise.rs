@@ -8,7 +8,7 @@ use clap::Args;
 use serde::Serialize;
 
 use super::values::{resolution, seconds, target_error};
-use super::{Failure, SceneMemory};
+use super::{Failure, SceneMemory, terminal};
 use crate::advise::{Advice, Expected, Goal, Length, advise};
 use crate::options::Options;
 use crate::renderer::open_device;
@@ -76,7 +76,7 @@ struct Report {
 pub fn run(args: &AdviseArgs) -> Result<(), Failure> {
     let scene = Scene::load_within(&args.scene, args.scene_memory.budget())?;
     for warning in &scene.warnings {
-        eprintln!("warning: {warning}");
+        terminal::warn(warning);
     }
     let time = args.time.map_or(0.0, |time| time.as_secs_f64());
     let goal = args.error.map_or(Goal::Time(time), Goal::Error);
@@ -97,12 +97,7 @@ pub fn run(args: &AdviseArgs) -> Result<(), Failure> {
         expected: advice.expected,
         by_default: advice.by_default,
     };
-    if args.json {
-        println!("{}", serde_json::to_string_pretty(&report).unwrap_or_default());
-    } else {
-        print!("{}", report.text());
-    }
-    Ok(())
+    terminal::print(&if args.json { report.json()? } else { report.text() })
 }
 
 fn options(args: &AdviseArgs, advice: &Advice) -> Vec<String> {
@@ -122,6 +117,11 @@ fn options(args: &AdviseArgs, advice: &Advice) -> Vec<String> {
 }
 
 impl Report {
+    fn json(&self) -> Result<String, Failure> {
+        let json = serde_json::to_string_pretty(self).map_err(|error| Failure::Print(error.into()))?;
+        Ok(json + "\n")
+    }
+
     fn text(&self) -> String {
         let Self { device, probe_seconds, expected, by_default, command, .. } = self;
         let line = |it: &Expected| format!("{:.4} after {:.1} s, {} iterations", it.error, it.seconds, it.iterations);

@@ -1,11 +1,11 @@
 //! `goblet compare`: measures two image files, prints the result, keeps the gates.
 
-use std::io::Write;
 use std::path::Path;
 
 use serde::Serialize;
 
-use super::CompareArgs;
+use super::outputs::{Files, Written};
+use super::{CompareArgs, Failure, terminal};
 use crate::compare::{Comparison, Gates, SizeMismatch, compare, difference_image};
 use crate::film::{Apart, Image, Window, common_part};
 use crate::input::Budget;
@@ -42,15 +42,18 @@ struct Report<'a> {
 /// # Errors
 /// When an image cannot be read, their sizes differ, or the difference image
 /// cannot be written.
-pub fn run(args: &CompareArgs) -> Result<bool, CompareError> {
+pub fn run(args: &CompareArgs) -> Result<bool, Failure> {
+    let inputs = Files::default().reads("the image to compare", &args.image).reads("the reference", &args.reference);
+    inputs.writes("the difference", &args.diff).check()?;
     if let Some(diff) = &args.diff {
         output::check_writable(diff)?;
     }
     let (image, reference) = read_both(args)?;
-    let comparison = compare(&image, &reference)?;
-    if let Some(diff) = &args.diff {
-        output::write(diff, &difference_image(&image, &reference)?, &[])?;
-    }
+    let comparison = compare(&image, &reference).map_err(CompareError::from)?;
+    let difference = args.diff.as_ref().map_or(Ok(()), |diff| {
+        let difference = difference_image(&image, &reference).map_err(CompareError::from)?;
+        Ok(output::write(diff, &difference, &[])?)
+    });
 
     let gates = Gates { max_relmse: args.max_relmse, max_energy: args.max_energy };
     let failures = comparison.failures(&gates);
@@ -63,9 +66,10 @@ pub fn run(args: &CompareArgs) -> Result<bool, CompareError> {
         failures,
     };
     let text = if args.json { report.json() } else { report.table() };
-    // A reader that has gone away must not change the verdict.
-    let _ = std::io::stdout().write_all(text.as_bytes());
-    Ok(report.passed)
+    let mut written = Written::default();
+    written.note(terminal::print(&text));
+    written.note(difference);
+    written.end().map(|()| report.passed)
 }
 
 /// Reads both images. Of parts of one image, as crops are, it is what both show.
@@ -78,7 +82,8 @@ fn read_both(args: &CompareArgs) -> Result<(Image, Image), CompareError> {
     let (image, reference) = (read(&args.image)?, read(&args.reference)?);
     match common_part((&image.0, image.1), (&reference.0, reference.1))? {
         Some([image, reference]) => {
-            eprintln!("compared where both have pixels: {}x{} of them", image.width, image.height);
+            let Image { width, height, .. } = image;
+            terminal::say(format_args!("compared where both have pixels: {width}x{height} of them"));
             Ok((image, reference))
         }
         None => Ok((image.0, reference.0)),
@@ -141,7 +146,7 @@ mod tests {
     use super::*;
 
     /// The result of comparing a grey image with a slightly darker one.
-    fn compare_files(change: impl Fn(&mut CompareArgs)) -> Result<bool, CompareError> {
+    fn compare_files(change: impl Fn(&mut CompareArgs)) -> Result<bool, Failure> {
         let directory = tempfile::tempdir().unwrap();
         let file = |name: &str, value: f32| {
             let path = directory.path().join(name);

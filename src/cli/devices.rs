@@ -2,7 +2,7 @@
 
 use goblet_host::{DeviceKind, Instance};
 
-use super::Failure;
+use super::{Failure, terminal};
 use crate::kernels::REQUIREMENTS;
 
 /// Prints a line or two per device.
@@ -14,6 +14,7 @@ pub fn run() -> Result<(), Failure> {
     if devices.is_empty() {
         return Err(goblet_host::Error::NoDevice.into());
     }
+    let mut text = String::new();
     for device in devices {
         let kind = match device.kind {
             DeviceKind::Discrete => "discrete GPU",
@@ -24,8 +25,8 @@ pub fn run() -> Result<(), Failure> {
         };
         let gib = device.memory_bytes as f64 / f64::from(1 << 30);
         let verdict = device.unfit.map_or_else(|| "fits".to_owned(), |reason| format!("does not fit: {reason}"));
-        println!("{}  {}", device.index, device.name);
-        println!("   {kind}; driver {}; {gib:.1} GiB; {verdict}", device.driver);
+        text += &format!("{}  {}\n", device.index, device.name);
+        text += &format!("   {kind}; driver {}; {gib:.1} GiB; {verdict}\n", device.driver);
     }
-    Ok(())
+    terminal::print(&text)
 }

@@ -1,5 +1,7 @@
 //! What a command can fail with, and the exit code of each.
 
+use std::path::{Path, PathBuf};
+
 use super::compare::CompareError;
 use super::tessellate::TessellateError;
 use crate::checkpoint::CheckpointError;
@@ -62,6 +64,29 @@ pub enum Failure {
         /// What the operating system says.
         reason: std::io::Error,
     },
+    /// Standard output takes no more.
+    #[error("cannot write to standard output: {0}")]
+    Print(std::io::Error),
+    /// Writing a file would destroy another.
+    #[error("{}: {fact}{}; expected another name for {what}", .path.display(), as_named(.path, .other))]
+    SameFile {
+        /// The file.
+        path: PathBuf,
+        /// What it is already, as in "the scene reads this file".
+        fact: String,
+        /// Its name as that.
+        other: PathBuf,
+        /// What it was to be.
+        what: &'static str,
+    },
+    /// There is no manual of a command of this name.
+    #[error("no command is called \"{name}\"; expected one of: {known}")]
+    NoCommand {
+        /// What was asked for.
+        name: String,
+        /// The commands that there are.
+        known: String,
+    },
     /// What is known of a scene could not be put into words.
     #[error("cannot describe the scene: {0}")]
     Info(String),
@@ -79,6 +104,11 @@ pub enum Failure {
     Validation(Vec<String>),
 }
 
+/// The other name of a file, if it has one.
+fn as_named(path: &Path, other: &Path) -> String {
+    if path == other { String::new() } else { format!(" (as {})", other.display()) }
+}
+
 impl Failure {
     /// 2 for what the user can mend in the command or the scene, else 1.
     pub fn exit_code(&self) -> u8 {
@@ -89,17 +119,22 @@ impl Failure {
             | Self::Compare(_)
             | Self::Knob(_)
             | Self::Tessellate(_)
+            | Self::SameFile { .. }
+            | Self::NoCommand { .. }
             | Self::Render(RenderError::Scene(_) | RenderError::Option(_))
             | Self::Device(goblet_host::Error::NoSuchDevice { .. }) => 2,
             Self::Checkpoint { reason: CheckpointError::Write(_) | CheckpointError::Device(_), .. } => 1,
             Self::Checkpoint { .. } => 2,
-            Self::Render(RenderError::Device(_) | RenderError::Interrupted { .. } | RenderError::GivenUp)
+            Self::Render(
+                RenderError::Device(_) | RenderError::Interrupted { .. } | RenderError::GivenUp | RenderError::Host(_),
+            )
             | Self::Device(_)
             | Self::Output(_)
             | Self::Signals(_)
             | Self::Window(_)
             | Self::Unwritten(_)
             | Self::Stats { .. }
+            | Self::Print(_)
             | Self::Info(_)
             | Self::Report { .. }
             | Self::NotFinite(_)

@@ -1,4 +1,6 @@
-//! `goblet info`: what is in a scene, without a device.
+//! `goblet info`: what is in a scene, without a device. docs/info.md has the keys of the JSON.
+
+mod text;
 
 use std::collections::BTreeMap;
 
@@ -6,14 +8,15 @@ use serde::Serialize;
 use serde_json::Value;
 
 use super::stats::count;
-use super::{Failure, InfoArgs};
+use super::{Failure, InfoArgs, terminal};
 use crate::buffers::Sizes;
 use crate::kernels::{AREA, DISTANT, GONIOMETRIC, INFINITE, POINT, PROJECTION, SKY, SPOT, Specialization};
 use crate::options::{Options, Resolved};
 use crate::pack::{PackedScene, pack};
 use crate::renderer::RenderError;
-use crate::scene::{Scene, Survey};
+use crate::scene::{self, FilterKind, Projection, Scene, Survey};
 use crate::view::pack_camera;
+use text::describe;
 
 /// What is known of a scene; what cannot be told is left out.
 #[derive(Serialize)]
@@ -63,13 +66,18 @@ struct Film {
     /// The first pixel that is rendered, and the one after the last.
     rendered: [[u32; 2]; 2],
     exposure: f64,
-    filter: String,
+    filter: &'static str,
+    /// By their names in scene files.
+    filter_parameters: BTreeMap<&'static str, f64>,
+    /// Pixels.
     filter_radius: [f64; 2],
 }
 
 #[derive(Serialize)]
 struct Camera {
-    projection: String,
+    projection: &'static str,
+    /// Degrees, of the shorter image axis; none where all directions are seen, or parallel lines.
+    field_of_view: Option<f64>,
     position: [f64; 3],
     screen_window: [f64; 4],
     lens_radius: f64,
@@ -111,12 +119,9 @@ pub fn run(args: &InfoArgs) -> Result<(), Failure> {
         errors: errors.iter().map(ToString::to_string).collect(),
         further_faults: more,
     };
-    let value = serde_json::to_value(&info).map_err(|error| Failure::Info(error.to_string()))?;
-    if args.json {
-        println!("{value:#}");
-    } else {
-        print(&value, 0);
-    }
+    let json = || serde_json::to_value(&info).map(|value| format!("{value:#}\n"));
+    let text = if args.json { json().map_err(|error| Failure::Info(error.to_string()))? } else { describe(&info) };
+    terminal::print(&text)?;
     match errors.pop() {
         None if unsupported.is_empty() => Ok(()),
         Some(error) if unsupported.is_empty() && errors.is_empty() => Err(error),
@@ -137,20 +142,8 @@ impl Contents {
             bounds: (!packed.primitives.is_empty())
                 .then(|| Bounds { center: packed.space.center.to_array(), radius: size }),
             light_power: light_power(&packed),
-            film: Film {
-                resolution: scene.film.resolution,
-                rendered: scene.film.bounds(scene.film.resolution),
-                exposure: scene.film.exposure,
-                filter: format!("{:?}", scene.film.filter.kind),
-                filter_radius: scene.film.filter.radius.to_array(),
-            },
-            camera: Camera {
-                projection: format!("{:?}", scene.camera.projection),
-                position: scene.camera.world_from_camera.translation.to_array(),
-                screen_window: scene.camera.screen_window,
-                lens_radius: scene.camera.lens_radius,
-                focal_distance: scene.camera.focal_distance,
-            },
+            film: Film::new(&scene.film),
+            camera: Camera::new(&scene.camera),
             integrator: Integrator {
                 iterations: scene.integrator.iterations,
                 photons_per_iteration: photons,
@@ -161,6 +154,45 @@ impl Contents {
             specialization: features(&view.specialize(packed.specialization)),
             memory: Memory { scene: packed.bytes(), buffers: Sizes::new(resolution, photons, max_depth).bytes() },
         })
+    }
+}
+
+impl Film {
+    fn new(film: &scene::Film) -> Self {
+        let (filter, parameters) = match film.filter.kind {
+            FilterKind::Box => ("box", vec![]),
+            FilterKind::Triangle => ("triangle", vec![]),
+            FilterKind::Gaussian { sigma } => ("gaussian", vec![("sigma", sigma)]),
+            FilterKind::Mitchell { b, c } => ("mitchell", vec![("B", b), ("C", c)]),
+            FilterKind::Sinc { tau } => ("sinc", vec![("tau", tau)]),
+        };
+        Self {
+            resolution: film.resolution,
+            rendered: film.bounds(film.resolution),
+            exposure: film.exposure,
+            filter,
+            filter_parameters: parameters.into_iter().collect(),
+            filter_radius: film.filter.radius.to_array(),
+        }
+    }
+}
+
+impl Camera {
+    fn new(camera: &scene::Camera) -> Self {
+        let (projection, field_of_view) = match camera.projection {
+            Projection::Perspective { tan_half_fov } => ("perspective", Some(2.0 * tan_half_fov.atan().to_degrees())),
+            Projection::Orthographic => ("orthographic", None),
+            Projection::Equirectangular => ("equirectangular", None),
+            Projection::EqualArea => ("equal_area", None),
+        };
+        Self {
+            projection,
+            field_of_view,
+            position: camera.world_from_camera.translation.to_array(),
+            screen_window: camera.screen_window,
+            lens_radius: camera.lens_radius,
+            focal_distance: camera.focal_distance,
+        }
     }
 }
 
@@ -191,29 +223,4 @@ fn features(specialization: &Specialization) -> BTreeMap<String, Value> {
     let fields = text.lines().filter_map(|line| line.trim().trim_end_matches(',').split_once(": "));
     let used = fields.filter(|(_, value)| !["false", "0", "0.0"].contains(value));
     used.map(|(name, value)| (name.to_owned(), value.parse().unwrap_or(Value::Null))).collect()
-}
-
-/// Prints JSON for people: a line per value, indented below its name.
-fn print(value: &Value, indent: usize) {
-    let Value::Object(fields) = value else { return };
-    for (name, value) in fields {
-        let label = format!("{:indent$}{}", "", name.replace('_', " "));
-        match value {
-            Value::Object(_) => {
-                println!("{label}");
-                print(value, indent + 2);
-            }
-            Value::Array(items) if items.iter().all(Value::is_string) => {
-                for item in items {
-                    println!("{label}: {}", plain(item));
-                }
-            }
-            Value::Null => {}
-            _ => println!("{label}: {}", plain(value)),
-        }
-    }
-}
-
-fn plain(value: &Value) -> String {
-    value.as_str().map_or_else(|| value.to_string(), str::to_owned)
 }

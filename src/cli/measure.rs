@@ -10,8 +10,9 @@ use clap::Args;
 use goblet_host::Device;
 
 use super::compare::CompareError;
+use super::outputs::{Files, Written};
 use super::values::{positive_u32, seconds};
-use super::{Failure, SceneMemory};
+use super::{Failure, SceneMemory, terminal};
 use crate::compare::SizeMismatch;
 use crate::film::Image;
 use crate::machine::Machine;
@@ -26,6 +27,14 @@ use crate::scene::Scene;
 const REFERENCE_BUDGETS: u32 = 10;
 /// Its seed is so far from those of the settings.
 const REFERENCE_SEED: u32 = 1 << 20;
+
+/// The reference that goblet renders.
+const AUTO: &str = "auto";
+
+/// Names in the folder.
+const RESULTS: [&str; 2] = ["results.json", "results.csv"];
+const REPORT: &str = "report.html";
+const OWN_REFERENCE: &str = "reference.exr";
 
 /// Arguments of `goblet measure`.
 #[derive(Args, Clone, Debug)]
@@ -96,10 +105,11 @@ fn vary(text: &str) -> Result<Vary, String> {
 pub fn run(args: &MeasureArgs) -> Result<(), Failure> {
     let scene = Scene::load_within(&args.scene, args.scene_memory.budget())?;
     for warning in scene.warnings.iter().filter(|_| !args.quiet) {
-        eprintln!("warning: {warning}");
+        terminal::warn(warning);
     }
     let settings = settings(&args.vary, args.each)?;
     check_options(&scene, &settings)?;
+    check_files(args, &scene, settings.len())?;
     fs::create_dir_all(&args.output).map_err(|reason| failed(&args.output, reason))?;
     let given = given_reference(args)?;
     let device = Rc::new(open_device(args.device.as_deref(), false)?);
@@ -124,14 +134,23 @@ pub fn run(args: &MeasureArgs) -> Result<(), Failure> {
         write(&args.output, &measurement, conditions)?;
     }
     if !args.quiet {
-        eprintln!("wrote {}", args.output.join("report.html").display());
+        terminal::say(format_args!("wrote {}", args.output.join(REPORT).display()));
     }
     Ok(())
 }
 
+/// Says before anything is rendered that a result would replace what is read.
+fn check_files(args: &MeasureArgs, scene: &Scene, settings: usize) -> Result<(), Failure> {
+    let mut files = Files::default().reads_scene(&args.scene, scene);
+    if args.reference.as_os_str() != OsStr::new(AUTO) {
+        files = files.reads("the reference", &args.reference);
+    }
+    files.writes("a result", &outputs(&args.output, settings)).check()
+}
+
 fn say(args: &MeasureArgs, turn: u32, setting: &Setting, run: &Trajectory) {
     if let Some(last) = run.steps.last().filter(|_| !args.quiet) {
-        eprintln!(
+        terminal::say(format_args!(
             "turn {} of {}, {}: {} iterations in {:.2} s, relMSE {:.5}",
             turn + 1,
             args.repeat,
@@ -139,13 +158,13 @@ fn say(args: &MeasureArgs, turn: u32, setting: &Setting, run: &Trajectory) {
             last.iterations,
             last.seconds,
             last.error.relmse
-        );
+        ));
     }
 }
 
 /// Read before a device is opened; `None` if goblet is to render its own.
 fn given_reference(args: &MeasureArgs) -> Result<Option<(Image, Source)>, Failure> {
-    if args.reference.as_os_str() == OsStr::new("auto") {
+    if args.reference.as_os_str() == OsStr::new(AUTO) {
         return Ok(None);
     }
     let image = output::read(&args.reference).map_err(CompareError::from)?;
@@ -162,10 +181,10 @@ fn given_reference(args: &MeasureArgs) -> Result<Option<(Image, Source)>, Failur
 fn own_reference(args: &MeasureArgs, device: &Rc<Device>, scene: &Scene) -> Result<(Image, Source), Failure> {
     let time = args.budget * REFERENCE_BUDGETS;
     if !args.quiet {
-        eprintln!(
+        terminal::say(format_args!(
             "rendering a reference for {:.0} s: what blur it shares with the settings is not seen",
             time.as_secs_f64()
-        );
+        ));
     }
     let seed = Some(scene.integrator.seed.wrapping_add(REFERENCE_SEED));
     let mut renderer = Renderer::new(Rc::clone(device), scene, &Options { seed, ..Options::default() })?;
@@ -175,7 +194,7 @@ fn own_reference(args: &MeasureArgs, device: &Rc<Device>, scene: &Scene) -> Resu
     }
     let estimate = renderer.estimate()?;
     let image = estimate.image();
-    let path = args.output.join("reference.exr");
+    let path = args.output.join(OWN_REFERENCE);
     output::write_part(&path, &image, &estimate.window, &[], &[])?;
     let source = Source {
         path: path.display().to_string(),
@@ -207,29 +226,52 @@ fn check_sizes(reference: &Reference, scene: &Scene, settings: &[Setting]) -> Re
     Ok(())
 }
 
+/// Writes all there is. What fails stops none of the others.
 fn write(folder: &Path, measurement: &Measurement, conditions: Conditions) -> Result<(), Failure> {
     let results = measurement.results(conditions);
-    let save = |name: &str, text: String| {
+    let save = |name: &str, text: Result<String, String>| {
         let path = folder.join(name);
-        fs::write(&path, text).map_err(|reason| failed(&path, reason))
+        let text = text.map_err(|error| failed(folder, error))?;
+        output::replace(&path, text.as_bytes()).map_err(|reason| failed(&path, reason))
     };
-    save("results.json", serde_json::to_string_pretty(&results).map_err(|error| failed(folder, error))? + "\n")?;
-    save("results.csv", results.csv())?;
+    let mut written = Written::default();
+    let json = serde_json::to_string_pretty(&results).map(|json| json + "\n");
+    written.note(save(RESULTS[0], json.map_err(|error| error.to_string())));
+    written.note(save(RESULTS[1], Ok(results.csv())));
     let mut differences = Vec::new();
     for (i, images) in measurement.images().enumerate() {
         let difference = match images {
             Some((image, window, difference)) => {
-                output::write_part(&folder.join(format!("setting-{}.exr", i + 1)), image, &window, &[], &[])?;
+                let path = folder.join(image_file(i));
+                written.note(output::write_part(&path, image, &window, &[], &[]).map_err(Failure::from));
                 difference
             }
             None => None,
         };
         if let Some(difference) = &difference {
-            output::write(&folder.join(format!("setting-{}-difference.png", i + 1)), difference, &[])?;
+            let path = folder.join(difference_file(i));
+            written.note(output::write(&path, difference, &[]).map_err(Failure::from));
         }
         differences.push(difference);
     }
-    save("report.html", report::html(&results, &differences).map_err(|error| failed(folder, error))?)
+    let report = report::html(&results, &differences);
+    written.note(save(REPORT, report.map_err(|error| error.to_string())));
+    written.end()
+}
+
+fn image_file(setting: usize) -> String {
+    format!("setting-{}.exr", setting + 1)
+}
+
+fn difference_file(setting: usize) -> String {
+    format!("setting-{}-difference.png", setting + 1)
+}
+
+/// Everything that may be written, for so many settings.
+fn outputs(folder: &Path, settings: usize) -> Vec<PathBuf> {
+    let fixed = [RESULTS[0], RESULTS[1], REPORT, OWN_REFERENCE].map(str::to_owned);
+    let images = (0..settings).flat_map(|setting| [image_file(setting), difference_file(setting)]);
+    fixed.into_iter().chain(images).map(|name| folder.join(name)).collect()
 }
 
 fn failed(path: &Path, reason: impl std::fmt::Display) -> Failure {

@@ -1,7 +1,8 @@
 //! `goblet merge`: checkpoints of shards to the image of all.
 
+use super::outputs::{AN_IMAGE, Files, THE_CHECKPOINT, Written};
 use super::render::{at, metadata, read_checkpoint, warn_of_other_maker, write_images};
-use super::{Failure, MergeArgs};
+use super::{Failure, MergeArgs, terminal};
 use crate::checkpoint::Checkpoint;
 use crate::output;
 
@@ -11,6 +12,9 @@ use crate::output;
 /// A checkpoint cannot be read or does not belong to the others, or an output cannot be
 /// written.
 pub fn run(args: &MergeArgs) -> Result<(), Failure> {
+    let inputs =
+        args.checkpoints.iter().fold(Files::default(), |files, path| files.reads("a checkpoint to merge", path));
+    inputs.writes(AN_IMAGE, &args.output).writes(THE_CHECKPOINT, &args.checkpoint).check()?;
     for path in &args.output {
         output::check_writable(path)?;
     }
@@ -35,17 +39,20 @@ pub fn run(args: &MergeArgs) -> Result<(), Failure> {
     if !args.quiet {
         warn_of_missing(&sum);
     }
+    let mut written = Written::default();
     if let Some(path) = &args.checkpoint {
-        sum.write(path).map_err(|reason| at(path, reason))?;
+        written.note(sum.write(path).map_err(|reason| at(path, reason)));
     }
     let metadata = metadata(&sum.scene, &sum.made_by, &sum.estimate, sum.tally.emitted);
-    write_images(&args.output, &sum.estimate, &args.aov, &metadata, args.quiet)
+    written.note(write_images(&args.output, &sum.estimate, &args.aov, &metadata, args.quiet));
+    written.end()
 }
 
 fn warn_of_missing(sum: &Checkpoint) {
     let missing: Vec<String> = sum.missing().iter().map(u32::to_string).collect();
     if !missing.is_empty() {
         let missing = missing.join(", ");
-        eprintln!("warning: of {} shards, {missing} are not here: the image has more noise", sum.shards);
+        let shards = sum.shards;
+        terminal::warn(format_args!("of {shards} shards, {missing} are not here: the image has more noise"));
     }
 }

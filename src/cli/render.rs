@@ -10,7 +10,7 @@ mod tests;
 
 use std::path::{Path, PathBuf};
 use std::rc::Rc;
-use std::time::Instant;
+use std::time::{Duration, Instant};
 
 pub use args::RenderArgs;
 use limit::Limit;
@@ -19,8 +19,9 @@ use progress::Progress;
 pub use signal::STOPPED;
 use signal::Signals;
 
+use super::outputs::{AN_IMAGE, Files, THE_CHECKPOINT, THE_STATISTICS, Written};
 use super::stats::Stats;
-use super::{Aov, Failure};
+use super::{Aov, Failure, terminal};
 use crate::checkpoint::{Checkpoint, CheckpointError, MadeBy};
 use crate::estimate::Estimate;
 use crate::output::{self, Channel};
@@ -48,14 +49,15 @@ pub fn run(args: &RenderArgs) -> Result<End, Failure> {
 /// The same with another way to render an iteration.
 fn run_with(args: &RenderArgs, step: impl Fn(&mut Renderer) -> Result<(), RenderError>) -> Result<End, Failure> {
     let start = Instant::now();
-    let signals = Signals::new()?;
+    let mut signals = Signals::new()?;
     let notice = Notice::new("reading the scene", args.quiet);
     let scene = Scene::load_within(&args.scene, args.scene_memory.budget())?;
     drop(notice);
     for warning in scene.warnings.iter().filter(|_| !args.quiet) {
-        eprintln!("warning: {warning}");
+        terminal::warn(warning);
     }
     let outputs = outputs(args, &scene);
+    check_files(args, &scene, &outputs)?;
     check_writable(args, &outputs)?;
     let resumed = args.resume.as_deref().map(read_checkpoint).transpose()?;
     let load_time = start.elapsed();
@@ -65,7 +67,7 @@ fn run_with(args: &RenderArgs, step: impl Fn(&mut Renderer) -> Result<(), Render
     let mut renderer = Renderer::new(device, &scene, &args.options())?;
     drop(notice);
     for warning in renderer.warnings().iter().filter(|_| !args.quiet) {
-        eprintln!("warning: {warning}");
+        terminal::warn(warning);
     }
     if let (Some(path), Some(checkpoint)) = (&args.resume, &resumed) {
         renderer.resume(checkpoint).map_err(|reason| at(path, reason))?;
@@ -73,41 +75,64 @@ fn run_with(args: &RenderArgs, step: impl Fn(&mut Renderer) -> Result<(), Render
             warn_of_other_maker(path, &checkpoint.made_by, &MadeBy::new(renderer.device()));
         }
     }
+    signals.begin();
     let begin = Begin { iterations: renderer.iterations(), photons: renderer.photons(), time: Instant::now() };
     let outcome = iterate(args, &scene, &signals, &mut renderer, &begin, step);
     let render_time = begin.time.elapsed();
-    let saved = args.checkpoint.as_ref().map_or(Ok(()), |path| save(args, path, &renderer));
-    let write = |renderer: &mut Renderer| {
-        let estimate = renderer.estimate()?;
-        let made_by = MadeBy::new(renderer.device());
-        let metadata = metadata(&scene_name(&args.scene), &made_by, &estimate, renderer.photons());
-        write_images(&outputs, &estimate, &args.aov, &metadata, args.quiet)?;
-        let photons = renderer.photons() - begin.photons;
-        let noise = renderer.noise(&estimate)?;
-        let stats = Stats::new(&scene, renderer, noise, photons, [load_time, render_time, start.elapsed()])?;
-        for warning in stats.warnings() {
-            eprintln!("warning: {warning}");
-        }
-        args.stats.as_ref().map_or(Ok(()), |path| stats.write(path))
-    };
-    match outcome {
-        Err(failure) => {
-            // The failure is what counts, whatever is still possible after it.
-            let written = if renderer.iterations() > 0 { write(&mut renderer) } else { Ok(()) };
-            for other in [saved, written].into_iter().filter_map(Result::err) {
-                eprintln!("warning: {other}");
-            }
-            Err(failure)
-        }
-        Ok(end) => {
-            write(&mut renderer)?;
-            // The image is written even if the checkpoint could not be.
-            saved?;
-            check_paths(&renderer)?;
-            let messages = renderer.device().validation_messages();
-            if messages.is_empty() { Ok(end) } else { Err(Failure::Validation(messages)) }
-        }
+    let mut written = Written::default();
+    written.note(args.checkpoint.as_ref().map_or(Ok(()), |path| save(args, path, &renderer)));
+    if renderer.iterations() > 0 || outcome.is_ok() {
+        let times = [load_time, render_time, start.elapsed()];
+        written.note(write(args, &scene, &outputs, &mut renderer, &begin, times));
     }
+    // What stopped the render decides, whatever else has failed after it.
+    let end = match outcome {
+        Err(failure) => {
+            written.say();
+            return Err(failure);
+        }
+        Ok(end) => end,
+    };
+    written.end()?;
+    check_paths(&renderer)?;
+    let messages = renderer.device().validation_messages();
+    if messages.is_empty() { Ok(end) } else { Err(Failure::Validation(messages)) }
+}
+
+/// Writes images and statistics. One that fails stops none of the others.
+fn write(
+    args: &RenderArgs,
+    scene: &Scene,
+    outputs: &[PathBuf],
+    renderer: &mut Renderer,
+    begin: &Begin,
+    times: [Duration; 3],
+) -> Result<(), Failure> {
+    let estimate = renderer.estimate()?;
+    let made_by = MadeBy::new(renderer.device());
+    let metadata = metadata(&scene_name(&args.scene), &made_by, &estimate, renderer.photons());
+    let mut written = Written::default();
+    written.note(write_images(outputs, &estimate, &args.aov, &metadata, args.quiet));
+    written.note(write_stats(args, scene, renderer, &estimate, begin, times));
+    written.end()
+}
+
+/// Writes statistics, if they are asked for, and says what a user should know even without.
+fn write_stats(
+    args: &RenderArgs,
+    scene: &Scene,
+    renderer: &mut Renderer,
+    estimate: &Estimate,
+    begin: &Begin,
+    times: [Duration; 3],
+) -> Result<(), Failure> {
+    let photons = renderer.photons() - begin.photons;
+    let noise = renderer.noise(estimate)?;
+    let stats = Stats::new(scene, renderer, noise, photons, times)?;
+    for warning in stats.warnings() {
+        terminal::warn(warning);
+    }
+    args.stats.as_ref().map_or(Ok(()), |path| stats.write(path))
 }
 
 /// Where this run took over.
@@ -146,7 +171,7 @@ fn iterate(
         if let Some(path) = args.checkpoint.as_ref().filter(|_| saved.elapsed() >= args.checkpoint_every) {
             // A full disk now is no reason to lose the render: there may be room later.
             if let Err(failure) = save(args, path, renderer) {
-                eprintln!("warning: {failure}");
+                terminal::warn(failure);
             }
             saved = Instant::now();
         }
@@ -177,6 +202,17 @@ fn outputs(args: &RenderArgs, scene: &Scene) -> Vec<PathBuf> {
     let named = scene.film.filename.clone();
     let stem = args.scene.file_stem().map_or_else(|| Path::new("goblet"), Path::new);
     vec![named.unwrap_or_else(|| stem.with_extension("exr"))]
+}
+
+/// Refuses to replace what the render reads, or writes itself. Only the checkpoint that it goes on
+/// from may be the one that it writes.
+fn check_files(args: &RenderArgs, scene: &Scene, outputs: &[PathBuf]) -> Result<(), Failure> {
+    let inputs = || Files::default().reads_scene(&args.scene, scene);
+    inputs().writes(THE_CHECKPOINT, &args.checkpoint).check()?;
+    let resumed = args.resume.iter().fold(inputs(), |files, path| files.reads("the checkpoint to resume", path));
+    resumed.writes(AN_IMAGE, outputs).writes(THE_STATISTICS, &args.stats).check()?;
+    let own = Files::default().writes(THE_CHECKPOINT, &args.checkpoint);
+    own.writes(AN_IMAGE, outputs).writes(THE_STATISTICS, &args.stats).check()
 }
 
 /// Finds out before a long render what cannot be written.
@@ -227,7 +263,9 @@ pub fn at(path: &Path, reason: CheckpointError) -> Failure {
 pub fn warn_of_other_maker(path: &Path, there: &MadeBy, here: &MadeBy) {
     if here != there {
         let path = path.display();
-        eprintln!("warning: {path}: made by {there}, the rest by {here}: roundings may differ from one run's");
+        terminal::warn(format_args!(
+            "{path}: made by {there}, the rest by {here}: roundings may differ from one run's"
+        ));
     }
 }
 
@@ -245,7 +283,8 @@ pub fn metadata(scene: &str, made_by: &MadeBy, estimate: &Estimate, photons: u64
     .to_vec()
 }
 
-/// Writes the image of an estimate, with the channels that are asked for.
+/// Writes the image of an estimate, with the channels that are asked for. A file that cannot be
+/// written stops none of the others.
 ///
 /// # Errors
 /// A file cannot be written.
@@ -258,13 +297,15 @@ pub fn write_images(
 ) -> Result<(), Failure> {
     let channels: Vec<Channel> = aovs.iter().map(|aov| channel(estimate, *aov)).collect();
     let image = estimate.image();
+    let mut written = Written::default();
     for path in paths {
-        output::write_part(path, &image, &estimate.window, &channels, metadata)?;
-        if !quiet {
-            eprintln!("wrote {}", path.display());
+        let outcome = output::write_part(path, &image, &estimate.window, &channels, metadata);
+        if outcome.is_ok() && !quiet {
+            terminal::say(format_args!("wrote {}", path.display()));
         }
+        written.note(outcome.map_err(Failure::from));
     }
-    Ok(())
+    written.end()
 }
 
 fn channel(estimate: &Estimate, aov: Aov) -> Channel {

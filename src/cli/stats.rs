@@ -1,7 +1,6 @@
 //! What `--stats` writes.
 
 use std::collections::BTreeMap;
-use std::fs;
 use std::io;
 use std::path::Path;
 use std::time::Duration;
@@ -9,6 +8,7 @@ use std::time::Duration;
 use serde::Serialize;
 
 use super::Failure;
+use crate::output::{self, Replacement};
 use crate::renderer::{RenderError, Renderer};
 use crate::scene::{Geometry, Light, Material, Scene};
 use crate::tally::Tally;
@@ -164,19 +164,10 @@ impl Stats {
     /// # Errors
     /// The file cannot be written.
     pub fn check_writable(path: &Path) -> Result<(), Failure> {
-        let new = !path.exists();
-        // The other end of a pipe would notice.
-        if new || path.is_file() || path.is_dir() {
-            let opened = fs::OpenOptions::new().append(true).create(true).open(path);
-            opened.map_err(|reason| failed(path, reason))?;
-        }
-        if new {
-            let _ = fs::remove_file(path);
-        }
-        Ok(())
+        Replacement::create(path).map(drop).map_err(|reason| failed(path, reason))
     }
 
-    /// Writes JSON.
+    /// Writes JSON, atomically: `path` holds the old file or the whole new one.
     ///
     /// # Errors
     /// The file cannot be written.
@@ -199,7 +190,7 @@ fn percent(share: f64) -> String {
 pub(super) fn write_json(path: &Path, stats: &impl Serialize) -> Result<(), Failure> {
     let mut text = serde_json::to_string_pretty(stats).map_err(|error| failed(path, error.into()))?;
     text.push('\n');
-    fs::write(path, text).map_err(|reason| failed(path, reason))
+    output::replace(path, text.as_bytes()).map_err(|reason| failed(path, reason))
 }
 
 fn failed(path: &Path, reason: io::Error) -> Failure {

@@ -1,11 +1,12 @@
 //! `goblet tessellate`: a scene with meshes in place of its bodies of revolution.
 
-use std::collections::{HashMap, HashSet};
+use std::collections::HashMap;
 use std::fs;
 use std::io::{self, BufWriter, Write};
 use std::path::{Component, Path, PathBuf};
 
-use super::{Failure, TessellateArgs};
+use super::outputs::Files;
+use super::{Failure, TessellateArgs, terminal};
 use crate::output::Replacement;
 use crate::scene::{self, Geometry, Profile, Rewrite, Scene};
 use crate::tessellate::{Tessellation, TooFine};
@@ -13,9 +14,6 @@ use crate::tessellate::{Tessellation, TooFine};
 /// Why the bodies of a scene could not be replaced.
 #[derive(Debug, thiserror::Error)]
 pub enum TessellateError {
-    /// Writing a file would destroy what the scene is made of.
-    #[error("{}: the scene reads this file; expected another name for the output", .0.display())]
-    Input(PathBuf),
     /// A path that the new scene must name is not Unicode.
     #[error("{}: expected a path in Unicode, which a scene can name", .0.display())]
     Name(PathBuf),
@@ -62,11 +60,11 @@ pub fn run(args: &TessellateArgs) -> Result<(), Failure> {
     let rewrite = Rewrite { meshes: bodies.mesh_of.iter().map(mesh_of).collect(), folder: &folder };
     let rewritten = rewrite.apply(&source.text)?;
 
-    let named = rewritten.files.iter().map(|file| scene::identity(&scene::directory(&args.scene).join(file)));
-    let inputs: HashSet<PathBuf> = source.files.into_iter().chain(named).collect();
-    if let Some(output) = files.iter().chain([&args.output]).find(|file| inputs.contains(&scene::identity(file))) {
-        return Err(TessellateError::Input(output.clone()).into());
-    }
+    // With what the text names and the scene does not read.
+    let named = rewritten.files.iter().map(|file| scene::directory(&args.scene).join(file));
+    let inputs = source.files.into_iter().chain(named);
+    let inputs = inputs.fold(Files::default(), |files, input| files.reads_for_scene(&input));
+    inputs.writes("the scene", [&args.output]).writes("the mesh", &files).check()?;
     write(&args.output, &rewritten.text, &files, &meshes)?;
     Ok(())
 }
@@ -76,12 +74,12 @@ fn write(output: &Path, text: &str, files: &[PathBuf], meshes: &[Tessellation]) 
     let mut scene = Replacement::create(output).map_err(|reason| cannot_write(output, reason))?;
     for (path, mesh) in files.iter().zip(meshes) {
         write_mesh(path, mesh).map_err(|reason| cannot_write(path, reason))?;
-        eprintln!("wrote {}: {} triangles", path.display(), mesh.triangle_count());
+        terminal::say(format_args!("wrote {}: {} triangles", path.display(), mesh.triangle_count()));
     }
     let written = scene.file.write_all(text.as_bytes()).and_then(|()| scene.commit());
     written.map_err(|reason| cannot_write(output, reason))?;
     let copy = if meshes.is_empty() { ", a copy: the scene has no Shape \"revolution\"" } else { "" };
-    eprintln!("wrote {}{copy}", output.display());
+    terminal::say(format_args!("wrote {}{copy}", output.display()));
     Ok(())
 }
 

@@ -1,7 +1,8 @@
 //! `goblet view`: a scene in a window.
 
+use super::outputs::{AN_IMAGE, Files, THE_STATISTICS};
 use super::stats::{Stats, write_json};
-use super::{Failure, RenderArgs};
+use super::{Failure, RenderArgs, terminal};
 use crate::renderer::RenderError;
 use crate::scene::Scene;
 use crate::window;
@@ -16,8 +17,10 @@ pub fn run(args: &RenderArgs) -> Result<(), Failure> {
         Stats::check_writable(path)?;
     }
     let scene = Scene::load_within(&args.scene, args.scene_memory.budget())?;
+    let files = Files::default().reads_scene(&args.scene, &scene);
+    files.writes(AN_IMAGE, &args.output).writes(THE_STATISTICS, &args.stats).check()?;
     for warning in scene.warnings.iter().filter(|_| !args.quiet) {
-        eprintln!("warning: {warning}");
+        terminal::warn(warning);
     }
     let stats = window::run(args, scene)?;
     args.stats.as_ref().map_or(Ok(()), |path| write_json(path, &stats))

@@ -53,7 +53,7 @@ mod version3;
 pub(crate) use camera::default_window;
 pub use error::{Location, SceneError};
 pub(crate) use extent::{PACKED_LIGHT, PACKED_TRIANGLE};
-pub(crate) use files::{directory, identity};
+pub(crate) use files::directory;
 pub(crate) use lexer::shorten;
 pub(crate) use light_image::window_cosine;
 pub use model::*;

@@ -48,6 +48,9 @@ pub struct Scene {
     pub lights: Vec<Light>,
     /// Files that it includes or imports.
     pub included: Vec<PathBuf>,
+    /// Files that it reads besides its own: those that it includes or imports, and those that
+    /// parameters name.
+    pub inputs: Vec<PathBuf>,
     /// One line each: what was ignored or rendered differently than asked for.
     pub warnings: Vec<String>,
     /// What the scene may take, and what of it is taken.

@@ -11,6 +11,7 @@ use super::files::{directory, identity, read_spectra, read_text};
 use super::lexer::{FlatText, Token, TokenKind, TokenStream, shorten};
 use super::model::Scene;
 use super::params::ParamList;
+use super::rewrite::input_file;
 use super::state::{ActiveTimes, Collected, SceneBuilder};
 use super::texture::Values;
 use super::{option, transform, version3};
@@ -190,7 +191,7 @@ impl Parser {
             "ColorSpace" => self.color_space(),
             "Attribute" => {
                 let (target, target_at) = self.stream.string("the target of Attribute")?;
-                let params = self.params()?;
+                let params = self.params(word)?;
                 self.scene.attribute(&target, params, &target_at)
             }
             "MakeNamedMedium" => {
@@ -266,8 +267,11 @@ impl Parser {
 
     /// The parameters that follow, with all that is known only here: the colour space in
     /// force, and the values of spectra that are in files.
-    fn params(&mut self) -> Result<ParamList, SceneError> {
+    fn params(&mut self, directive: &str) -> Result<ParamList, SceneError> {
         let mut params = ParamList::read(&mut self.stream)?;
+        let named = params.items.iter().filter_map(|param| input_file(directive, param));
+        let paths: Vec<PathBuf> = named.map(|name| self.scene.directory().join(name)).collect();
+        self.scene.inputs.extend(paths);
         for param in params.take_repeated()? {
             self.scene.warn(&param.location, &format!("{param} is given again; the first one counts"));
         }
@@ -286,7 +290,7 @@ impl Parser {
     /// Reads the parameters of a directive, and does what it says. Where all that is wrong is
     /// to be found, the directive is tried again without a parameter that is not.
     fn apply(&mut self, word: &str, name: &str, name_at: &Location, at: &Location) -> Result<(), SceneError> {
-        let mut params = self.params()?;
+        let mut params = self.params(word)?;
         if !self.scene.collects_errors() {
             return self.perform(word, name, params, name_at, at);
         }
@@ -370,7 +374,7 @@ impl Parser {
                     }
                 };
                 let (class, class_at) = self.stream.string("the texture's class")?;
-                let params = self.params()?;
+                let params = self.params(word)?;
                 return self.scene.texture(name, values, class, params, &class_at);
             }
             _ => {}
@@ -387,6 +391,7 @@ impl Parser {
         self.stream.check_include(&identity, at)?;
         let text = read_text(&path, Some(&name_at), self.stream.budget())?;
         self.scene.included.push(path.clone());
+        self.scene.inputs.push(path.clone());
         Ok((text, path.to_string_lossy().into_owned(), identity))
     }
 

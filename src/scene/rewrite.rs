@@ -122,6 +122,11 @@ fn name_count(directive: &str) -> usize {
     }
 }
 
+/// The file that a directive reads by a parameter, if it names one. A film's file is an output.
+pub(super) fn input_file<'a>(directive: &str, param: &'a Param) -> Option<&'a str> {
+    file_name(param).filter(|_| directive != "Film")
+}
+
 /// The file that a parameter names, if it names one.
 fn file_name(param: &Param) -> Option<&str> {
     let names_file = |value: &&str| match param.kind {

@@ -132,6 +132,8 @@ pub(super) struct SceneBuilder {
     textures: Textures,
     /// Files that the scene includes or imports.
     pub included: Vec<PathBuf>,
+    /// Every file that the scene reads besides its own.
+    pub inputs: Vec<PathBuf>,
     warnings: Vec<String>,
     /// Warnings that are not kept.
     more_warnings: u64,
@@ -173,6 +175,7 @@ impl SceneBuilder {
             files: MeshFiles::new(directory, budget),
             textures: Textures::new(directory, budget),
             included: Vec::new(),
+            inputs: Vec::new(),
             warnings: Vec::new(),
             more_warnings: 0,
             budget: Arc::clone(budget),

@@ -8,6 +8,7 @@ use std::time::{Duration, Instant};
 use indicatif::{ProgressBar, ProgressStyle};
 
 use super::progress::LINE_INTERVAL;
+use crate::cli::terminal;
 
 /// Says what is being done for as long as it lives: a spinner on a terminal, once a second
 /// has passed, a line now and then otherwise, nothing when quiet.
@@ -42,7 +43,7 @@ fn show(what: &str, ended: &Receiver<()>) {
     let lasts = |time| ended.recv_timeout(time) == Err(RecvTimeoutError::Timeout);
     if !std::io::stderr().is_terminal() {
         while lasts(LINE_INTERVAL) {
-            eprintln!("{what}: {:.0} s", start.elapsed().as_secs_f64());
+            terminal::say(format_args!("{what}: {:.0} s", start.elapsed().as_secs_f64()));
         }
         return;
     }

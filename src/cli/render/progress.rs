@@ -7,6 +7,7 @@ use indicatif::{ProgressBar, ProgressStyle};
 
 use super::Begin;
 use super::limit::Limit;
+use crate::cli::terminal;
 use crate::renderer::Renderer;
 
 /// A bar on a terminal, a line now and then otherwise, nothing when quiet.
@@ -57,7 +58,7 @@ impl<'a> Progress<'a> {
                 bar.set_position(iterations.into());
                 bar.set_message(message);
             }
-            None => eprintln!("iteration {iterations}: {message}"),
+            None => terminal::say(format_args!("iteration {iterations}: {message}")),
         }
     }
 

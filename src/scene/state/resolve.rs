@@ -40,7 +40,7 @@ impl SceneBuilder {
             warnings.push(format!("{} more warnings are not shown", self.more_warnings));
         }
         let textures = std::mem::take(&mut self.textures).made;
-        let included = std::mem::take(&mut self.included);
+        let (included, inputs) = (std::mem::take(&mut self.included), std::mem::take(&mut self.inputs));
         let budget = Arc::clone(&self.budget);
         let mut scene = Scene {
             camera,
@@ -52,6 +52,7 @@ impl SceneBuilder {
             instances,
             lights,
             included,
+            inputs,
             warnings,
             budget,
         };

@@ -1,0 +1,12 @@
+//! What a process does with signals.
+
+use std::mem::MaybeUninit;
+
+/// Whether this process ignores a signal, as one that `nohup` has started does `SIGHUP`.
+pub fn is_ignored(signal: i32) -> bool {
+    let mut action = MaybeUninit::<libc::sigaction>::zeroed();
+    // SAFETY: with no new action, the present one is written to the place that is given.
+    let outcome = unsafe { libc::sigaction(signal, std::ptr::null(), action.as_mut_ptr()) };
+    // SAFETY: it is written, or as before: zeros, of which this type can be made.
+    outcome == 0 && unsafe { action.assume_init() }.sa_sigaction == libc::SIG_IGN
+}

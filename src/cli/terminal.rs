@@ -1,0 +1,147 @@
+//! What commands print: the only place that writes to standard output and standard error.
+//!
+//! What a command exists to say goes to standard output, and a command that cannot say it fails.
+//! A closed pipe is no failure: its reader has what it wanted, as with `goblet info scene.pbrt |
+//! head -1`. What is said besides goes to standard error, and whether anybody hears it changes
+//! nothing: a render goes on when its log is gone.
+//!
+//! Names of files, devices and scenes may hold anything. Control characters in them are printed
+//! as in JSON, so that none can move a terminal's cursor or change its title.
+
+use std::borrow::Cow;
+use std::ffi::OsString;
+use std::fmt::{Display, Write as _};
+use std::io::{self, ErrorKind, Write};
+
+use super::Failure;
+
+/// Says something on standard error.
+pub fn say(message: impl Display) {
+    let line = format!("{}\n", printable(&message.to_string()));
+    // Nobody hears it: there is nowhere to say so.
+    let _ = io::stderr().lock().write_all(line.as_bytes());
+}
+
+/// Says what may be wrong with the result.
+pub fn warn(message: impl Display) {
+    say(format_args!("warning: {message}"));
+}
+
+/// Says why a command, or a part of it, has failed.
+pub fn fail(failure: &Failure) {
+    say(format_args!("goblet: {failure}"));
+}
+
+/// Prints the result of a command, as a whole.
+///
+/// # Errors
+/// Standard output takes it no more, for another reason than that its reader is gone.
+pub fn print(text: &str) -> Result<(), Failure> {
+    print_to(&mut io::stdout().lock(), text)
+}
+
+/// Prints what clap has made: a help text, a version, or why the arguments are wrong. Returns the
+/// exit code.
+pub fn print_of_clap(error: &clap::Error) -> u8 {
+    if error.use_stderr() {
+        let is_obeyed = |arg: &OsString| matches!(printable(&arg.to_string_lossy()), Cow::Owned(_));
+        if std::env::args_os().any(|arg| is_obeyed(&arg)) {
+            // Without colours, which cannot be told from what an argument holds.
+            say(error.render().to_string().trim_end());
+        } else {
+            let _ = error.print();
+        }
+        return 2;
+    }
+    match accepted(error.print()) {
+        Ok(()) => 0,
+        Err(failure) => {
+            fail(&failure);
+            failure.exit_code()
+        }
+    }
+}
+
+fn print_to(out: &mut dyn Write, text: &str) -> Result<(), Failure> {
+    accepted(out.write_all(printable(text).as_bytes()).and_then(|()| out.flush()))
+}
+
+fn accepted(written: io::Result<()>) -> Result<(), Failure> {
+    match written {
+        Err(reason) if reason.kind() != ErrorKind::BrokenPipe => Err(Failure::Print(reason)),
+        _ => Ok(()),
+    }
+}
+
+/// The text without characters that a terminal obeys, but for line ends and tabs. Each is in its
+/// place as `\u001b` is for the escape character, which JSON takes as well.
+fn printable(text: &str) -> Cow<'_, str> {
+    let obeyed = |c: char| (c.is_control() && !matches!(c, '\n' | '\t')) || is_direction(c);
+    if !text.contains(obeyed) {
+        return text.into();
+    }
+    let mut safe = String::with_capacity(text.len());
+    for c in text.chars() {
+        if obeyed(c) {
+            // Writing to a string cannot fail.
+            let _ = write!(safe, "\\u{:04x}", u32::from(c));
+        } else {
+            safe.push(c);
+        }
+    }
+    safe.into()
+}
+
+/// Whether a character turns the direction of those after it, so that a name reads as another.
+fn is_direction(c: char) -> bool {
+    matches!(c, '\u{200e}' | '\u{200f}' | '\u{202a}'..='\u{202e}' | '\u{2066}'..='\u{2069}')
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A stream whose every write fails in a given way.
+    struct Broken(ErrorKind);
+
+    impl Write for Broken {
+        fn write(&mut self, _: &[u8]) -> io::Result<usize> {
+            Err(self.0.into())
+        }
+
+        fn flush(&mut self) -> io::Result<()> {
+            Ok(())
+        }
+    }
+
+    #[test]
+    fn control_characters_are_printed_and_not_obeyed() {
+        for (text, expected) in [
+            ("plain: Kelch ü 杯\n\tok\n", "plain: Kelch ü 杯\n\tok\n"),
+            ("\u{1b}]0;title\u{7}", "\\u001b]0;title\\u0007"),
+            ("a\rb\u{8}c\0d\u{7f}e\u{9b}2Jf", "a\\u000db\\u0008c\\u0000d\\u007fe\\u009b2Jf"),
+            ("\u{202e}gnp.x", "\\u202egnp.x"),
+        ] {
+            let mut out = Vec::new();
+            print_to(&mut out, text).unwrap();
+            assert_eq!(String::from_utf8(out).unwrap(), expected);
+        }
+    }
+
+    #[test]
+    fn json_stays_json() {
+        let name = "\u{1b}[2J\u{9b}\u{7f}\r\n";
+        let mut out = Vec::new();
+        print_to(&mut out, &serde_json::to_string(name).unwrap()).unwrap();
+        assert!(out.iter().all(|byte| (0x20..0x7f).contains(byte)), "{out:?}");
+        assert_eq!(serde_json::from_slice::<String>(&out).unwrap(), name);
+    }
+
+    #[test]
+    fn a_full_disk_fails_and_a_reader_that_is_gone_does_not() {
+        print_to(&mut Broken(ErrorKind::BrokenPipe), "text").unwrap();
+        let failure = print_to(&mut Broken(ErrorKind::StorageFull), "text").unwrap_err();
+        assert_eq!(failure.exit_code(), 1);
+        assert!(failure.to_string().starts_with("cannot write to standard output: "), "{failure}");
+    }
+}
