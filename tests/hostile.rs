@@ -399,6 +399,17 @@ fn coordinates_that_overflow_are_refused_where_they_are() {
 }
 
 /// Errors are few and short, however long and many what is wrong is.
+/// Each is in contact with each.
+#[test]
+fn bodies_in_one_place_take_time_by_their_number_alone() {
+    let bench = Bench::new();
+    for body in ["Shape \"sphere\" \"texture alpha\" \"half\"\n", "Material \"dielectric\" Shape \"sphere\"\n"] {
+        let texture = "Texture \"half\" \"float\" \"checkerboard\" \"float tex1\" .5\n";
+        bench.world(&(texture.to_owned() + &body.repeat(20_000)));
+        bench.info(&[]).done();
+    }
+}
+
 #[test]
 fn messages_are_short() {
     let bench = Bench::new();

@@ -9,6 +9,7 @@ use goblet_host::Device;
 use super::plan::{Next, Standing, next};
 use super::rendering::{Kept, Render};
 use super::shared::{Loaded, Save, Shared, Target, Wish};
+use crate::cli::outputs::{AN_IMAGE, Files};
 use crate::cli::{Failure, RenderArgs};
 use crate::options::Options;
 use crate::renderer::{RenderError, Renderer, open_device};
@@ -204,7 +205,9 @@ impl RenderThread<'_> {
     /// Writes a file; if that fails, only that is said.
     fn save(&mut self, wish: &Wish, save: &Save) -> Result<(), Failure> {
         let Some(render) = &mut self.render else { return Ok(()) };
-        if let Err(failure) = render.save(self.shared, self.args, &self.path, save) {
+        let files = Files::default().reads_scene(&self.path, &self.scene).writes(AN_IMAGE, [&save.path]);
+        let saved = files.check().and_then(|()| render.save(self.shared, self.args, &self.path, save));
+        if let Err(failure) = saved {
             not_written(self.shared, wish, failure);
         }
         Ok(())
