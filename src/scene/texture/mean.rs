@@ -29,7 +29,7 @@ impl Means {
             wanted.extend(unknown);
             if wanted.len() == before {
                 wanted.pop();
-                let mean = self.from_parts(kind, budget)?;
+                let mean = self.mean_of_parts(kind, budget)?;
                 self.known.insert(index, mean);
             }
         }
@@ -45,7 +45,7 @@ impl Means {
     }
 
     /// The mean of a texture whose parts are known.
-    fn from_parts(&self, kind: &TextureKind, budget: &Budget) -> Result<Rgb, OverBudget> {
+    fn mean_of_parts(&self, kind: &TextureKind, budget: &Budget) -> Result<Rgb, OverBudget> {
         let number = |input: &Input<f64>| self.mean(&as_color(*input));
         Ok(match kind {
             TextureKind::Image(image) => {
