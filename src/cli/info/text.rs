@@ -23,6 +23,9 @@ pub fn describe(info: &Info) -> String {
             text += &format!("{what}: {message}\n");
         }
     }
+    if info.further_faults > 0 {
+        text += &format!("further faults: {}\n", info.further_faults);
+    }
     text
 }
 

@@ -353,18 +353,16 @@ impl<'a> Finder<'a> {
 
     /// The bodies in contact, each with what decides its place among others.
     pub fn bodies(&self) -> BTreeMap<Body, layer::Rank> {
-        let of_part = |body: &Body| {
-            let known = &self.parts[body.0];
-            let area: f64 = known
-                .part
-                .references()
-                .filter_map(|reference| self.form(Standing { reference, instance: None }))
-                .map(|form| form.bounds().half_extent().length_squared())
-                .sum();
-            let material = bytemuck::bytes_of(&self.packer.materials[known.shape.material]).to_vec();
-            (*body, layer::Rank { role: known.role, area, material })
-        };
-        self.partners.keys().map(of_part).collect()
+        let mut ranks = BTreeMap::new();
+        let mut rank_of = |part: usize| ranks.entry(part).or_insert_with(|| self.rank(&self.parts[part])).clone();
+        self.partners.keys().map(|body| (*body, rank_of(body.0))).collect()
+    }
+
+    fn rank(&self, known: &Known) -> layer::Rank {
+        let forms = known.part.references().filter_map(|reference| self.form(Standing { reference, instance: None }));
+        let area = forms.map(|form| form.bounds().half_extent().length_squared()).sum();
+        let material = bytemuck::bytes_of(&self.packer.materials[known.shape.material]).to_vec();
+        layer::Rank { role: known.role, area, material }
     }
 }
 
