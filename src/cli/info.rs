@@ -29,12 +29,7 @@ struct Info {
     /// All other faults.
     errors: Vec<String>,
     /// How many faults are not listed.
-    #[serde(skip_serializing_if = "is_zero")]
     further_faults: u64,
-}
-
-fn is_zero(count: &u64) -> bool {
-    *count == 0
 }
 
 #[derive(Serialize)]
