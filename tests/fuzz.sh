@@ -17,7 +17,8 @@ for target; do
     if [ "$target" = scene ]; then seeds=scenes; fi
     mkdir -p "fuzz/corpus/$target" "$seeds"
     echo "== $target"
-    # A time-out or 2 GB of memory count as crashes.
+    # An input that takes a minute or 2 GB of memory counts as a crash. The limit of time has
+    # room for sanitizers on a busy machine: without them, all inputs take seconds.
     cargo +nightly fuzz run "$target" "fuzz/corpus/$target" "$seeds" -- \
-        -max_total_time="$seconds" -timeout=10 -rss_limit_mb=2048 -max_len=65536 -print_final_stats=1
+        -max_total_time="$seconds" -timeout=60 -rss_limit_mb=2048 -max_len=65536 -print_final_stats=1
 done
