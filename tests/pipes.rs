@@ -201,6 +201,10 @@ fn send(signal: &str, child: &Child) {
 /// Whether a process handles a signal, from the system's mask.
 fn listens(child: &Child, signal: u32) -> bool {
     let status = fs::read_to_string(format!("/proc/{}/status", child.id())).unwrap_or_default();
+    // The shell that starts it may handle some signals itself.
+    if !status.starts_with("Name:\tgoblet\n") {
+        return false;
+    }
     let caught = status.lines().find_map(|line| line.strip_prefix("SigCgt:"));
     caught.is_some_and(|mask| u64::from_str_radix(mask.trim(), 16).unwrap() >> (signal - 1) & 1 == 1)
 }
