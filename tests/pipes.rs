@@ -7,10 +7,9 @@ mod command;
 use std::fs::{self, OpenOptions};
 use std::os::unix::process::ExitStatusExt;
 use std::process::{Child, Command, Stdio};
-use std::thread::sleep;
 use std::time::{Duration, Instant};
 
-use command::{Bench, Run, SCENE, scene};
+use command::{Bench, Run, SCENE, scene, send, wait_until};
 use goblet::checkpoint::Checkpoint;
 
 /// A pipe whose reader is gone.
@@ -184,18 +183,6 @@ fn start(bench: &Bench, hangup: &str, more: &[&str]) -> Child {
     command.current_dir(bench.0.path()).stdout(Stdio::piped()).stderr(Stdio::piped());
     command::leave_array(&mut command);
     command.spawn().unwrap()
-}
-
-fn wait_until(what: &str, holds: impl Fn() -> bool) {
-    let start = Instant::now();
-    while !holds() {
-        assert!(start.elapsed() < Duration::from_secs(120), "waited in vain until {what}");
-        sleep(Duration::from_millis(2));
-    }
-}
-
-fn send(signal: &str, child: &Child) {
-    assert!(Command::new("kill").args([signal, &child.id().to_string()]).status().unwrap().success());
 }
 
 /// Whether a process handles a signal, from the system's mask.

@@ -1,13 +1,13 @@
 //! Signals, kills and full disks.
 
 use std::fs;
-use std::process::{Child, Command, Stdio};
+use std::process::{Child, Stdio};
 use std::thread::sleep;
 use std::time::{Duration, Instant, SystemTime};
 
 use goblet::checkpoint::Checkpoint;
 
-use crate::command::{Bench, Run};
+use crate::command::{Bench, Run, send, wait_until};
 
 const CHECKPOINT: &str = "x.checkpoint";
 /// A render that saves a checkpoint whenever it can, and never ends by itself.
@@ -25,18 +25,6 @@ const ENDLESS: [&str; 9] = [
 
 fn start(bench: &Bench, arguments: &[&str]) -> Child {
     bench.command(arguments).stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap()
-}
-
-fn wait_until(what: &str, holds: impl Fn() -> bool) {
-    let start = Instant::now();
-    while !holds() {
-        assert!(start.elapsed() < Duration::from_secs(120), "waited in vain until {what}");
-        sleep(Duration::from_millis(2));
-    }
-}
-
-fn send(signal: &str, child: &Child) {
-    assert!(Command::new("kill").args([signal, &child.id().to_string()]).status().unwrap().success());
 }
 
 fn iterations(bench: &Bench) -> u64 {

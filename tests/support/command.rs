@@ -3,7 +3,9 @@
 
 use std::fs;
 use std::path::PathBuf;
-use std::process::{Command, Output, Stdio};
+use std::process::{Child, Command, Output, Stdio};
+use std::thread::sleep;
+use std::time::{Duration, Instant};
 
 use goblet::film::Image;
 use goblet::output;
@@ -123,4 +125,18 @@ impl Run {
             assert!(self.stderr.contains(word), "{case}: expected `{word}` in: {}", self.stderr);
         }
     }
+}
+
+/// Waits for what another process does.
+pub fn wait_until(what: &str, holds: impl Fn() -> bool) {
+    let start = Instant::now();
+    while !holds() {
+        assert!(start.elapsed() < Duration::from_secs(120), "waited in vain until {what}");
+        sleep(Duration::from_millis(2));
+    }
+}
+
+/// Sends a signal, as `-TERM`.
+pub fn send(signal: &str, child: &Child) {
+    assert!(Command::new("kill").args([signal, &child.id().to_string()]).status().unwrap().success());
 }
