@@ -16,12 +16,10 @@ pub(crate) mod outputs;
 pub mod render;
 mod shard;
 mod solver;
-mod stats;
+pub(crate) mod stats;
 pub mod terminal;
 pub mod tessellate;
 mod values;
-#[cfg(feature = "view")]
-pub mod view;
 
 pub use advise::AdviseArgs;
 pub use failure::Failure;

@@ -12,66 +12,34 @@
 //! for _ in 0..scene.integrator.iterations {
 //!     renderer.step()?;
 //! }
-//! goblet::output::write("cornell-caustic.exr".as_ref(), &renderer.resolve()?, &[])?;
+//! goblet::image::file::write("cornell-caustic.exr".as_ref(), &renderer.resolve()?, &[])?;
 //! # Ok(())
 //! # }
 //! ```
 //!
-//! `src/iteration.rs` is the algorithm in one page, `shaders/` the passes that it dispatches.
+//! `src/render/iteration.rs` is the algorithm in one page, `shaders/` the passes that it dispatches.
 //! This crate knows physics and no Vulkan; `goblet-host` knows Vulkan and no physics.
 #![forbid(unsafe_code)]
 // They panic where nobody reads them: `cli::terminal` prints.
 #![deny(clippy::print_stdout, clippy::print_stderr)]
 
-pub mod advise;
-mod alias;
-pub mod bezier;
-mod buffers;
-mod bvh;
-#[doc(hidden)]
-pub mod chart;
-pub mod checkpoint;
+pub mod base;
 pub mod cli;
-mod color;
-pub mod compare;
-pub mod estimate;
-pub mod film;
-mod identity;
-pub mod input;
-mod iteration;
-#[doc(hidden)]
-pub mod kd_tree;
+pub mod geometry;
+pub mod gpu_scene;
+pub mod image;
 pub mod kernels;
-mod lookup;
-#[doc(hidden)]
-pub mod machine;
-pub mod measure;
-#[doc(hidden)]
-pub mod octahedral;
-mod options;
-pub mod output;
-#[doc(hidden)]
-pub mod pack;
-mod path_pass;
-mod radius;
-mod renderer;
-mod room;
+pub mod render;
 pub mod scene;
-mod schedule;
-mod sequence;
-mod tally;
-pub mod tessellate;
-mod unsampled;
-mod upload;
-mod view;
+pub mod study;
 #[cfg(feature = "view")]
-mod window;
+pub mod viewer;
 
-pub use options::{Contribution, DirectLight, Integrator, LookupKind, Options, Sampler};
-pub use pack::{Envelopes, PackError, RevolutionSolver};
-pub use radius::RadiusSchedule;
-pub use renderer::{Aside, RenderError, Renderer, open_device};
-pub use room::NoRoom;
-pub use sequence::Shard;
-pub use tally::{ByPass, Tally};
-pub use unsampled::Noise;
+pub use base::room::NoRoom;
+pub use gpu_scene::pack::{Envelopes, PackError, RevolutionSolver};
+pub use render::counters::{ByPass, Tally};
+pub use render::options::{Contribution, DirectLight, Integrator, LookupKind, Options, Sampler};
+pub use render::radius::RadiusSchedule;
+pub use render::renderer::{Aside, RenderError, Renderer, open_device};
+pub use render::sequence::Shard;
+pub use render::unsampled::Noise;

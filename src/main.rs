@@ -20,7 +20,7 @@ fn main() -> ExitCode {
             End::Stopped => ExitCode::from(STOPPED),
         }),
         #[cfg(feature = "view")]
-        Command::View(args) => cli::view::run(&args).map(|()| ExitCode::SUCCESS),
+        Command::View(args) => goblet::viewer::command::run(&args).map(|()| ExitCode::SUCCESS),
         Command::Merge(args) => cli::merge::run(&args).map(|()| ExitCode::SUCCESS),
         Command::Compare(args) => cli::compare::run(&args).map(code),
         Command::Measure(args) => cli::measure::run(&args).map(|()| ExitCode::SUCCESS),

@@ -9,10 +9,10 @@ mod variants;
 use std::rc::Rc;
 
 use command::Bench;
-use goblet::advise::{Choice, Length, expect};
-use goblet::estimate::dark_square;
-use goblet::film::{Image, luminance};
+use goblet::image::estimate::dark_square;
+use goblet::image::film::{Image, luminance};
 use goblet::scene::Scene;
+use goblet::study::advise::{Choice, Length, expect};
 use goblet::{Options, Renderer, open_device};
 use goblet_host::Device;
 

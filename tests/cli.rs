@@ -7,9 +7,9 @@ use std::fs;
 use std::time::{Duration, Instant};
 
 use command::{Bench, LIGHT, SCENE, scene};
-use goblet::film::Image;
-use goblet::input::Budget;
-use goblet::output;
+use goblet::base::input::Budget;
+use goblet::image::file;
+use goblet::image::film::Image;
 use serde_json::Value;
 
 const MESH: &str = r#"Shape "trianglemesh" "integer indices" [ 0 2 1 0 3 2 3 5 4 3 4 2 ] "point3 P" [ -2 -1 -2  2 -1 -2  2 -1 2  -2 -1 2  2 2 2  -2 2 2 ]"#;
@@ -347,7 +347,7 @@ fn devices_are_listed() {
 /// The window of an EXR: its first pixel, and the size of the whole.
 fn window(bench: &Bench, name: &str) -> ([i32; 2], [u32; 2]) {
     let layers =
-        output::read_layers(&bench.path(name), output::Transfer::Srgb, output::Use::Light, &Budget::default()).unwrap();
+        file::read_layers(&bench.path(name), file::Transfer::Srgb, file::Use::Light, &Budget::default()).unwrap();
     let window = layers.window.unwrap();
     (window.first, window.full)
 }
@@ -433,7 +433,7 @@ fn compare_measures_and_keeps_the_gates() {
         [("a.exr", 4, 1.0), ("b.exr", 4, 0.9), ("small.exr", 2, 1.0), ("nan.exr", 4, f32::NAN), ("a.png", 4, 1.0)]
     {
         let image = Image::from_pixels(size, size, vec![[value; 3]; (size * size) as usize]).unwrap();
-        output::write(&bench.path(name), &image, &[]).unwrap();
+        file::write(&bench.path(name), &image, &[]).unwrap();
     }
     // The relMSE is 0.01 / 0.82, the energy ratio 1 / 0.9.
     let cases: &[(&[&str], i32, &str)] = &[

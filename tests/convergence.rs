@@ -4,7 +4,7 @@ mod support;
 
 use std::rc::Rc;
 
-use goblet::film::{Image, luminance};
+use goblet::image::film::{Image, luminance};
 use goblet::scene::Scene;
 use goblet::{Options, RadiusSchedule, Renderer, Sampler};
 use goblet_host::Device;

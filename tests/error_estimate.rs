@@ -5,8 +5,8 @@ mod support;
 
 use std::rc::Rc;
 
-use goblet::estimate::Estimate;
-use goblet::film::luminance;
+use goblet::image::estimate::Estimate;
+use goblet::image::film::luminance;
 use goblet::scene::Scene;
 use goblet::{DirectLight, Integrator, Options, RadiusSchedule, Renderer, Sampler};
 use goblet_host::Device;

@@ -9,8 +9,8 @@ use std::os::unix::fs::{PermissionsExt, symlink};
 use std::process::Command;
 
 use command::{Bench, LIGHT, Run, SCENE, scene};
-use goblet::film::Image;
-use goblet::output;
+use goblet::image::file;
+use goblet::image::film::Image;
 
 const MESH: &str = "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\nproperty float z\n\
                     element face 1\nproperty list uchar int vertex_indices\nend_header\n0 0 1\n1 0 1\n0 1 1\n3 0 1 2\n";
@@ -30,7 +30,7 @@ fn bench() -> Bench {
     bench.write("mesh.ply", MESH);
     bench.write("eta.spd", "400 1.5\n700 1.5\n");
     for name in ["sky.png", "tex.png"] {
-        output::write(&bench.path(name), &Image::from_pixels(1, 1, vec![[0.5; 3]]).unwrap(), &[]).unwrap();
+        file::write(&bench.path(name), &Image::from_pixels(1, 1, vec![[0.5; 3]]).unwrap(), &[]).unwrap();
     }
     bench
 }

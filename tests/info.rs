@@ -6,8 +6,9 @@ mod command;
 use std::collections::BTreeSet;
 
 use command::{Bench, LIGHT, scene};
-use goblet::film::Image;
-use goblet::{Options, Renderer, open_device, output};
+use goblet::image::file;
+use goblet::image::film::Image;
+use goblet::{Options, Renderer, open_device};
 use serde_json::Value;
 
 fn info(bench: &Bench, code: i32) -> Value {
@@ -155,7 +156,7 @@ fn add_keys(value: &Value, path: &str, keys: &mut BTreeSet<String>) {
 
 /// Scenes that have everything that is counted, between them.
 fn scenes_of_everything(bench: &Bench) -> Vec<String> {
-    output::write(&bench.path("i.png"), &Image::from_pixels(1, 1, vec![[0.5; 3]]).unwrap(), &[]).unwrap();
+    file::write(&bench.path("i.png"), &Image::from_pixels(1, 1, vec![[0.5; 3]]).unwrap(), &[]).unwrap();
     let world = r#"LightSource "point" LightSource "spot" LightSource "distant" LightSource "infinite"
 LightSource "infinite" "string filename" "i.png" LightSource "goniometric" "string filename" "i.png"
 LightSource "projection" "string filename" "i.png"

@@ -8,8 +8,8 @@ use std::process::Command;
 use std::rc::Rc;
 
 use glam::{DAffine3, DVec3};
-use goblet::compare::compare;
-use goblet::film::Image;
+use goblet::image::compare::compare;
+use goblet::image::film::Image;
 use goblet::scene::Scene;
 use goblet::{Contribution, DirectLight, Integrator, LookupKind, Options, RadiusSchedule, Renderer};
 use goblet_host::Device;

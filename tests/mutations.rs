@@ -6,7 +6,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use goblet::RevolutionSolver;
-use goblet::pack::pack;
+use goblet::gpu_scene::pack::pack;
 use goblet::scene::{FAMILIES, Scene};
 
 /// What one seed does, it does again (O'Neill 2014).

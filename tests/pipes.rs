@@ -10,7 +10,7 @@ use std::process::{Child, Command, Stdio};
 use std::time::{Duration, Instant};
 
 use command::{Bench, Run, SCENE, scene, send, wait_until};
-use goblet::checkpoint::Checkpoint;
+use goblet::render::checkpoint::Checkpoint;
 
 /// A pipe whose reader is gone.
 fn dead_pipe() -> Stdio {

@@ -7,8 +7,8 @@
 mod support;
 
 use goblet::Options;
-use goblet::compare::{Gates, compare};
-use goblet::output::read;
+use goblet::image::compare::{Gates, compare};
+use goblet::image::file::read;
 use goblet::scene::Scene;
 
 #[test]

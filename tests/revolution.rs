@@ -5,8 +5,8 @@ mod support;
 use std::process::Command;
 
 use glam::DVec3;
-use goblet::compare::{Comparison, compare};
-use goblet::film::Image;
+use goblet::image::compare::{Comparison, compare};
+use goblet::image::film::Image;
 use goblet::scene::{Geometry, Scene};
 use goblet::{ByPass, Envelopes, Options, RevolutionSolver, Tally};
 use support::mean;

@@ -7,8 +7,8 @@ use std::process::{Command, Stdio};
 
 use glam::DVec2;
 use goblet::Options;
-use goblet::bezier::Curve;
-use goblet::film::Image;
+use goblet::geometry::bezier::Curve;
+use goblet::image::film::Image;
 use goblet::scene::{Geometry, Mesh, Scene};
 use tempfile::TempDir;
 
@@ -243,7 +243,7 @@ fn files_are_found_from_the_folder_of_the_output() {
                   element face 1\nproperty list uchar int vertex_indices\nend_header\n\
                   0 0 0\n1 0 0\n1 1 0\n0 1 0\n4 0 1 2 3\n";
     bench.write("in/meshes/square.ply", square);
-    goblet::output::write(&bench.path("in/t.png"), &Image::new(1, 1), &[]).unwrap();
+    goblet::image::file::write(&bench.path("in/t.png"), &Image::new(1, 1), &[]).unwrap();
     fs::create_dir(bench.path("out")).unwrap();
     for (output, prefix) in
         [("out/x.pbrt", "../in/"), ("x.pbrt", "in/"), ("in/meshes/x.pbrt", "../"), ("in/x.pbrt", "")]

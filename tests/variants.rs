@@ -11,9 +11,10 @@ mod variants;
 use std::path::PathBuf;
 use std::rc::Rc;
 
-use goblet::compare::{Comparison, Gates, compare};
-use goblet::film::{Image, luminance};
-use goblet::{DirectLight, Integrator, LookupKind, Options, RadiusSchedule, Renderer, Sampler, output};
+use goblet::image::compare::{Comparison, Gates, compare};
+use goblet::image::file;
+use goblet::image::film::{Image, luminance};
+use goblet::{DirectLight, Integrator, LookupKind, Options, RadiusSchedule, Renderer, Sampler};
 use goblet_host::Device;
 use variants::Variant;
 
@@ -215,7 +216,7 @@ fn write_the_reference_of_the_wine_cup() {
             *value = 0.5 * (*value + other);
         }
     }
-    output::write(&root("tests/variants/wine-cup.exr"), &mean, &[]).expect("written");
+    file::write(&root("tests/variants/wine-cup.exr"), &mean, &[]).expect("written");
 }
 
 fn wine_cup(device: &Rc<Device>, variant: Variant) -> Image {

@@ -1,6 +1,6 @@
 // Surfaces in contact: those of different bodies that coincide within the error of positions, as
 // the underside of a glass and the table that it stands on. The host finds them
-// (src/pack/contact.rs). Roundings of t must not decide which one a ray meets first, so the order is
+// (src/gpu_scene/pack/contact.rs). Roundings of t must not decide which one a ray meets first, so the order is
 //   0. boundaries through which the ray leaves a dielectric,
 //   1. surfaces that are no such boundary, by layer,
 //   2. boundaries through which it enters a dielectric:

@@ -57,7 +57,7 @@ bool intersect_triangle(Triangle triangle, Ray ray, Shear shear, inout Hit hit) 
     precise float v = a.x * b.y - a.y * b.x;
     precise float w = b.x * c.y - b.y * c.x;
     bool inside = !(min(min(u, v), w) < 0.0 && max(max(u, v), w) > 0.0);
-    // Where that is, the two shorter edges say, between which p0 is (src/pack.rs): in needles,
+    // Where that is, the two shorter edges say, between which p0 is (src/gpu_scene/pack.rs): in needles,
     // edge functions are differences of products so large that the point would be anywhere
     // along the needle, and a ray would meet the needle that it leaves. Kept in the triangle,
     // slivers give no nonsense; those seen from the edge have no area and are not met.

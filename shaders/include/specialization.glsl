@@ -1,5 +1,5 @@
 // What the scene requires. Kernels are compiled for the scene at hand: what it has
-// not, costs nothing. Set in src/pack.rs. naga reads no operation on specialization
+// not, costs nothing. Set in src/gpu_scene/pack.rs. naga reads no operation on specialization
 // constants alone, so their combinations are constants too, and `!X` is an else.
 layout(constant_id = 0) const bool HAS_TRIANGLES = true;
 layout(constant_id = 1) const bool HAS_SPHERES = true;

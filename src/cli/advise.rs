@@ -9,10 +9,10 @@ use serde::Serialize;
 
 use super::values::{resolution, seconds, target_error};
 use super::{Failure, SceneMemory, terminal};
-use crate::advise::{Advice, Expected, Goal, Length, advise};
-use crate::options::Options;
-use crate::renderer::open_device;
+use crate::render::options::Options;
+use crate::render::renderer::open_device;
 use crate::scene::Scene;
+use crate::study::advise::{Advice, Expected, Goal, Length, advise};
 
 /// Of the time that is asked for, so much is spent on the probe, within bounds.
 const PROBE_SHARE: f64 = 0.2;

@@ -6,10 +6,10 @@ use serde::Serialize;
 
 use super::outputs::{Files, Written};
 use super::{CompareArgs, Failure, terminal};
-use crate::compare::{Comparison, Gates, SizeMismatch, compare, difference_image};
-use crate::film::{Apart, Image, Window, common_part};
-use crate::input::Budget;
-use crate::output::{self, ImageError, Layers, Transfer, Use};
+use crate::base::input::Budget;
+use crate::image::compare::{Comparison, Gates, SizeMismatch, compare, difference_image};
+use crate::image::file::{self, ImageError, Layers, Transfer, Use};
+use crate::image::film::{Apart, Image, Window, common_part};
 
 /// Why two images could not be compared.
 #[derive(Debug, thiserror::Error)]
@@ -46,13 +46,13 @@ pub fn run(args: &CompareArgs) -> Result<bool, Failure> {
     let inputs = Files::default().reads("the image to compare", &args.image).reads("the reference", &args.reference);
     inputs.writes("the difference", &args.diff).check()?;
     if let Some(diff) = &args.diff {
-        output::check_writable(diff)?;
+        file::check_writable(diff)?;
     }
     let (image, reference) = read_both(args)?;
     let comparison = compare(&image, &reference).map_err(CompareError::from)?;
     let difference = args.diff.as_ref().map_or(Ok(()), |diff| {
         let difference = difference_image(&image, &reference).map_err(CompareError::from)?;
-        Ok(output::write(diff, &difference, &[])?)
+        Ok(file::write(diff, &difference, &[])?)
     });
 
     let gates = Gates { max_relmse: args.max_relmse, max_energy: args.max_energy };
@@ -75,7 +75,7 @@ pub fn run(args: &CompareArgs) -> Result<bool, Failure> {
 /// Reads both images. Of parts of one image, as crops are, it is what both show.
 fn read_both(args: &CompareArgs) -> Result<(Image, Image), CompareError> {
     let read = |path: &Path| {
-        let Layers { image, window, .. } = output::read_layers(path, Transfer::Srgb, Use::Light, &Budget::default())?;
+        let Layers { image, window, .. } = file::read_layers(path, Transfer::Srgb, Use::Light, &Budget::default())?;
         let whole = Window::whole([image.width, image.height]);
         Ok::<_, ImageError>((image, window.unwrap_or(whole)))
     };
@@ -151,7 +151,7 @@ mod tests {
         let file = |name: &str, value: f32| {
             let path = directory.path().join(name);
             let image = Image::from_pixels(2, 1, vec![[value; 3]; 2]).unwrap();
-            output::write(&path, &image, &[]).unwrap();
+            file::write(&path, &image, &[]).unwrap();
             path
         };
         let diff = directory.path().join("diff.png");

@@ -4,11 +4,11 @@ use std::path::{Path, PathBuf};
 
 use super::compare::CompareError;
 use super::tessellate::TessellateError;
-use crate::checkpoint::CheckpointError;
-use crate::measure::KnobError;
-use crate::output::ImageError;
-use crate::renderer::RenderError;
+use crate::image::file::ImageError;
+use crate::render::checkpoint::CheckpointError;
+use crate::render::renderer::RenderError;
 use crate::scene::SceneError;
+use crate::study::measure::KnobError;
 
 /// A failed command; printed once, by `main`.
 #[derive(Debug, thiserror::Error)]

@@ -9,13 +9,13 @@ use serde_json::Value;
 
 use super::stats::count;
 use super::{Failure, InfoArgs, terminal};
-use crate::buffers::Sizes;
+use crate::gpu_scene::camera::pack_camera;
+use crate::gpu_scene::pack::{PackedScene, pack};
 use crate::kernels::{AREA, DISTANT, GONIOMETRIC, INFINITE, POINT, PROJECTION, SKY, SPOT, Specialization};
-use crate::options::{Options, Resolved};
-use crate::pack::{PackedScene, pack};
-use crate::renderer::RenderError;
+use crate::render::buffers::Sizes;
+use crate::render::options::{Options, Resolved};
+use crate::render::renderer::RenderError;
 use crate::scene::{self, FilterKind, Projection, Scene, Survey};
-use crate::view::pack_camera;
 use text::describe;
 
 /// What is known of a scene; what cannot be told is left out.

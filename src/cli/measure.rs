@@ -13,15 +13,17 @@ use super::compare::CompareError;
 use super::outputs::{Files, Written};
 use super::values::{positive_u32, seconds};
 use super::{Failure, SceneMemory, terminal};
-use crate::compare::SizeMismatch;
-use crate::film::Image;
-use crate::machine::Machine;
-use crate::measure::{Conditions, KNOBS, Measurement, Reference, Setting, Source, Trajectory, Vary, report, settings};
-use crate::options::Options;
-use crate::output;
-use crate::pack::pack;
-use crate::renderer::{RenderError, Renderer, open_device};
+use crate::gpu_scene::pack::pack;
+use crate::image::compare::SizeMismatch;
+use crate::image::file;
+use crate::image::film::Image;
+use crate::render::options::Options;
+use crate::render::renderer::{RenderError, Renderer, open_device};
 use crate::scene::Scene;
+use crate::study::machine::Machine;
+use crate::study::measure::{
+    Conditions, KNOBS, Measurement, Reference, Setting, Source, Trajectory, Vary, report, settings,
+};
 
 /// How much longer than a setting goblet's own reference is rendered.
 const REFERENCE_BUDGETS: u32 = 10;
@@ -95,7 +97,7 @@ fn vary_help() -> String {
 }
 
 fn vary(text: &str) -> Result<Vary, String> {
-    text.parse().map_err(|error: crate::measure::KnobError| error.to_string())
+    text.parse().map_err(|error: crate::study::measure::KnobError| error.to_string())
 }
 
 /// Measures, and writes the results after every turn.
@@ -167,7 +169,7 @@ fn given_reference(args: &MeasureArgs) -> Result<Option<(Image, Source)>, Failur
     if args.reference.as_os_str() == OsStr::new(AUTO) {
         return Ok(None);
     }
-    let image = output::read(&args.reference).map_err(CompareError::from)?;
+    let image = file::read(&args.reference).map_err(CompareError::from)?;
     let source = Source {
         path: args.reference.display().to_string(),
         resolution: [image.width, image.height],
@@ -195,7 +197,7 @@ fn own_reference(args: &MeasureArgs, device: &Rc<Device>, scene: &Scene) -> Resu
     let estimate = renderer.estimate()?;
     let image = estimate.image();
     let path = args.output.join(OWN_REFERENCE);
-    output::write_part(&path, &image, &estimate.window, &[], &[])?;
+    file::write_part(&path, &image, &estimate.window, &[], &[])?;
     let source = Source {
         path: path.display().to_string(),
         resolution: [image.width, image.height],
@@ -232,7 +234,7 @@ fn write(folder: &Path, measurement: &Measurement, conditions: Conditions) -> Re
     let save = |name: &str, text: Result<String, String>| {
         let path = folder.join(name);
         let text = text.map_err(|error| failed(folder, error))?;
-        output::replace(&path, text.as_bytes()).map_err(|reason| failed(&path, reason))
+        file::replace(&path, text.as_bytes()).map_err(|reason| failed(&path, reason))
     };
     let mut written = Written::default();
     let json = serde_json::to_string_pretty(&results).map(|json| json + "\n");
@@ -243,14 +245,14 @@ fn write(folder: &Path, measurement: &Measurement, conditions: Conditions) -> Re
         let difference = match images {
             Some((image, window, difference)) => {
                 let path = folder.join(image_file(i));
-                written.note(output::write_part(&path, image, &window, &[], &[]).map_err(Failure::from));
+                written.note(file::write_part(&path, image, &window, &[], &[]).map_err(Failure::from));
                 difference
             }
             None => None,
         };
         if let Some(difference) = &difference {
             let path = folder.join(difference_file(i));
-            written.note(output::write(&path, difference, &[]).map_err(Failure::from));
+            written.note(file::write(&path, difference, &[]).map_err(Failure::from));
         }
         differences.push(difference);
     }

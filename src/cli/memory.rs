@@ -3,7 +3,7 @@
 use clap::Args;
 
 use super::values::gibibytes;
-use crate::input::Budget;
+use crate::base::input::Budget;
 
 /// The option of every command that reads a scene.
 #[derive(Args, Clone, Copy, Debug, Default)]

@@ -3,8 +3,8 @@
 use super::outputs::{AN_IMAGE, Files, THE_CHECKPOINT, Written};
 use super::render::{at, metadata, read_checkpoint, warn_of_other_maker, write_images};
 use super::{Failure, MergeArgs, terminal};
-use crate::checkpoint::Checkpoint;
-use crate::output;
+use crate::image::file;
+use crate::render::checkpoint::Checkpoint;
 
 /// Adds checkpoints, and writes every output.
 ///
@@ -16,7 +16,7 @@ pub fn run(args: &MergeArgs) -> Result<(), Failure> {
         args.checkpoints.iter().fold(Files::default(), |files, path| files.reads("a checkpoint to merge", path));
     inputs.writes(AN_IMAGE, &args.output).writes(THE_CHECKPOINT, &args.checkpoint).check()?;
     for path in &args.output {
-        output::check_writable(path)?;
+        file::check_writable(path)?;
     }
     if let Some(path) = &args.checkpoint {
         Checkpoint::check_writable(path).map_err(|reason| at(path, reason))?;

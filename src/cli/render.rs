@@ -22,10 +22,10 @@ use signal::Signals;
 use super::outputs::{AN_IMAGE, Files, THE_CHECKPOINT, THE_STATISTICS, Written};
 use super::stats::Stats;
 use super::{Aov, Failure, terminal};
-use crate::checkpoint::{Checkpoint, CheckpointError, MadeBy};
-use crate::estimate::Estimate;
-use crate::output::{self, Channel};
-use crate::renderer::{RenderError, Renderer, open_device};
+use crate::image::estimate::Estimate;
+use crate::image::file::{self, Channel};
+use crate::render::checkpoint::{Checkpoint, CheckpointError, MadeBy};
+use crate::render::renderer::{RenderError, Renderer, open_device};
 use crate::scene::Scene;
 
 /// How a render came to its end.
@@ -218,7 +218,7 @@ fn check_files(args: &RenderArgs, scene: &Scene, outputs: &[PathBuf]) -> Result<
 /// Finds out before a long render what cannot be written.
 fn check_writable(args: &RenderArgs, outputs: &[PathBuf]) -> Result<(), Failure> {
     for path in outputs {
-        output::check_writable(path)?;
+        file::check_writable(path)?;
     }
     if let Some(path) = &args.checkpoint {
         Checkpoint::check_writable(path).map_err(|reason| at(path, reason))?;
@@ -299,7 +299,7 @@ pub fn write_images(
     let image = estimate.image();
     let mut written = Written::default();
     for path in paths {
-        let outcome = output::write_part(path, &image, &estimate.window, &channels, metadata);
+        let outcome = file::write_part(path, &image, &estimate.window, &channels, metadata);
         if outcome.is_ok() && !quiet {
             terminal::say(format_args!("wrote {}", path.display()));
         }

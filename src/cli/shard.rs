@@ -1,6 +1,6 @@
 //! `--shard`: which part of the work is this process's.
 
-use crate::sequence::Shard;
+use crate::render::sequence::Shard;
 
 /// Variables in which a scheduler tells a job of an array its index and the count.
 struct Scheduler {

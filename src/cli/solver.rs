@@ -4,7 +4,7 @@ use clap::error::ErrorKind;
 use clap::{ArgMatches, Args, Command, FromArgMatches, ValueEnum};
 
 use super::values::whole_number;
-use crate::pack::{Envelopes, RevolutionSolver};
+use crate::gpu_scene::pack::{Envelopes, RevolutionSolver};
 
 /// The options as they are written.
 #[derive(Args, Clone, Copy, Debug)]

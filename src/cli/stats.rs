@@ -8,11 +8,11 @@ use std::time::Duration;
 use serde::Serialize;
 
 use super::Failure;
-use crate::output::{self, Replacement};
-use crate::renderer::{RenderError, Renderer};
+use crate::image::file::{self, Replacement};
+use crate::render::counters::Tally;
+use crate::render::renderer::{RenderError, Renderer};
+use crate::render::unsampled::Noise;
 use crate::scene::{Geometry, Light, Material, Scene};
-use crate::tally::Tally;
-use crate::unsampled::Noise;
 
 /// The share of photon paths that may be lost in glass without a word.
 const MOST_LOST: f64 = 1e-4;
@@ -187,10 +187,10 @@ fn percent(share: f64) -> String {
 ///
 /// # Errors
 /// The file cannot be written.
-pub(super) fn write_json(path: &Path, stats: &impl Serialize) -> Result<(), Failure> {
+pub(crate) fn write_json(path: &Path, stats: &impl Serialize) -> Result<(), Failure> {
     let mut text = serde_json::to_string_pretty(stats).map_err(|error| failed(path, error.into()))?;
     text.push('\n');
-    output::replace(path, text.as_bytes()).map_err(|reason| failed(path, reason))
+    file::replace(path, text.as_bytes()).map_err(|reason| failed(path, reason))
 }
 
 fn failed(path: &Path, reason: io::Error) -> Failure {
@@ -198,7 +198,7 @@ fn failed(path: &Path, reason: io::Error) -> Failure {
 }
 
 /// Shapes, materials in use, and lights, by type.
-pub(super) fn count(scene: &Scene) -> BTreeMap<&'static str, u64> {
+pub(crate) fn count(scene: &Scene) -> BTreeMap<&'static str, u64> {
     let mut counts = BTreeMap::new();
     let mut add = |name, number| *counts.entry(name).or_insert(0) += number;
     for shape in &scene.shapes {

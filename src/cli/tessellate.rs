@@ -7,9 +7,9 @@ use std::path::{Component, Path, PathBuf};
 
 use super::outputs::Files;
 use super::{Failure, TessellateArgs, terminal};
-use crate::output::Replacement;
+use crate::image::file::Replacement;
+use crate::scene::mesh::tessellate::{Tessellation, TooFine};
 use crate::scene::{self, Geometry, Profile, Rewrite, Scene};
-use crate::tessellate::{Tessellation, TooFine};
 
 /// Why the bodies of a scene could not be replaced.
 #[derive(Debug, thiserror::Error)]
@@ -128,7 +128,7 @@ impl<'a> Bodies<'a> {
 
 /// What makes a profile equal to another.
 fn bits(profile: &Profile) -> Vec<Vec<[u64; 2]>> {
-    let bits = |segment: &crate::bezier::Curve| {
+    let bits = |segment: &crate::geometry::bezier::Curve| {
         segment.points.iter().map(|point| point.to_array().map(f64::to_bits)).collect()
     };
     profile.segments.iter().map(bits).collect()

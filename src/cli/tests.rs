@@ -6,7 +6,7 @@ use clap::CommandFactory;
 
 use super::values::Radius;
 use super::*;
-use crate::pack::{Envelopes, RevolutionSolver};
+use crate::gpu_scene::pack::{Envelopes, RevolutionSolver};
 
 fn render(arguments: &[&str]) -> Result<RenderArgs, clap::Error> {
     let fixed = ["goblet", "render", "scene.pbrt"];

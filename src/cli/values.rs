@@ -9,8 +9,9 @@ use std::time::Duration;
 
 use clap::builder::{PossibleValuesParser, TypedValueParser};
 
-use crate::options::Options;
-use crate::{output, tessellate as mesh};
+use crate::image::file;
+use crate::render::options::Options;
+use crate::scene::mesh::tessellate as mesh;
 
 pub fn workgroup_sizes() -> impl TypedValueParser<Value = u32> {
     PossibleValuesParser::new(["32", "64", "128"]).try_map(|size| size.parse::<u32>())
@@ -18,9 +19,9 @@ pub fn workgroup_sizes() -> impl TypedValueParser<Value = u32> {
 
 pub fn output_path(text: &str) -> Result<PathBuf, String> {
     let path = PathBuf::from(text);
-    match output::check_extension(&path) {
+    match file::check_extension(&path) {
         Ok(()) => Ok(path),
-        Err(_) => Err(format!("expected a file name ending in {}", output::WRITABLE_EXTENSIONS.replace("and", "or"))),
+        Err(_) => Err(format!("expected a file name ending in {}", file::WRITABLE_EXTENSIONS.replace("and", "or"))),
     }
 }
 

@@ -11,74 +11,45 @@
 
 use std::path::Path;
 
-mod camera;
-mod color;
-mod error;
-mod extent;
-mod files;
-mod film;
-#[cfg(test)]
-mod format_tests;
-mod lexer;
-mod light;
-mod light_image;
-mod material;
-#[cfg(test)]
-mod material_tests;
-mod missing_light;
+mod directives;
+mod format;
+pub mod mesh;
 mod model;
-mod object;
-mod option;
-mod params;
 mod parser;
-mod plane;
-mod ply;
-#[cfg(test)]
-mod reading_tests;
-mod registry;
 mod rewrite;
-mod shape;
 mod spectrum;
-mod spectrum_data;
-mod state;
 #[cfg(test)]
 mod tests;
-mod texture;
-mod texture_model;
-#[cfg(test)]
-mod texture_tests;
-mod transform;
-mod version3;
 
-pub(crate) use camera::default_window;
-pub use error::{Location, SceneError};
-pub(crate) use extent::{PACKED_LIGHT, PACKED_TRIANGLE};
-pub(crate) use files::directory;
-pub(crate) use lexer::shorten;
-pub(crate) use light_image::window_cosine;
+pub(crate) use directives::camera::default_window;
+pub(crate) use directives::light_image::window_cosine;
+pub use format::error::{Location, SceneError};
+pub(crate) use format::files::directory;
+pub(crate) use format::lexer::shorten;
+pub use format::registry::{Family, Kind, ParamSpec, Support, TypeSpec};
+pub(crate) use model::extent::{PACKED_LIGHT, PACKED_TRIANGLE};
+pub use model::texture::*;
 pub use model::*;
 pub use parser::Survey;
 pub(crate) use parser::load_with_text;
-pub use registry::{Family, Kind, ParamSpec, Support, TypeSpec};
 pub(crate) use rewrite::Rewrite;
-pub use texture_model::*;
 
-use crate::input::Budget;
+use crate::base::input::Budget;
 
 /// What goblet knows of the pbrt-v4 format: directives that have types, their
 /// types, and the parameters of each.
 pub const FAMILIES: [&Family; 11] = [
-    &film::FILM_FAMILY,
-    &film::FILTER_FAMILY,
-    &film::SAMPLER_FAMILY,
-    &film::INTEGRATOR_FAMILY,
-    &camera::FAMILY,
-    &material::FAMILY,
-    &light::FAMILY,
-    &light::AREA_FAMILY,
-    &shape::FAMILY,
-    &texture::FLOAT_FAMILY,
-    &texture::SPECTRUM_FAMILY,
+    &directives::film::FILM_FAMILY,
+    &directives::film::FILTER_FAMILY,
+    &directives::film::SAMPLER_FAMILY,
+    &directives::film::INTEGRATOR_FAMILY,
+    &directives::camera::FAMILY,
+    &directives::material::FAMILY,
+    &directives::light::FAMILY,
+    &directives::light::AREA_FAMILY,
+    &directives::shape::FAMILY,
+    &directives::texture::FLOAT_FAMILY,
+    &directives::texture::SPECTRUM_FAMILY,
 ];
 
 impl Scene {

@@ -1,19 +1,24 @@
-//! What a scene file says, fully resolved: the input of [`crate::pack`].
+//! What a scene file says, fully resolved: the input of [`crate::gpu_scene::pack`].
 //!
 //! Nothing here refers to the text any more: includes are read, transforms are
 //! composed (in f64), named materials are looked up, spectra are linear RGB in
 //! the sRGB primaries. Lengths are in scene units, in the scene's world space.
+
+pub(in crate::scene) mod extent;
+pub(in crate::scene) mod missing_light;
+mod plane;
+pub(in crate::scene) mod texture;
 
 use std::path::PathBuf;
 use std::sync::Arc;
 
 use glam::{DAffine3, DMat3, DVec2, DVec3};
 
-use crate::bezier::Curve;
-use crate::film::{Image, Window};
-use crate::input::Budget;
+use crate::base::input::Budget;
+use crate::geometry::bezier::Curve;
+use crate::image::film::{Image, Window};
 
-use super::texture_model::Texture;
+use crate::scene::model::texture::Texture;
 
 /// Linear RGB, sRGB primaries.
 pub type Rgb = DVec3;

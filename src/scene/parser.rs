@@ -5,20 +5,22 @@ use std::sync::Arc;
 
 use glam::{DAffine3, DVec3};
 
-use super::color::ColorSpace;
-use super::error::{Location, SceneError};
-use super::files::{directory, identity, read_spectra, read_text};
-use super::lexer::{FlatText, Token, TokenKind, TokenStream, shorten};
-use super::model::Scene;
-use super::params::ParamList;
-use super::rewrite::input_file;
-use super::state::{ActiveTimes, Collected, SceneBuilder};
-use super::texture::Values;
-use super::{option, transform, version3};
-use crate::input::{Budget, Held};
+use crate::base::input::{Budget, Held};
+use crate::scene::directives::state::{ActiveTimes, Collected, SceneBuilder};
+use crate::scene::directives::texture::Values;
+use crate::scene::directives::{option, transform};
+use crate::scene::format::error::{Location, SceneError};
+use crate::scene::format::files::{directory, identity, read_text};
+use crate::scene::format::lexer::{FlatText, Token, TokenKind, TokenStream, shorten};
+use crate::scene::format::params::ParamList;
+use crate::scene::format::version3;
+use crate::scene::model::Scene;
+use crate::scene::rewrite::input_file;
+use crate::scene::spectrum::color_space::ColorSpace;
+use crate::scene::spectrum::files::read_spectra;
 
 /// The option that sets how much memory a scene may take.
-pub(super) const SCENE_MEMORY: &str = "--scene-memory";
+pub(in crate::scene) const SCENE_MEMORY: &str = "--scene-memory";
 
 /// Every directive of pbrt-v4.
 const DIRECTIVES: &[&str] = &[
@@ -65,7 +67,7 @@ const DIRECTIVES: &[&str] = &[
 ];
 
 /// Reads the scene file at `path`.
-pub(super) fn load(path: &Path, budget: Budget) -> Result<Scene, SceneError> {
+pub(in crate::scene) fn load(path: &Path, budget: Budget) -> Result<Scene, SceneError> {
     Parser::new(open(path, budget)?, directory(path)).parse()
 }
 
@@ -96,7 +98,7 @@ impl Survey {
 }
 
 /// Reads the scene file at `path`, and goes on where something is wrong.
-pub(super) fn survey(path: &Path, budget: Budget) -> Survey {
+pub(in crate::scene) fn survey(path: &Path, budget: Budget) -> Survey {
     let mut parser = match open(path, budget) {
         Ok(stream) => Parser::new(stream, directory(path)),
         Err(error) => return Survey { scene: None, unsupported: Vec::new(), errors: vec![error], more: 0 },
@@ -116,7 +118,7 @@ fn open(path: &Path, budget: Budget) -> Result<TokenStream, SceneError> {
 }
 
 /// Reads a scene from text.
-pub(super) fn parse(text: &str, file: &str, directory: &Path) -> Result<Scene, SceneError> {
+pub(in crate::scene) fn parse(text: &str, file: &str, directory: &Path) -> Result<Scene, SceneError> {
     let stream = TokenStream::new(text.to_string(), file, None);
     Parser::new(stream, directory).parse()
 }

@@ -4,10 +4,10 @@
 use std::ops::Range;
 use std::path::Path;
 
-use super::error::SceneError;
-use super::lexer::{Token, TokenKind, TokenStream};
-use super::params::{Param, ParamList};
-use super::registry::Kind;
+use crate::scene::format::error::SceneError;
+use crate::scene::format::lexer::{Token, TokenKind, TokenStream};
+use crate::scene::format::params::{Param, ParamList};
+use crate::scene::format::registry::Kind;
 
 /// What to write for a scene that was read without an error.
 pub(crate) struct Rewrite<'a> {
@@ -123,7 +123,7 @@ fn name_count(directive: &str) -> usize {
 }
 
 /// The file that a directive reads by a parameter, if it names one. A film's file is an output.
-pub(super) fn input_file<'a>(directive: &str, param: &'a Param) -> Option<&'a str> {
+pub(in crate::scene) fn input_file<'a>(directive: &str, param: &'a Param) -> Option<&'a str> {
     file_name(param).filter(|_| directive != "Film")
 }
 
@@ -162,9 +162,9 @@ fn quoted(text: &str) -> String {
 mod tests {
     use std::fs;
 
-    use super::super::load_with_text;
     use super::*;
-    use crate::input::Budget;
+    use crate::base::input::Budget;
+    use crate::scene::load_with_text;
 
     fn rewritten(text: &str, folder: &str) -> String {
         let rewrite = Rewrite { meshes: vec![Some("x-1.ply"), Some("\\\"x\".ply")], folder };

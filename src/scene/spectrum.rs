@@ -5,18 +5,22 @@
 //! colour at luminance 1, because pbrt scales every light spectrum that is not
 //! `rgb` to luminance 1 before it applies `scale` and `power`.
 
-use super::color::ColorSpace;
-use super::error::{Location, SceneError};
-use super::lexer::shorten;
-use super::model::Rgb;
-use super::params::Param;
-use super::registry::Kind;
-use super::spectrum_data::{DAYLIGHT, FIRST, GLASSES, Glass, LAST, METALS, OBSERVER, SAMPLES};
-use super::version3;
+pub(in crate::scene) mod color_space;
+mod data;
+pub(in crate::scene) mod files;
+
+use crate::scene::format::error::{Location, SceneError};
+use crate::scene::format::lexer::shorten;
+use crate::scene::format::params::Param;
+use crate::scene::format::registry::Kind;
+use crate::scene::format::version3;
+use crate::scene::model::Rgb;
+use crate::scene::spectrum::color_space::ColorSpace;
+use crate::scene::spectrum::data::{DAYLIGHT, FIRST, GLASSES, Glass, LAST, METALS, OBSERVER, SAMPLES};
 
 /// A spectrum that a parameter gives.
 #[derive(Clone, Debug)]
-pub(super) enum Spectrum {
+pub(in crate::scene) enum Spectrum {
     /// Linear RGB, as it is.
     Rgb(Rgb),
     /// RGB of another colour space.
@@ -177,7 +181,7 @@ fn interpolate(pairs: &[[f64; 2]], nm: f64) -> f64 {
 
 /// Daylight at a colour temperature, as CIE 15 makes it from three measured components.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct DaylightPhase {
+pub(in crate::scene) struct DaylightPhase {
     weights: [f64; 2],
 }
 
@@ -263,7 +267,7 @@ fn under_daylight(reflectance: impl Fn(f64) -> f64) -> Rgb {
 const MAX_REFLECTANCE: f64 = 0.9999;
 
 /// Optical constants (eta, k) of a metal of which only the reflectance is known.
-pub(super) fn conductor_from_reflectance(reflectance: Rgb) -> (Rgb, Rgb) {
+pub(in crate::scene) fn conductor_from_reflectance(reflectance: Rgb) -> (Rgb, Rgb) {
     let r = reflectance.clamp(Rgb::ZERO, Rgb::splat(MAX_REFLECTANCE));
     let k = |r: f64| 2.0 * r.sqrt() / (1.0 - r).sqrt();
     (Rgb::ONE, Rgb::new(k(r.x), k(r.y), k(r.z)))
@@ -274,7 +278,7 @@ pub(super) fn conductor_from_reflectance(reflectance: Rgb) -> (Rgb, Rgb) {
 /// The eye sees the mean of the reflectance, which the reflectance of the mean
 /// constants is not. So eta is the mean over what the channel sees, and k is
 /// solved for so that the reflectance at normal incidence is right.
-pub(super) fn conductor(eta: &Spectrum, k: &Spectrum) -> (Rgb, Rgb) {
+pub(in crate::scene) fn conductor(eta: &Spectrum, k: &Spectrum) -> (Rgb, Rgb) {
     if let (Some(eta), Some(k)) = (eta.channels(), k.channels()) {
         return (eta, k);
     }
@@ -308,12 +312,12 @@ fn solve_k(eta: f64, r: f64) -> (f64, f64) {
 }
 
 /// The spectrum of a parameter, or `None` where it is absent.
-pub(super) fn optional(param: Option<&Param>) -> Result<Option<Spectrum>, SceneError> {
+pub(in crate::scene) fn optional(param: Option<&Param>) -> Result<Option<Spectrum>, SceneError> {
     param.map(Spectrum::from_param).transpose()
 }
 
 /// The constants of copper, which pbrt's conductors are made of by default.
-pub(super) fn copper(location: &Location) -> Result<(Spectrum, Spectrum), SceneError> {
+pub(in crate::scene) fn copper(location: &Location) -> Result<(Spectrum, Spectrum), SceneError> {
     let constant = |name| Spectrum::named(name).ok_or_else(|| location.invalid("copper's constants are missing"));
     Ok((constant("metal-Cu-eta")?, constant("metal-Cu-k")?))
 }

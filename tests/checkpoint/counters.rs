@@ -1,6 +1,6 @@
 //! Numbers of photons and iterations beyond 32 bits.
 
-use goblet::checkpoint::Checkpoint;
+use goblet::render::checkpoint::Checkpoint;
 use goblet::{ByPass, DirectLight, Options, RadiusSchedule, Renderer, Sampler, Shard};
 
 use crate::command::{self, Bench, LIGHT};

@@ -4,8 +4,8 @@ use std::io::Write;
 
 use flate2::Compression;
 use flate2::write::GzEncoder;
-use goblet::checkpoint::{Checkpoint, CheckpointError};
-use goblet::input::Budget;
+use goblet::base::input::Budget;
+use goblet::render::checkpoint::{Checkpoint, CheckpointError};
 
 use crate::command::Bench;
 

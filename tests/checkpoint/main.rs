@@ -15,8 +15,8 @@ mod support;
 use std::rc::Rc;
 
 use command::SCENE;
-use goblet::checkpoint::Checkpoint;
-use goblet::film::Image;
+use goblet::image::film::Image;
+use goblet::render::checkpoint::Checkpoint;
 use goblet::scene::Scene;
 use goblet::{Options, Renderer};
 use goblet_host::Device;

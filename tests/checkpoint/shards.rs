@@ -1,6 +1,6 @@
 //! Shards and their sums.
 
-use goblet::checkpoint::Checkpoint;
+use goblet::render::checkpoint::Checkpoint;
 use goblet::{Integrator, Options, RadiusSchedule, Shard};
 
 use crate::command::Bench;

@@ -5,7 +5,7 @@ use std::process::{Child, Stdio};
 use std::thread::sleep;
 use std::time::{Duration, Instant, SystemTime};
 
-use goblet::checkpoint::Checkpoint;
+use goblet::render::checkpoint::Checkpoint;
 
 use crate::command::{Bench, Run, send, wait_until};
 

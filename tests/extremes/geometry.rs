@@ -1,6 +1,6 @@
 //! Meshes that are awkward: needles, duplicates, coplanar faces, rays at edges and corners.
 
-use goblet::film::Image;
+use goblet::image::film::Image;
 
 use super::support::{device, mean};
 use super::{EYE_ONLY, Shot, assert_same, assert_uniform, block, camera, diffuse, lamp, render, solid, square};

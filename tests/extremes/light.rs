@@ -3,7 +3,7 @@
 use std::f64::consts::PI;
 use std::rc::Rc;
 
-use goblet::film::Image;
+use goblet::image::film::Image;
 use goblet_host::Device;
 
 use super::support::{device, mean};

@@ -18,8 +18,8 @@ mod support;
 
 use std::rc::Rc;
 
-use goblet::compare::compare;
-use goblet::film::Image;
+use goblet::image::compare::compare;
+use goblet::image::film::Image;
 use goblet::scene::Scene;
 use goblet::{ByPass, Options};
 use goblet_host::Device;

@@ -3,8 +3,8 @@
 use std::f64::consts::PI;
 
 use glam::{DMat3, DVec2, DVec3};
-use goblet::film::Image;
-use goblet::octahedral;
+use goblet::geometry::equal_area;
+use goblet::image::film::Image;
 
 use crate::bench::{Bench, Rng, UNBOUNDED, double, single};
 use crate::generated::{EmitPhotons, Emitted, Escape, MeetSkies, NONE, Viewpoint};
@@ -104,7 +104,7 @@ fn a_sky_is_emitted_by_its_texels() {
     let emitted = emit(&world);
     let to_image = turned().transpose();
     let places: Vec<DVec2> =
-        emitted.iter().map(|photon| octahedral::place(to_image * -double(photon.direction))).collect();
+        emitted.iter().map(|photon| equal_area::place(to_image * -double(photon.direction))).collect();
     assert_chosen(&image, |i| mean_of_channels(color(&image, i)), &places, "sky");
 
     let radius = f64::from(world.info.radius);
@@ -134,7 +134,7 @@ fn a_goniometric_light_has_its_poles_along_y_and_is_grey() {
     let axes = turned();
     let to_image = DMat3::from_cols(axes.x_axis, axes.z_axis, axes.y_axis).transpose();
     let places: Vec<DVec2> =
-        emitted.iter().map(|photon| octahedral::place(to_image * double(photon.direction))).collect();
+        emitted.iter().map(|photon| equal_area::place(to_image * double(photon.direction))).collect();
     assert_chosen(&image, |i| mean_of_channels(color(&image, i)), &places, "goniometric light");
     for photon in &emitted {
         assert!((double(photon.weight) - DVec3::new(0.5, 1.0, 1.5)).length() < 1e-4, "{photon:?}");
@@ -193,7 +193,7 @@ fn next_event_estimation_finds_a_sky_with_the_pdf_it_says() {
         first += share * w;
         second += share * w * w;
         assert_eq!(seen.competes, 1);
-        let Some(index) = texel(&image, octahedral::place(to_image * w)) else { continue };
+        let Some(index) = texel(&image, equal_area::place(to_image * w)) else { continue };
         assert_eq!(seen.radiance, image.pixels[index]);
     }
     assert_near(whole, 4.0 * PI, 0.005, "the sphere");
@@ -226,7 +226,7 @@ fn rays_meet_the_sky_that_is_in_their_direction() {
     let to_image = turned().transpose();
     let mut compared = 0;
     for (escape, [r, g, b, _]) in escapes.iter().zip(bench.read(&radiances)) {
-        let place = octahedral::place(to_image * double(escape.direction).normalize());
+        let place = equal_area::place(to_image * double(escape.direction).normalize());
         let Some(index) = texel(&image, place) else { continue };
         let color = color(&image, index);
         let pdf = mean_of_channels(color) / (4.0 * PI * average);

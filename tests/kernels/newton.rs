@@ -2,7 +2,7 @@
 //! where it cannot, as a record. `revolution_newton.glsl` says why it is kept.
 
 use glam::{DVec2, DVec3};
-use goblet::bezier::Curve;
+use goblet::geometry::bezier::Curve;
 use goblet::{Envelopes, RevolutionSolver};
 
 use crate::bench::{Bench, Rng, UNBOUNDED, double, single};
@@ -190,7 +190,7 @@ fn a_horizontal_ray_finds_nothing() {
     }
 }
 
-/// The vertices that the scene was packed with: see also src/pack/newton.rs.
+/// The vertices that the scene was packed with: see also src/gpu_scene/pack/newton.rs.
 #[test]
 fn chords_are_on_the_curve_and_tangents_outside() {
     let dome = &BODIES[2];

@@ -5,8 +5,8 @@ use std::f64::consts::{PI, TAU};
 use std::path::Path;
 
 use glam::{DAffine3, DVec2, DVec3};
-use goblet::film::Image;
-use goblet::output;
+use goblet::image::file;
+use goblet::image::film::Image;
 use goblet::scene::{ImageTexture, Input, Mapping, Material, Rgb, Scene, Texture, TextureKind, Wrap};
 
 use crate::bench::{Bench, EPS, Rng, double, single};
@@ -116,7 +116,7 @@ fn write_image(folder: &Path, name: &str, most: f64) -> String {
     let mut rng = Rng(11);
     let pixels = (0..7 * 5).map(|_| [0; 3].map(|_| rng.range(0.0, most) as f32)).collect();
     let path = folder.join(name);
-    output::write(&path, &Image::from_pixels(7, 5, pixels).unwrap(), &[]).unwrap();
+    file::write(&path, &Image::from_pixels(7, 5, pixels).unwrap(), &[]).unwrap();
     path.display().to_string()
 }
 

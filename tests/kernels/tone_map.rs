@@ -1,6 +1,6 @@
 //! tone_map: the pixels of a window.
 
-use goblet::film::srgb_encode;
+use goblet::image::film::srgb_encode;
 use goblet::kernels::{CURVE_ACES, CURVE_AGX, CURVE_LINEAR, CURVE_SRGB, Specialization, ToneMap, ToneMapPush};
 
 use crate::support;

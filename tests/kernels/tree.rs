@@ -1,7 +1,7 @@
 //! tree_fill and accumulate_tree: photons find exactly the points that a search of all finds.
 
-use goblet::kd_tree;
 use goblet::kernels::{AccumulateTree, AccumulateTreePush, Specialization, TreeFill, TreeFillPush};
+use goblet::render::lookup::kd_tree;
 
 use crate::bench::{Bench, Rng};
 use crate::discs::{self, Disc, Flux, assert_counts, scattered};

@@ -3,8 +3,9 @@
 use std::path::Path;
 
 use bytemuck::{Pod, Zeroable, cast_slice};
+use goblet::RevolutionSolver;
+use goblet::gpu_scene::pack;
 use goblet::scene::Scene;
-use goblet::{RevolutionSolver, pack};
 use goblet_host::{Buffer, Texels};
 
 use crate::bench::Bench;

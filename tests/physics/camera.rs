@@ -2,7 +2,7 @@
 
 use std::f64::consts::PI;
 
-use goblet::film::Image;
+use goblet::image::film::Image;
 use goblet::{Options, Renderer};
 
 use super::support::{device, mean, render};

@@ -1,8 +1,8 @@
 //! Things stand on tables, on each other and in each other: what coincides is as if it were a
 //! little apart, in whichever order a scene declares it, with a hierarchy and without.
 
-use goblet::compare::compare;
-use goblet::film::Image;
+use goblet::image::compare::compare;
+use goblet::image::film::Image;
 
 use super::support::mean;
 use super::{Shot, camera, solid, square};
@@ -87,7 +87,7 @@ fn no_light_leaks_through_a_table_under_glass() {
             let parts = [format!("{GLASS}{}", raised(gap, &glass)), below.clone()];
             let image = SHOT.take(&camera("0 -1 -.5  0 0 0  0 0 1", 90.0), &format!("{LAMP}{}", parts.concat())).image;
             // A sphere is nearer to the table than rays can tell on a disc of a thousandth of its
-            // radius: too small to be worth the time (src/pack/contact/near.rs).
+            // radius: too small to be worth the time (src/gpu_scene/pack/contact/near.rs).
             let most = if name == "sphere" { 1e-3 } else { 0.0 };
             assert!(mean(&image)[0] <= most, "{name} {gap:e}: {:?}", mean(&image));
         }

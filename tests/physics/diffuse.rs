@@ -3,8 +3,8 @@
 use std::f64::consts::PI;
 
 use glam::DVec3;
-use goblet::compare::compare;
-use goblet::film::Image;
+use goblet::image::compare::compare;
+use goblet::image::film::Image;
 
 use super::support::mean;
 use super::{EYE_ONLY, Shot, assert_closed, assert_near, assert_uniform, camera};

@@ -3,9 +3,9 @@
 use std::f64::consts::PI;
 
 use glam::{DMat3, DVec2, DVec3};
-use goblet::compare::{Gates, compare};
-use goblet::film::Image;
-use goblet::octahedral;
+use goblet::geometry::equal_area;
+use goblet::image::compare::{Gates, compare};
+use goblet::image::film::Image;
 
 use super::lights::assert_lights_floor;
 use super::support::ImageFile;
@@ -47,7 +47,7 @@ fn irradiance(image: &Image) -> f64 {
     let middle = |i: u32| (f64::from(i) + 0.5) / f64::from(STEPS);
     let term = |i: u32| {
         let place = DVec2::new(middle(i % STEPS), middle(i / STEPS));
-        value(image, place) * (turn() * octahedral::direction(place)).z.max(0.0)
+        value(image, place) * (turn() * equal_area::direction(place)).z.max(0.0)
     };
     (0..STEPS * STEPS).map(term).sum::<f64>() * 4.0 * PI / f64::from(STEPS * STEPS)
 }
@@ -63,7 +63,7 @@ fn a_white_sky_is_constant_infinite_light() {
 #[test]
 fn a_sky_with_a_tiny_sun_has_its_closed_form_by_eye_and_by_photons() {
     let mut image = image(waves);
-    let sun = octahedral::place(turn().transpose() * DVec3::new(0.3, -0.2, 0.9).normalize()) * f64::from(SIDE);
+    let sun = equal_area::place(turn().transpose() * DVec3::new(0.3, -0.2, 0.9).normalize()) * f64::from(SIDE);
     image.pixels[(sun.y as u32 * SIDE + sun.x as u32) as usize] = [600.0; 3];
     let expected = irradiance(&image);
     let file = ImageFile::new(&image);
@@ -93,11 +93,11 @@ fn rough_surfaces_weigh_a_sky_by_both_techniques() {
     assert_alike_on_rough(&sky(&file), constant, 0.001);
 
     let towards = DVec3::new(-0.3, -0.8, 0.5).normalize();
-    let texel = (octahedral::place(turn().transpose() * towards) * f64::from(SIDE)).as_uvec2();
+    let texel = (equal_area::place(turn().transpose() * towards) * f64::from(SIDE)).as_uvec2();
     let mut image = image(|_| 0.0);
     image.pixels[(texel.y * SIDE + texel.x) as usize] = [1000.0; 3];
     let irradiance = 1000.0 * 4.0 * PI / f64::from(SIDE * SIDE);
-    let w = turn() * octahedral::direction((texel.as_dvec2() + 0.5) / f64::from(SIDE));
+    let w = turn() * equal_area::direction((texel.as_dvec2() + 0.5) / f64::from(SIDE));
     let sun = format!(
         "LightSource \"distant\" \"rgb L\" [{irradiance} {irradiance} {irradiance}] \
          \"point3 from\" [{} {} {}] \"point3 to\" [0 0 0]\n",
@@ -129,7 +129,7 @@ fn a_goniometric_light_has_its_closed_form_by_eye_and_by_photons() {
     let text = lamp("\"goniometric\" \"rgb I\" [4 4 4]", -90, &file);
     // The light's axes y and z are the world's -z and y; the map's pole is y.
     let image = &image;
-    let intensity = move |w: DVec3| 4.0 * value(image, octahedral::place(DVec3::new(w.x, w.y, -w.z)));
+    let intensity = move |w: DVec3| 4.0 * value(image, equal_area::place(DVec3::new(w.x, w.y, -w.z)));
     assert_lights_floor("goniometric", &text, 0.06, &|p| from_lamp(p, intensity));
 }
 

@@ -1,6 +1,6 @@
 //! Lamps that are not there: an alpha of 0 takes away the surface and leaves its light, as in pbrt.
 
-use goblet::film::Image;
+use goblet::image::film::Image;
 use goblet::{ByPass, Tally};
 
 use super::{EYE_ONLY, Shot, assert_near, camera, square};

@@ -3,8 +3,8 @@
 use std::f64::consts::PI;
 
 use glam::DVec3;
-use goblet::compare::{Gates, compare};
-use goblet::film::Image;
+use goblet::image::compare::{Gates, compare};
+use goblet::image::film::Image;
 
 use super::{EYE_ONLY, Shot, camera, square};
 

@@ -15,7 +15,7 @@ mod specular;
 mod support;
 mod textures;
 
-use goblet::film::Image;
+use goblet::image::film::Image;
 use goblet::scene::Scene;
 use goblet::{ByPass, Options, Tally};
 use support::{Rendered, mean};

@@ -141,6 +141,6 @@ fn normals_change_what_photons_do() {
         };
         render(&camera("0 -3 3  0 0 0  0 0 1", 40.0), &world, options, 4).image
     });
-    let difference = goblet::compare::compare(&images[0], &images[1]).expect("images of one size");
+    let difference = goblet::image::compare::compare(&images[0], &images[1]).expect("images of one size");
     assert!(difference.relmse > 0.05, "{difference:?}");
 }

@@ -2,8 +2,8 @@
 
 use std::path::Path;
 
-use goblet::film::Image;
-use goblet::output;
+use goblet::image::file;
+use goblet::image::film::Image;
 
 use super::support::mean;
 use super::{EYE_ONLY, Shot, assert_near, camera, square};
@@ -12,7 +12,7 @@ use super::{EYE_ONLY, Shot, assert_near, camera, square};
 fn image_file(folder: &Path, name: &str, width: u32, pixels: Vec<[f32; 3]>) -> String {
     let path = folder.join(name);
     let image = Image::from_pixels(width, pixels.len() as u32 / width, pixels).expect("an image");
-    output::write(&path, &image, &[]).expect("a file");
+    file::write(&path, &image, &[]).expect("a file");
     path.display().to_string()
 }
 

@@ -7,8 +7,8 @@ use std::process::{Child, Command, Output, Stdio};
 use std::thread::sleep;
 use std::time::{Duration, Instant};
 
-use goblet::film::Image;
-use goblet::output;
+use goblet::image::file;
+use goblet::image::film::Image;
 use serde_json::Value;
 use tempfile::TempDir;
 
@@ -99,7 +99,7 @@ impl Bench {
     }
 
     pub fn image(&self, name: &str) -> Image {
-        output::read(&self.path(name)).unwrap()
+        file::read(&self.path(name)).unwrap()
     }
 
     pub fn json(&self, name: &str) -> Value {

@@ -4,7 +4,7 @@
 use std::path::{Path, PathBuf};
 use std::rc::Rc;
 
-use goblet::film::Image;
+use goblet::image::film::Image;
 use goblet::scene::Scene;
 use goblet::{Options, Renderer, Tally};
 use goblet_host::Device;
@@ -64,7 +64,7 @@ pub struct ImageFile {
 impl ImageFile {
     pub fn new(image: &Image) -> Self {
         let file = Self { folder: tempfile::tempdir().expect("a folder") };
-        goblet::output::write(&file.path(), image, &[]).expect("a file");
+        goblet::image::file::write(&file.path(), image, &[]).expect("a file");
         file
     }
 

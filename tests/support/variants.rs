@@ -5,9 +5,10 @@
 use std::path::Path;
 
 use glam::DVec2;
-use goblet::film::Image;
+use goblet::image::file;
+use goblet::image::film::Image;
 use goblet::scene::{FilterKind, PixelFilter, Scene};
-use goblet::{DirectLight, Integrator, Options, RadiusSchedule, Sampler, output};
+use goblet::{DirectLight, Integrator, Options, RadiusSchedule, Sampler};
 
 /// One value of each option that may change the noise of an image, and must not change what
 /// it converges to.
@@ -67,7 +68,7 @@ pub fn boxed_scene(path: &Path) -> Scene {
 
 /// Reads an image, and makes its width and height smaller by a whole factor.
 pub fn reference(path: &Path, factor: u32) -> Image {
-    let image = output::read(path).expect("a reference");
+    let image = file::read(path).expect("a reference");
     let [width, height] = [image.width / factor, image.height / factor];
     assert_eq!([width * factor, height * factor], [image.width, image.height], "whole boxes");
     let mut small = Image::new(width, height);

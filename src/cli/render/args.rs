@@ -10,10 +10,10 @@ use crate::cli::values::{
     target_error, workgroup_sizes,
 };
 use crate::cli::{Aov, SceneMemory};
-use crate::options::{Contribution, DirectLight, Integrator, LookupKind, Options, Sampler};
-use crate::pack::RevolutionSolver;
-use crate::radius::RadiusSchedule;
-use crate::sequence::Shard;
+use crate::gpu_scene::pack::RevolutionSolver;
+use crate::render::options::{Contribution, DirectLight, Integrator, LookupKind, Options, Sampler};
+use crate::render::radius::RadiusSchedule;
+use crate::render::sequence::Shard;
 
 /// Arguments of `goblet render`.
 #[derive(Args, Clone, Debug)]

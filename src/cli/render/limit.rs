@@ -3,8 +3,8 @@
 use std::time::Duration;
 
 use super::RenderArgs;
+use crate::render::sequence::Sequence;
 use crate::scene::Scene;
-use crate::sequence::Sequence;
 
 /// Rounds before the error is estimated for the first time.
 const FIRST_ESTIMATE: u32 = 8;

@@ -8,7 +8,7 @@ use indicatif::{ProgressBar, ProgressStyle};
 use super::Begin;
 use super::limit::Limit;
 use crate::cli::terminal;
-use crate::renderer::Renderer;
+use crate::render::renderer::Renderer;
 
 /// A bar on a terminal, a line now and then otherwise, nothing when quiet.
 pub struct Progress<'a> {

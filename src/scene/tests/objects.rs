@@ -2,7 +2,7 @@
 
 use glam::DVec3;
 
-use super::{assert_refused, in_world, message, parse};
+use crate::scene::tests::{assert_refused, in_world, message, parse};
 
 #[test]
 fn objects_have_shapes_and_places() {

@@ -3,7 +3,7 @@
 use std::fmt::Write;
 
 use glam::DVec2;
-use goblet::bezier::Curve;
+use goblet::geometry::bezier::Curve;
 
 use crate::bench::Rng;
 

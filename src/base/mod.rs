@@ -1,0 +1,6 @@
+//! What every stage may use: files that are read within a budget of memory, memory that is asked
+//! for before it is used, colour spaces.
+
+pub(crate) mod color;
+pub mod input;
+pub(crate) mod room;

@@ -1,0 +1,490 @@
+//! From a resolved scene to the arrays that the GPU reads.
+//!
+//! Render space: the scene's bounding box is moved to the origin and scaled by a power
+//! of two to a half diagonal in (1/2, 1], in f64, before anything becomes f32. A scene in
+//! millimetres or kilometres, or far from the origin, thus renders alike. Radiance does
+//! not change under scaling; intensities scale with the square of length.
+
+mod contact;
+mod instance;
+mod light;
+mod light_image;
+mod light_range;
+mod material;
+mod memory;
+mod newton;
+mod quadric;
+mod revolution;
+mod space;
+mod texture;
+
+use std::ops::RangeInclusive;
+
+use glam::{DAffine3, DVec3, Vec3A};
+use obvhs::aabb::Aabb;
+
+pub use contact::Contacts;
+use contact::Part;
+use instance::Placed;
+use light::light_of;
+use light_range::set_reach;
+pub use light_range::sphere_of_reach;
+use material::specialize;
+pub use newton::{Envelopes, RevolutionSolver};
+pub use quadric::longest_row;
+use quadric::{quadric, quadric_area, quadric_bounds};
+use space::MAX_EXTENT;
+pub use space::RenderSpace;
+use texture::PackedTextures;
+
+use crate::base::input::OverBudget;
+use crate::gpu_scene::bvh::{self, Bvh};
+use crate::kernels::{
+    self, AREA, AliasEntry, BvhPair, DISK, DISTANT, GONIOMETRIC, INFINITE, Instance, KIND_SHIFT, LightTexel, NONE,
+    NewtonStart, PROJECTION, Quadric, REVOLUTION, Revolution, RevolutionPiece, RevolutionSegment, SKY, SPHERE, SPOT,
+    Specialization, TRIANGLE, TextureNode, Triangle, TriangleNormals, TriangleUvs,
+};
+use crate::scene::{AreaLight, Geometry, Input, Mesh, PACKED_LIGHT, PACKED_TRIANGLE, Rgb, Scene, Shape};
+
+/// Why a scene that was read cannot be rendered.
+#[derive(Debug, thiserror::Error)]
+pub enum PackError {
+    /// Something is absurdly far away.
+    #[error("the scene has a radius of {0:e}; expected at most {MAX_EXTENT:e}")]
+    TooLarge(f64),
+    /// Light that fp32 cannot tell from none, or from what is infinitely bright.
+    #[error(
+        "the power of all lights over the square of the scene's size is {0:e} W/m^2; expected {least:e} to {most:e}",
+        least = POWERS.start(),
+        most = POWERS.end()
+    )]
+    Power(f64),
+    /// One light is too bright for fp32.
+    #[error("a light has a radiance, irradiance or intensity of {0:e}; expected at most {max:e}", max = f32::MAX)]
+    TooBright(f64),
+    /// More primitives than a reference can name.
+    #[error("the scene has {0} primitives; at most {max} fit", max = kernels::FIRST_MASK)]
+    TooManyPrimitives(usize),
+    /// A texture is made of too many others.
+    #[error(
+        "{location}: the texture is made of too many others; expected at most {max} values at a time",
+        max = kernels::TEXTURE_STACK
+    )]
+    TextureTooDeep {
+        /// `file:line:column` of the texture.
+        location: String,
+    },
+    /// What something is packed to takes more memory than the scene may.
+    #[error("{location}: too large: {over}")]
+    OverBudget {
+        /// `file:line:column` of it.
+        location: String,
+        /// How much it is.
+        over: OverBudget,
+    },
+}
+
+// What the scene is charged for what it is packed to.
+const _: () = {
+    assert!(size_of::<Triangle>() as u64 <= PACKED_TRIANGLE && size_of::<TriangleNormals>() as u64 <= PACKED_TRIANGLE);
+    assert!((size_of::<kernels::Light>() + 2 * size_of::<AliasEntry>() + size_of::<f64>()) as u64 <= PACKED_LIGHT);
+};
+
+/// Everything about a scene that crosses to the GPU.
+pub struct PackedScene {
+    /// Where render space is.
+    pub space: RenderSpace,
+    /// Bounding volume hierarchies; the scene's root is the first pair. None where there is no
+    /// surface.
+    pub bvh_pairs: Vec<BvhPair>,
+    /// Primitive references in the order of the leaves.
+    pub primitives: Vec<u32>,
+    /// Triangles of all meshes.
+    pub triangles: Vec<Triangle>,
+    /// Shading normals of those triangles that have them.
+    pub triangle_normals: Vec<TriangleNormals>,
+    /// Texture coordinates of all triangles, or of none if nothing asks for them.
+    pub triangle_uvs: Vec<TriangleUvs>,
+    /// Nodes of textures.
+    pub texture_nodes: Vec<TextureNode>,
+    /// Texels of images: two in each, of four half floats.
+    pub texture_texels: Vec<[u32; 4]>,
+    /// Spheres and disks.
+    pub quadrics: Vec<Quadric>,
+    /// Bodies of revolution.
+    pub revolutions: Vec<Revolution>,
+    /// The stretches of their profiles.
+    pub revolution_pieces: Vec<RevolutionPiece>,
+    /// Their segments; empty but for the classical solver.
+    pub revolution_segments: Vec<RevolutionSegment>,
+    /// Vertices of the segments' approximations.
+    pub newton_starts: Vec<NewtonStart>,
+    /// Places where objects stand that have hierarchies of their own.
+    pub instances: Vec<Instance>,
+    /// Materials: the scene's, then those of surfaces that are not all there.
+    pub materials: Vec<kernels::Material>,
+    /// Lights: skies first, then others that are no surface, then every emitting primitive.
+    pub lights: Vec<kernels::Light>,
+    /// How many of them are skies.
+    pub sky_count: u32,
+    /// What lights show that have an image.
+    pub light_images: Vec<kernels::LightImage>,
+    /// Their rows and texels.
+    pub light_texels: Vec<LightTexel>,
+    /// Chooses lights for photons, by power.
+    pub emission_table: Vec<AliasEntry>,
+    /// Chooses lights for next-event estimation.
+    pub direct_table: Vec<AliasEntry>,
+    /// Radiance from infinitely far away.
+    pub infinite: Rgb,
+    /// Power of all lights, mean of channels, W at render scale; 0 where there is none.
+    pub mean_power: f64,
+    /// What the kernels are specialised to.
+    pub specialization: Specialization,
+    /// Where surfaces of different bodies coincide.
+    pub contacts: Contacts,
+}
+
+/// Mean of channels of the power of all lights, W at render scale: products of radiance,
+/// distance and radius stay well inside of fp32.
+const POWERS: RangeInclusive<f64> = 1e-30..=1e30;
+
+/// Scenes of so few primitives have no use for a hierarchy: see docs/performance.md.
+const MAX_FLAT: usize = 24;
+/// The same for bodies of revolution, at most as many as a mask has bits.
+const MAX_FLAT_REVOLUTIONS: usize = 16;
+
+/// Packs a scene for a solver.
+///
+/// # Errors
+/// The scene is too large or has too many primitives, or its lights are out of fp32's range.
+pub fn pack(scene: &Scene, solver: RevolutionSolver) -> Result<PackedScene, PackError> {
+    let mut placed = Placed::of(scene)?;
+    let space = RenderSpace::of(&placed.bounds())?.unwrap_or_else(|| {
+        // Only the sky is seen, from anywhere alike: any size will do.
+        placed = Placed::default();
+        let size = DVec3::splat(scene.integrator.radius.unwrap_or(1.0));
+        RenderSpace::around(scene.camera.world_from_camera.translation, size)
+    });
+    let mut packer = Packer { render_from_world: space.from_world(), solver, ..Packer::default() };
+    packer.add_lights(&scene.lights, &space);
+    packer.textures = PackedTextures::new(scene, &packer.render_from_world);
+    packer.dress(scene, &mut placed)?;
+    let bvh = packer.add_surfaces(&placed)?;
+    let contacts = packer.find_contacts(&placed, &bvh);
+    let mean_power: f64 = packer.powers.iter().sum();
+    packer.check_brightness(mean_power)?;
+    let (emission_table, direct_table) = packer.choose_lights();
+    let specialization =
+        Specialization { has_contacts: contacts.exist(), ..packer.specialization(scene, &direct_table) };
+    Ok(PackedScene {
+        space,
+        bvh_pairs: bvh.pairs,
+        primitives: bvh.primitives,
+        materials: packer.materials,
+        emission_table,
+        direct_table,
+        infinite: packer.infinite,
+        mean_power,
+        specialization,
+        contacts,
+        triangles: packer.triangles,
+        triangle_normals: packer.triangle_normals,
+        triangle_uvs: packer.triangle_uvs,
+        texture_nodes: packer.textures.nodes,
+        texture_texels: packer.textures.texels,
+        quadrics: packer.quadrics,
+        revolutions: packer.revolutions,
+        revolution_pieces: packer.revolution_pieces,
+        revolution_segments: packer.revolution_segments,
+        newton_starts: packer.newton_starts,
+        instances: packer.instances,
+        lights: packer.lights,
+        sky_count: packer.sky_count,
+        light_images: packer.light_images,
+        light_texels: packer.light_texels,
+    })
+}
+
+/// The arrays as they grow.
+#[derive(Default)]
+struct Packer {
+    render_from_world: DAffine3,
+    solver: RevolutionSolver,
+    /// What each shape was packed to, in order.
+    parts: Vec<Part>,
+    /// Of the primitives that are in no hierarchy yet: the last of `references`.
+    boxes: Vec<Aabb>,
+    references: Vec<u32>,
+    triangles: Vec<Triangle>,
+    triangle_normals: Vec<TriangleNormals>,
+    triangle_uvs: Vec<TriangleUvs>,
+    textures: PackedTextures,
+    materials: Vec<kernels::Material>,
+    quadrics: Vec<Quadric>,
+    revolutions: Vec<Revolution>,
+    revolution_pieces: Vec<RevolutionPiece>,
+    revolution_segments: Vec<RevolutionSegment>,
+    newton_starts: Vec<NewtonStart>,
+    instances: Vec<Instance>,
+    lights: Vec<kernels::Light>,
+    sky_count: u32,
+    light_images: Vec<kernels::LightImage>,
+    light_texels: Vec<LightTexel>,
+    /// Whether triangles keep their texture coordinates.
+    keeps_uvs: bool,
+    /// Whether the shape at hand is a light that no ray meets, as pbrt's are whose alpha is 0.
+    is_invisible: bool,
+    /// Whether any shape so far was.
+    has_invisible: bool,
+    /// Mean of channels of each light's power.
+    powers: Vec<f64>,
+    infinite: Rgb,
+}
+
+impl Packer {
+    fn add_shape(&mut self, shape: &Shape) {
+        self.is_invisible = shape.alpha == Input::Constant(0.0);
+        self.has_invisible |= self.is_invisible;
+        let render_from_object = self.render_from_world * shape.world_from_object;
+        let lengths = |packer: &Self| [packer.triangles.len(), packer.quadrics.len(), packer.revolutions.len()];
+        let before = lengths(self);
+        match &shape.geometry {
+            Geometry::Mesh(mesh) => self.add_mesh(shape, mesh, &render_from_object),
+            Geometry::Sphere { radius, z_min, z_max, phi_max } => {
+                let mut quadric =
+                    quadric(shape, render_from_object * DAffine3::from_scale(DVec3::splat(*radius)), SPHERE);
+                quadric.z_min = (z_min / radius) as f32;
+                quadric.z_max = (z_max / radius) as f32;
+                quadric.phi_max = *phi_max as f32;
+                self.add_quadric(shape, quadric);
+            }
+            Geometry::Disk { height, radius, inner_radius, phi_max } => {
+                let raise = DAffine3::from_translation(DVec3::new(0.0, 0.0, *height));
+                let widen = DAffine3::from_scale(DVec3::splat(*radius));
+                let mut quadric = quadric(shape, render_from_object * raise * widen, DISK);
+                quadric.inner_radius = (inner_radius / radius) as f32;
+                quadric.phi_max = *phi_max as f32;
+                self.add_quadric(shape, quadric);
+            }
+            Geometry::Revolution(profile) => self.add_revolution(shape, profile, &render_from_object),
+        }
+        let [triangles, quadrics, revolutions] = std::array::from_fn(|kind| before[kind]..lengths(self)[kind]);
+        self.parts.push(Part { triangles, quadrics, revolutions, is_invisible: self.is_invisible });
+    }
+
+    fn add_mesh(&mut self, shape: &Shape, mesh: &Mesh, render_from_object: &DAffine3) {
+        let points: Vec<DVec3> = mesh.positions.iter().map(|p| render_from_object.transform_point3(*p)).collect();
+        let normals = mesh_normals(shape, mesh);
+        let mirrored = shape.world_from_object.matrix3.determinant() < 0.0;
+        for corners in &mesh.triangles {
+            let vertices = corners.map(|corner| corner as usize);
+            let [a, b, c] = vertices;
+            let normal = (points[b] - points[a]).cross(points[c] - points[a]);
+            // As pbrt: shading normals decide which side is out, where there are any.
+            let shading = normals.as_ref().map(|normals| vertices.map(|vertex| normals[vertex])).filter(are_normals);
+            let flip = match shading {
+                Some([a, b, c]) => normal.dot(a + b + c) < 0.0,
+                None => shape.reverse_orientation ^ mirrored,
+            };
+            let order = corner_order(vertices.map(|vertex| points[vertex]), flip);
+            let [a, b, c] = order.map(|corner| vertices[corner]);
+            let corners = [a, b, c].map(|corner| points[corner].as_vec3());
+            let reference = TRIANGLE << KIND_SHIFT | self.triangles.len() as u32;
+            let mut bounds = Aabb::empty();
+            for corner in corners {
+                bounds.extend(Vec3A::from(corner));
+            }
+            let light = match shape.emission {
+                Some(emission) => self.add_emitter(&emission, reference, 0.5 * normal.length(), &bounds),
+                None => NONE,
+            };
+            let attributes = match shading {
+                Some(normals) => {
+                    let [n0, n1, n2] = order.map(|corner| normals[corner].as_vec3().extend(0.0).to_array());
+                    self.triangle_normals.push(TriangleNormals { n0, n1, n2 });
+                    self.triangle_normals.len() as u32 - 1
+                }
+                None => NONE,
+            };
+            self.add_uvs(&mesh.uvs, vertices, order);
+            let [p0, p1, p2] = corners.map(|corner| corner.to_array());
+            let material = shape.material as u32;
+            self.triangles.push(Triangle { p0, material, p1, light, p2, normals: attributes });
+            self.add_primitive(reference, bounds);
+        }
+    }
+
+    fn add_quadric(&mut self, shape: &Shape, mut quadric: Quadric) {
+        let reference = quadric.kind << KIND_SHIFT | self.quadrics.len() as u32;
+        let (area, bounds) = (quadric_area(&quadric), quadric_bounds(&quadric));
+        if let Some(emission) = shape.emission {
+            quadric.light = self.add_emitter(&emission, reference, area, &bounds);
+        }
+        self.add_primitive(reference, bounds);
+        self.quadrics.push(quadric);
+    }
+
+    fn add_primitive(&mut self, reference: u32, bounds: Aabb) {
+        if !self.is_invisible {
+            self.references.push(reference);
+            self.boxes.push(bounds);
+        }
+    }
+
+    /// The hierarchy over the primitives since the last one, of which there is at least one.
+    fn build_hierarchy(&mut self, most_depth: usize) -> Result<Bvh, PackError> {
+        if self.references.len() > kernels::FIRST_MASK as usize {
+            return Err(PackError::TooManyPrimitives(self.references.len()));
+        }
+        let boxes = std::mem::take(&mut self.boxes);
+        let first = self.references.len() - boxes.len();
+        Ok(bvh::build(&boxes, &self.references[first..], most_depth))
+    }
+
+    /// Adds an emitting primitive of an area in render units; its place among the lights.
+    fn add_emitter(&mut self, emission: &AreaLight, primitive: u32, area: f64, bounds: &Aabb) -> u32 {
+        if area <= 0.0 {
+            return NONE;
+        }
+        let sides = if emission.two_sided { 2.0 } else { 1.0 };
+        let exitance = std::f64::consts::PI * sides;
+        let radiance = self.radiance(emission, area);
+        let mut light = kernels::Light {
+            primitive,
+            area: area as f32,
+            two_sided: u32::from(emission.two_sided),
+            image: emission.image.map_or(NONE, |image| image.texture as u32),
+            ..light_of(AREA, radiance)
+        };
+        set_reach(&mut light, bounds, area);
+        if self.is_invisible {
+            // No direction of the bsdf finds it.
+            light.reach2 = 0.0;
+        }
+        let shown = emission.image.map_or(Rgb::ONE, |image| image.mean);
+        self.push_light(light, mean(radiance * shown) * exitance * area)
+    }
+
+    /// Radiance of an emitter whose whole area is given in render units.
+    fn radiance(&self, emission: &AreaLight, area: f64) -> Rgb {
+        let scale = self.render_from_world.matrix3.x_axis.x;
+        let sides = if emission.two_sided { 2.0 } else { 1.0 };
+        match emission.power {
+            Some(power) => emission.radiance * (power * scale * scale / (std::f64::consts::PI * sides * area)),
+            None => emission.radiance,
+        }
+    }
+
+    fn check_brightness(&self, mean_power: f64) -> Result<(), PackError> {
+        // Without surfaces there are no photons, nor are there without light.
+        if mean_power != 0.0 && !self.references.is_empty() && !POWERS.contains(&mean_power) {
+            return Err(PackError::Power(mean_power));
+        }
+        match self.lights.iter().flat_map(|light| light.emission).find(|emission| !emission.is_finite()) {
+            Some(emission) => Err(PackError::TooBright(emission.into())),
+            None => Ok(()),
+        }
+    }
+
+    fn specialization(&self, scene: &Scene, direct_table: &[AliasEntry]) -> Specialization {
+        let has_light = |kind| self.lights.iter().any(|light| light.kind == kind);
+        let shines = |kind| self.lights.iter().any(|light| light.kind == AREA && light.primitive >> KIND_SHIFT == kind);
+        let has_kind = |kind| self.references.iter().any(|reference| reference >> KIND_SHIFT == kind);
+        let whole = |quadric: &Quadric| {
+            quadric.z_min <= -1.0 && quadric.z_max >= 1.0 && quadric.phi_max >= std::f32::consts::TAU
+        };
+        // There is no hierarchy of nothing.
+        let is_empty = self.references.is_empty();
+        let is_flat = is_empty
+            || self.triangles.len() + self.quadrics.len() <= MAX_FLAT
+                && self.revolutions.len() <= MAX_FLAT_REVOLUTIONS
+                && self.instances.is_empty()
+                && self.solver == RevolutionSolver::Certified
+                // Without a hierarchy, every primitive is tested.
+                && !self.has_invisible;
+        let flat = |count: usize| if is_flat && !is_empty { count as u32 } else { 0 };
+        let of_materials = specialize(&self.materials);
+        let has_light_images = !self.light_images.is_empty();
+        Specialization {
+            is_rich: of_materials.is_rich || has_light_images || !self.instances.is_empty(),
+            has_triangles: has_kind(TRIANGLE),
+            has_spheres: has_kind(SPHERE),
+            has_disks: has_kind(DISK),
+            has_quadrics: !self.quadrics.is_empty(),
+            // Also those that no ray meets: light comes from them.
+            has_revolutions: !self.revolutions.is_empty(),
+            has_curved: !self.quadrics.is_empty() || !self.revolutions.is_empty(),
+            revolution_pairs: revolution::degree(scene) / 2 + 1,
+            revolution_newton: self.solver != RevolutionSolver::Certified,
+            has_cut_spheres: self.quadrics.iter().any(|quadric| !whole(quadric)),
+            has_instances: !self.instances.is_empty(),
+            has_shading_normals: !self.triangle_normals.is_empty(),
+            has_spot_lights: has_light(SPOT),
+            has_distant_lights: has_light(DISTANT),
+            has_infinite_lights: has_light(INFINITE) || has_light(SKY),
+            has_skies: has_light(SKY),
+            has_goniometric_lights: has_light(GONIOMETRIC),
+            has_projection_lights: has_light(PROJECTION),
+            has_area_lights: has_light(AREA),
+            has_locatable_lights: !direct_table.is_empty(),
+            has_hittable_lights: has_light(AREA) || has_light(INFINITE) || has_light(SKY),
+            has_triangle_lights: shines(TRIANGLE),
+            has_sphere_lights: shines(SPHERE),
+            has_disk_lights: shines(DISK),
+            has_revolution_lights: shines(REVOLUTION),
+            is_flat,
+            flat_triangles: flat(self.triangles.len()),
+            flat_quadrics: flat(self.quadrics.len()),
+            flat_revolutions: flat(self.revolutions.len()),
+            has_textures: !self.textures.nodes.is_empty(),
+            has_image_textures: self.textures.has_images(),
+            has_texture_trees: self.textures.has_trees(),
+            has_alpha: self.materials.iter().any(|material| material.alpha_texture != NONE),
+            has_image_emitters: self.lights.iter().any(|light| light.image != NONE),
+            ..of_materials
+        }
+    }
+}
+
+/// The order of a triangle's corners, turned over or not: first the one that is opposite to the
+/// longest edge, from which rays are intersected most accurately (intersect_triangle).
+fn corner_order(corners: [DVec3; 3], flip: bool) -> [usize; 3] {
+    let mut order = if flip { [0, 2, 1] } else { [0, 1, 2] };
+    let opposite = |i: usize| corners[order[(i + 1) % 3]].distance_squared(corners[order[(i + 2) % 3]]);
+    let first = (1..3).fold(0, |first, i| if opposite(i) > opposite(first) { i } else { first });
+    order.rotate_left(first);
+    order
+}
+
+/// Whether a triangle has shading normals: where pbrt's sum of them is 0 or no number, it falls
+/// back on the triangle's own normal.
+fn are_normals(normals: &[DVec3; 3]) -> bool {
+    normals.iter().all(|normal| normal.is_finite()) && normals.iter().any(|normal| *normal != DVec3::ZERO)
+}
+
+/// A mesh's normals in world space, or `None` if it has none; NaN where they are not finite.
+fn mesh_normals(shape: &Shape, mesh: &Mesh) -> Option<Vec<DVec3>> {
+    let cofactors = shape.world_from_object.matrix3.inverse().transpose();
+    let sign = if shape.reverse_orientation { -1.0 } else { 1.0 };
+    let transform = |normal: &DVec3| {
+        // `normalize_or_zero` takes what is not finite to 0.
+        if normal.is_finite() { sign * (cofactors * *normal).normalize_or_zero() } else { DVec3::NAN }
+    };
+    (!mesh.normals.is_empty()).then(|| mesh.normals.iter().map(transform).collect())
+}
+
+/// The rows of an affine transform, as f32.
+pub fn rows(transform: &DAffine3) -> [[f32; 4]; 3] {
+    let linear = transform.matrix3.transpose();
+    let row = |axis: DVec3, offset: f64| axis.extend(offset).as_vec4().to_array();
+    [
+        row(linear.x_axis, transform.translation.x),
+        row(linear.y_axis, transform.translation.y),
+        row(linear.z_axis, transform.translation.z),
+    ]
+}
+
+fn mean(rgb: Rgb) -> f64 {
+    rgb.element_sum() / 3.0
+}

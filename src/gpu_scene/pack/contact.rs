@@ -1,0 +1,176 @@
+//! Which surfaces of different bodies are in contact: they coincide within the error of positions,
+//! as the underside of a glass and the table that it stands on. `shaders/include/contact.glsl`
+//! has rays meet them in an order that no rounding decides; this gives each of them its layer.
+//!
+//! Only contacts whose order can be seen count: of dielectrics, lamps, and surfaces that let light
+//! pass with anything, and of open sheets with other sheets, such as a decal on a wall.
+
+mod body;
+mod finder;
+mod layer;
+mod near;
+
+use std::ops::Range;
+
+use super::instance::Placed;
+use super::{Packer, RevolutionSolver};
+use crate::gpu_scene::bvh::Bvh;
+use crate::kernels::{
+    DIELECTRIC, DIFFUSE_TRANSMISSION, DISK, INDEX_MASK, KIND_SHIFT, MATERIAL_MASK, MIX, NONE, REVOLUTION,
+    THIN_DIELECTRIC, TRIANGLE,
+};
+use crate::scene::Shape;
+use finder::Finder;
+
+/// Where surfaces are in contact, render units.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Contacts {
+    /// Lower corner of a box around all such places.
+    pub lower: [f32; 3],
+    /// Its upper corner.
+    pub upper: [f32; 3],
+    /// The largest error of a position on surfaces in contact; 0 where there are none.
+    pub error: f32,
+    /// Pairs of primitives of one dielectric body that are nearer to each other than rays can
+    /// tell: a wall too thin.
+    pub too_thin: u32,
+    /// Bodies that have found no layer of their own.
+    pub without_layer: u32,
+    /// Whether not all surfaces were compared, of so many that are near to each other.
+    pub gave_up: bool,
+}
+
+impl Contacts {
+    /// Whether there are any.
+    pub fn exist(&self) -> bool {
+        self.error > 0.0
+    }
+
+    /// What rays cannot decide, one line each.
+    pub fn warnings(&self) -> Vec<String> {
+        let thin = (self.too_thin > 0).then(|| {
+            format!(
+                "{} pairs of faces of the same glass are too near to each other for rays in single precision: \
+                 light may be lost there",
+                self.too_thin
+            )
+        });
+        let full = (self.without_layer > 0).then(|| {
+            format!("{} bodies lie on too many others: which of them is in front may be wrong", self.without_layer)
+        });
+        let many = self.gave_up.then(|| {
+            "too many surfaces lie on each other for all to be compared: which of them is in front may be wrong"
+                .to_owned()
+        });
+        thin.into_iter().chain(full).chain(many).collect()
+    }
+}
+
+/// How a shape's surface may hide or pass light, in the order in which coinciding ones are met.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+enum Role {
+    /// Light passes without an inside: panes, sheets, cut-outs.
+    Passing,
+    /// It emits.
+    Lamp,
+    Opaque,
+    /// The boundary of a dielectric.
+    Boundary,
+}
+
+/// A shape as it was packed.
+#[derive(Clone, Debug)]
+pub(super) struct Part {
+    pub triangles: Range<usize>,
+    pub quadrics: Range<usize>,
+    pub revolutions: Range<usize>,
+    pub is_invisible: bool,
+}
+
+impl Part {
+    fn len(&self) -> usize {
+        self.triangles.len() + self.quadrics.len() + self.revolutions.len()
+    }
+
+    fn references(&self) -> impl Iterator<Item = u32> + use<> {
+        let kind = |kind: u32, range: &Range<usize>| range.clone().map(move |index| kind << KIND_SHIFT | index as u32);
+        // A sphere's and a disk's references differ; the index of a quadric is enough here.
+        kind(TRIANGLE, &self.triangles).chain(kind(DISK, &self.quadrics)).chain(kind(REVOLUTION, &self.revolutions))
+    }
+}
+
+/// What of a part may be told apart: a body of it.
+type Body = (usize, u32);
+
+impl Packer {
+    /// Finds what is in contact, and writes layers to the primitives' materials.
+    pub(super) fn find_contacts(&mut self, placed: &Placed, bvh: &Bvh) -> Contacts {
+        let nothing = Contacts {
+            lower: [f32::INFINITY; 3],
+            upper: [f32::NEG_INFINITY; 3],
+            error: 0.0,
+            too_thin: 0,
+            without_layer: 0,
+            gave_up: false,
+        };
+        if self.materials.len() > MATERIAL_MASK as usize || self.solver != RevolutionSolver::Certified {
+            return nothing;
+        }
+        let mut finder = Finder::new(self, placed, bvh);
+        finder.search(placed);
+        let Finder { pairs, members, region, error, too_thin, .. } = &finder;
+        if members.is_empty() {
+            return Contacts { too_thin: *too_thin, gave_up: finder.gave_up(), ..nothing };
+        }
+        let (layers, without_layer) = layer::assign(&finder.bodies(), &pairs.iter().copied().collect::<Vec<_>>());
+        let marks: Vec<(u32, u32)> = members
+            .iter()
+            .filter_map(|(reference, body)| {
+                let role = finder.role_of(*body);
+                let layer = layers.get(body)?;
+                Some((*reference, layer::mark(*layer, role == Role::Boundary)))
+            })
+            .collect();
+        let contacts = Contacts {
+            lower: region.lower().as_vec3().to_array(),
+            upper: region.upper().as_vec3().to_array(),
+            error: *error as f32,
+            too_thin: *too_thin,
+            without_layer,
+            gave_up: finder.gave_up(),
+        };
+        for (reference, mark) in marks {
+            let index = (reference & INDEX_MASK) as usize;
+            match reference >> KIND_SHIFT {
+                TRIANGLE => self.triangles[index].material |= mark,
+                DISK => self.quadrics[index].material |= mark,
+                _ => self.revolutions[index].material |= mark,
+            }
+        }
+        contacts
+    }
+
+    fn role(&self, shape: &Shape) -> Role {
+        let material = &self.materials[shape.material];
+        let is_made_of = |kinds: &[u32]| {
+            let mut pending = vec![material];
+            let mut found = false;
+            while let Some(material) = pending.pop() {
+                found |= kinds.contains(&material.kind);
+                if material.kind == MIX {
+                    pending.extend([material.first, material.second_part].map(|index| &self.materials[index as usize]));
+                }
+            }
+            found
+        };
+        if is_made_of(&[DIELECTRIC]) {
+            Role::Boundary
+        } else if shape.emission.is_some() {
+            Role::Lamp
+        } else if material.alpha_texture != NONE || is_made_of(&[THIN_DIELECTRIC, DIFFUSE_TRANSMISSION]) {
+            Role::Passing
+        } else {
+            Role::Opaque
+        }
+    }
+}

@@ -1,0 +1,116 @@
+//! Lights to the arrays of the GPU, and the tables that choose one.
+
+use std::f64::consts::PI;
+
+use glam::{DVec2, DVec3};
+
+use super::{Packer, RenderSpace, light_image, mean};
+use crate::gpu_scene::alias;
+use crate::kernels::{self, AliasEntry, DISTANT, GONIOMETRIC, INFINITE, NONE, POINT, PROJECTION, SKY, SPOT};
+use crate::scene::{Light, LightImage, Rgb};
+
+impl Packer {
+    /// Adds all lights that are no surface, skies first.
+    pub fn add_lights(&mut self, lights: &[Light], space: &RenderSpace) {
+        let is_sky = |light: &&Light| matches!(light, Light::Sky { .. });
+        let (skies, others): (Vec<&Light>, Vec<&Light>) = lights.iter().partition(is_sky);
+        self.sky_count = skies.len() as u32;
+        for light in skies.into_iter().chain(others) {
+            self.add_light(light, space);
+        }
+    }
+
+    fn add_light(&mut self, light: &Light, space: &RenderSpace) {
+        let render_from_world = self.render_from_world;
+        let place = |position: DVec3| render_from_world.transform_point3(position).as_vec3().to_array();
+        let area_scale = space.scale * space.scale;
+        let sphere = 4.0 * PI;
+        let (packed, power) = match light {
+            Light::Point { position, intensity } => {
+                let intensity = *intensity * area_scale;
+                let light = kernels::Light { position: place(*position), ..light_of(POINT, intensity) };
+                (light, mean(intensity) * sphere)
+            }
+            Light::Spot { position, direction, intensity, falloff_start, falloff_end } => {
+                let intensity = *intensity * area_scale;
+                let light = kernels::Light {
+                    position: place(*position),
+                    direction: direction.as_vec3().to_array(),
+                    falloff_start: *falloff_start as f32,
+                    falloff_end: *falloff_end as f32,
+                    ..light_of(SPOT, intensity)
+                };
+                (light, mean(intensity) * PI * (falloff_start + falloff_end))
+            }
+            Light::Distant { direction, irradiance } => {
+                let light =
+                    kernels::Light { direction: direction.as_vec3().to_array(), ..light_of(DISTANT, *irradiance) };
+                (light, mean(*irradiance) * space.shown_to(*direction))
+            }
+            Light::Goniometric { position, image, intensity } => {
+                let intensity = *intensity * area_scale;
+                let (primitive, colour) = self.add_light_image(image, None);
+                let light =
+                    kernels::Light { position: place(*position), primitive, ..light_of(GONIOMETRIC, intensity) };
+                (light, mean(intensity * colour) * sphere)
+            }
+            Light::Projection { position, image, intensity, half_extent } => {
+                let intensity = *intensity * area_scale;
+                let (primitive, colour) = self.add_light_image(image, Some(*half_extent));
+                let light = kernels::Light { position: place(*position), primitive, ..light_of(PROJECTION, intensity) };
+                (light, mean(intensity * colour) * 4.0 * half_extent.element_product())
+            }
+            Light::Sky { image, radiance } => {
+                let (primitive, colour) = self.add_light_image(image, None);
+                let light = kernels::Light { primitive, ..light_of(SKY, *radiance) };
+                (light, mean(*radiance * colour) * sphere * space.mean_shown())
+            }
+            Light::Infinite { radiance } => {
+                self.infinite += *radiance;
+                (light_of(INFINITE, *radiance), mean(*radiance) * sphere * space.mean_shown())
+            }
+        };
+        self.push_light(packed, power);
+    }
+
+    /// The place of an image, and the mean colour by which its light's power goes.
+    fn add_light_image(&mut self, image: &LightImage, window: Option<DVec2>) -> (u32, Rgb) {
+        let (packed, colour) = light_image::pack(image, window, &mut self.light_texels);
+        self.light_images.push(packed);
+        (self.light_images.len() as u32 - 1, colour)
+    }
+
+    pub fn push_light(&mut self, light: kernels::Light, power: f64) -> u32 {
+        self.lights.push(light);
+        self.powers.push(power);
+        self.lights.len() as u32 - 1
+    }
+
+    /// The tables that choose lights by power, for photons and for next-event estimation.
+    pub fn choose_lights(&mut self) -> (Vec<AliasEntry>, Vec<AliasEntry>) {
+        let all: Vec<u32> = (0..self.lights.len() as u32).collect();
+        // Constant infinite light is found along the bsdf's own directions.
+        let located: Vec<u32> =
+            all.iter().copied().filter(|index| self.lights[*index as usize].kind != INFINITE).collect();
+        let located_powers: Vec<f64> = located.iter().map(|index| self.powers[*index as usize]).collect();
+        let total: f64 = self.powers.iter().sum();
+        let located_total: f64 = located_powers.iter().sum();
+        for (light, power) in self.lights.iter_mut().zip(&self.powers).filter(|_| total > 0.0) {
+            light.emission_pmf = (power / total) as f32;
+            if light.kind != INFINITE && located_total > 0.0 {
+                light.direct_pmf = (power / located_total) as f32;
+            }
+        }
+        (alias::table(&self.powers, &all), alias::table(&located_powers, &located))
+    }
+}
+
+pub fn light_of(kind: u32, emission: Rgb) -> kernels::Light {
+    kernels::Light {
+        emission: emission.as_vec3().to_array(),
+        kind,
+        primitive: NONE,
+        image: NONE,
+        ..bytemuck::Zeroable::zeroed()
+    }
+}

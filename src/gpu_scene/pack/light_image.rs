@@ -1,0 +1,61 @@
+//! Images of lights, and tables that choose texels by the power that comes through them.
+
+use glam::DVec2;
+
+use super::mean;
+use crate::gpu_scene::alias;
+use crate::kernels::{self, LightTexel};
+use crate::scene::{LightImage, Rgb, window_cosine};
+
+/// Appends an image's rows and texels. A projector has a window, whose places are weighed by
+/// their solid angle. Also the weighed mean of the texels' colours.
+pub fn pack(image: &LightImage, window: Option<DVec2>, texels: &mut Vec<LightTexel>) -> (kernels::LightImage, Rgb) {
+    let (width, height) = (image.pixels.width, image.pixels.height);
+    let size = DVec2::new(width.into(), height.into());
+    let first = texels.len();
+    texels.reserve(height as usize + image.pixels.pixels.len());
+    texels.resize(first + height as usize, bytemuck::Zeroable::zeroed());
+    let mut rows = Vec::with_capacity(height as usize);
+    let mut sum = Rgb::ZERO;
+    for (y, row) in image.pixels.pixels.chunks_exact(width as usize).enumerate() {
+        let weighed = |(x, pixel): (usize, &[f32; 3])| {
+            let place = (DVec2::new(x as f64, y as f64) + 0.5) / size;
+            let weight = window.map_or(1.0, |half_extent| window_cosine(half_extent, place).powi(3));
+            weight * Rgb::from(pixel.map(f64::from))
+        };
+        let colours: Vec<Rgb> = row.iter().enumerate().map(weighed).collect();
+        let weights: Vec<f64> = colours.iter().copied().map(mean).collect();
+        sum += colours.iter().sum::<Rgb>();
+        rows.push(weights.iter().sum());
+        let texel = |(color, choice): (&[f32; 3], u32)| LightTexel { color: *color, choice };
+        texels.extend(row.iter().zip(choices(&weights)).map(texel));
+    }
+    for (texel, choice) in texels[first..].iter_mut().zip(choices(&rows)) {
+        texel.choice = choice;
+    }
+    let average = sum / size.element_product();
+    let axes = image.world_from_image.as_mat3();
+    let packed = kernels::LightImage {
+        x_axis: axes.x_axis.to_array(),
+        first: first as u32,
+        y_axis: axes.y_axis.to_array(),
+        width,
+        z_axis: axes.z_axis.to_array(),
+        height,
+        half_extent: window.unwrap_or_default().as_vec2().to_array(),
+        average: mean(average) as f32,
+        pad: 0.0,
+    };
+    (packed, average)
+}
+
+/// An alias table in 32 bits an entry: the alias above, below it the threshold times 2^16. What
+/// that rounds off is less than what random numbers of 24 bits do where sides are long.
+fn choices(weights: &[f64]) -> Vec<u32> {
+    let indices: Vec<u32> = (0..weights.len() as u32).collect();
+    let table = alias::table(weights, &indices);
+    if table.is_empty() {
+        return vec![0; weights.len()];
+    }
+    table.iter().map(|entry| entry.alias << 16 | ((entry.threshold * 65536.0).round() as u32).min(65535)).collect()
+}

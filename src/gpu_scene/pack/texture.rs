@@ -1,0 +1,313 @@
+//! Textures as runs of nodes, and materials that use them. `shaders/include/texture.glsl` runs
+//! the nodes.
+
+use std::collections::HashMap;
+use std::sync::Arc;
+
+use bytemuck::Zeroable;
+use exr::prelude::f16;
+use glam::{DAffine3, DMat3, DVec2, DVec3};
+
+use super::instance::Placed;
+use super::material::{pack_materials, specialize};
+use super::{PackError, Packer, rows};
+use crate::base::input::{Budget, OverBudget};
+use crate::image::film::Image;
+use crate::kernels::{
+    self, FROM_ANGLES, FROM_CYLINDER, FROM_SPACE, FROM_SURFACE, NONE, TEXTURE_BILINEAR, TEXTURE_CHECKS,
+    TEXTURE_CONSTANT, TEXTURE_DIRECTION, TEXTURE_IMAGE, TEXTURE_MIX, TEXTURE_MULTIPLY, TEXTURE_STACK, TextureNode,
+    TriangleUvs, WRAP_BLACK, WRAP_CLAMP, WRAP_REPEAT,
+};
+use crate::scene::{AreaLight, EmissionImage, ImageTexture, Input, Mapping, Rgb, Scene, Texture, TextureKind, Wrap};
+
+/// Nodes of one texture, at most: what is used twice is there twice.
+const MAX_NODES: usize = 1024;
+/// Textures within textures, at most.
+const MAX_DEPTH: usize = 64;
+
+/// pbrt's texture coordinates of a triangle that has none.
+const DEFAULT_UVS: [DVec2; 3] = [DVec2::ZERO, DVec2::X, DVec2::ONE];
+
+/// The textures that something uses.
+#[derive(Default)]
+pub(super) struct PackedTextures {
+    pub nodes: Vec<TextureNode>,
+    /// Two in each, of four half floats.
+    pub texels: Vec<[u32; 4]>,
+    world_from_render: DAffine3,
+    scene: Vec<Texture>,
+    /// Of the scene's memory.
+    budget: Arc<Budget>,
+    /// The first node of each texture that is there.
+    first: HashMap<usize, u32>,
+    /// The node of each constant opacity, by its bits.
+    constants: HashMap<u64, u32>,
+    /// The first texel of each image, by its address.
+    images: HashMap<*const Image, u32>,
+}
+
+impl PackedTextures {
+    pub fn new(scene: &Scene, render_from_world: &DAffine3) -> Self {
+        Self {
+            world_from_render: render_from_world.inverse(),
+            scene: scene.textures.clone(),
+            budget: Arc::clone(&scene.budget),
+            ..Self::default()
+        }
+    }
+
+    /// A texture's first node, or NONE and the constant.
+    pub fn color(&mut self, input: &Input<Rgb>) -> Result<(u32, [f32; 3]), PackError> {
+        match *input {
+            Input::Constant(value) => Ok((NONE, value.as_vec3().to_array())),
+            Input::Texture(index) => Ok((self.texture(index)?, [0.0; 3])),
+        }
+    }
+
+    /// The same for numbers.
+    pub fn number(&mut self, input: &Input<f64>) -> Result<(u32, Option<f64>), PackError> {
+        match *input {
+            Input::Constant(value) => Ok((NONE, Some(value))),
+            Input::Texture(index) => Ok((self.texture(index)?, None)),
+        }
+    }
+
+    /// The first node of a texture, which is added if it is not there.
+    fn texture(&mut self, index: usize) -> Result<u32, PackError> {
+        if let Some(first) = self.first.get(&index) {
+            return Ok(*first);
+        }
+        let first = self.run(Input::Texture(index)).map_err(|limit| {
+            let location = self.scene[index].location.clone();
+            match limit {
+                Limit::Nodes => PackError::TextureTooDeep { location },
+                Limit::Memory(over) => PackError::OverBudget { location, over },
+            }
+        })?;
+        self.first.insert(index, first);
+        Ok(first)
+    }
+
+    /// The first node of an opacity; NONE where it is 0 or 1.
+    fn opacity(&mut self, alpha: &Input<f64>) -> Result<u32, PackError> {
+        let nodes = &mut self.nodes;
+        match *alpha {
+            // What is not there at all, no ray meets.
+            Input::Constant(0.0 | 1.0) => Ok(NONE),
+            Input::Constant(value) => Ok(*self.constants.entry(value.to_bits()).or_insert_with(|| {
+                nodes.push(TextureNode { last: 1, ..node(TEXTURE_CONSTANT, [Rgb::splat(value); 4]) });
+                nodes.len() as u32 - 1
+            })),
+            Input::Texture(index) => self.texture(index),
+        }
+    }
+
+    /// Adds the nodes of an input.
+    fn run(&mut self, input: Input<Rgb>) -> Result<u32, Limit> {
+        let first = self.nodes.len();
+        let mut run = Run { textures: self, first, height: 0 };
+        run.input(input, 0)?;
+        if let Some(node) = self.nodes.last_mut() {
+            node.last = 1;
+        }
+        Ok(first as u32)
+    }
+
+    fn image(&mut self, image: &Arc<Image>) -> u32 {
+        if let Some(first) = self.images.get(&Arc::as_ptr(image)) {
+            return *first;
+        }
+        let first = 2 * self.texels.len() as u32;
+        let half = |value: f32| u32::from(f16::from_f32(value.clamp(-HALF_MAX, HALF_MAX)).to_bits());
+        let texel = |[r, g, b]: [f32; 3]| [half(r) | half(g) << 16, half(b)];
+        self.texels.extend(image.pixels.chunks(2).map(|two| {
+            let ([a, b], [c, d]) = (texel(two[0]), texel(*two.last().unwrap_or(&two[0])));
+            [a, b, c, d]
+        }));
+        self.images.insert(Arc::as_ptr(image), first);
+        first
+    }
+
+    /// Whether a texture needs a stack.
+    pub fn has_trees(&self) -> bool {
+        self.nodes.iter().any(|node| node.last == 0)
+    }
+
+    pub fn has_images(&self) -> bool {
+        self.nodes.iter().any(|node| node.kind == TEXTURE_IMAGE)
+    }
+}
+
+/// The largest number that is a half float.
+const HALF_MAX: f32 = 65504.0;
+
+/// Why nodes could not be added.
+enum Limit {
+    /// A texture has too many, or needs too large a stack.
+    Nodes,
+    /// All textures together take too much memory.
+    Memory(OverBudget),
+}
+
+/// A texture as its nodes are added: each after those whose values it takes.
+struct Run<'a> {
+    textures: &'a mut PackedTextures,
+    first: usize,
+    /// Of the stack, after the nodes so far.
+    height: u32,
+}
+
+impl Run<'_> {
+    fn push(&mut self, node: TextureNode, taken: u32) -> Result<(), Limit> {
+        self.height = self.height - taken + 1;
+        if self.height > TEXTURE_STACK || self.textures.nodes.len() - self.first >= MAX_NODES {
+            return Err(Limit::Nodes);
+        }
+        let bytes = (self.textures.nodes.len() + 1) * size_of::<TextureNode>();
+        self.textures.budget.check(bytes as u64).map_err(Limit::Memory)?;
+        self.textures.nodes.push(node);
+        Ok(())
+    }
+
+    fn input(&mut self, input: Input<Rgb>, depth: usize) -> Result<(), Limit> {
+        match input {
+            Input::Constant(value) => self.push(node(TEXTURE_CONSTANT, [value; 4]), 0),
+            Input::Texture(index) if depth < MAX_DEPTH => {
+                let texture = self.textures.scene[index].kind.clone();
+                self.texture(&texture, depth + 1)
+            }
+            Input::Texture(_) => Err(Limit::Nodes),
+        }
+    }
+
+    fn number(&mut self, input: Input<f64>, depth: usize) -> Result<(), Limit> {
+        match input {
+            Input::Constant(value) => self.input(Input::Constant(Rgb::splat(value)), depth),
+            Input::Texture(index) => self.input(Input::Texture(index), depth),
+        }
+    }
+
+    fn texture(&mut self, texture: &TextureKind, depth: usize) -> Result<(), Limit> {
+        match texture {
+            TextureKind::Image(image) => {
+                let node = self.image(image);
+                self.push(node, 0)
+            }
+            TextureKind::Bilerp { mapping, corners } => {
+                let node = self.mapped(mapping, node(TEXTURE_BILINEAR, *corners));
+                self.push(node, 0)
+            }
+            TextureKind::Checkerboard { mapping, textures } => {
+                let weight = self.mapped(mapping, node(TEXTURE_CHECKS, [Rgb::ZERO; 4]));
+                self.blend(*textures, weight, depth)
+            }
+            TextureKind::DirectionMix { direction, textures: [along, across] } => {
+                let matrix = DMat3::from_cols(*direction, DVec3::ZERO, DVec3::ZERO).transpose();
+                let mut weight = node(TEXTURE_DIRECTION, [Rgb::ZERO; 4]);
+                weight.to_coordinates = rows(&DAffine3::from_mat3(matrix));
+                self.blend([*across, *along], weight, depth)
+            }
+            TextureKind::Mix { textures, amount } => {
+                self.input(textures[0], depth)?;
+                self.input(textures[1], depth)?;
+                self.number(*amount, depth)?;
+                self.push(node(TEXTURE_MIX, [Rgb::ZERO; 4]), 3)
+            }
+            TextureKind::Scale { texture, factor } => {
+                self.input(*texture, depth)?;
+                self.number(*factor, depth)?;
+                self.push(node(TEXTURE_MULTIPLY, [Rgb::ZERO; 4]), 2)
+            }
+        }
+    }
+
+    /// Two inputs by a node's weight: in the node itself if both are constant.
+    fn blend(&mut self, inputs: [Input<Rgb>; 2], mut weight: TextureNode, depth: usize) -> Result<(), Limit> {
+        if let [Input::Constant(a), Input::Constant(b)] = inputs {
+            weight.values = [a, b, a, b].map(four);
+            return self.push(weight, 0);
+        }
+        self.input(inputs[0], depth)?;
+        self.input(inputs[1], depth)?;
+        weight.values = [Rgb::ZERO, Rgb::ONE, Rgb::ZERO, Rgb::ONE].map(four);
+        self.push(weight, 0)?;
+        self.push(node(TEXTURE_MIX, [Rgb::ZERO; 4]), 3)
+    }
+
+    fn image(&mut self, texture: &ImageTexture) -> TextureNode {
+        let [least, most] = texture.range;
+        let values = [texture.offset, texture.factor, least, most].map(Rgb::splat);
+        let image = TextureNode {
+            first: self.textures.image(&texture.image),
+            width: texture.image.width,
+            height: texture.image.height,
+            wrap: match texture.wrap {
+                Wrap::Repeat => WRAP_REPEAT,
+                Wrap::Clamp => WRAP_CLAMP,
+                Wrap::Black => WRAP_BLACK,
+            },
+            nearest: u32::from(texture.nearest),
+            ..node(TEXTURE_IMAGE, values)
+        };
+        self.mapped(&texture.mapping, image)
+    }
+
+    fn mapped(&self, mapping: &Mapping, node: TextureNode) -> TextureNode {
+        let world = self.textures.world_from_render;
+        let (from, to_coordinates) = match mapping {
+            Mapping::Surface(from_uv) => (FROM_SURFACE, *from_uv),
+            Mapping::Space(from_world) => (FROM_SPACE, *from_world * world),
+            Mapping::Spherical(from_world) => (FROM_ANGLES, *from_world * world),
+            Mapping::Cylindrical(from_world) => (FROM_CYLINDER, *from_world * world),
+        };
+        TextureNode { from, to_coordinates: rows(&to_coordinates), ..node }
+    }
+}
+
+fn node(kind: u32, values: [Rgb; 4]) -> TextureNode {
+    TextureNode { kind, values: values.map(four), ..TextureNode::zeroed() }
+}
+
+fn four(value: Rgb) -> [f32; 4] {
+    let most = f64::from(f32::MAX);
+    value.clamp(Rgb::splat(-most), Rgb::splat(most)).extend(0.0).as_vec4().to_array()
+}
+
+impl Packer {
+    /// Packs materials and the textures that something uses; gives shapes the places of their
+    /// packed materials, and of the images that they show. A material is there once more for each
+    /// opacity that something made of it has.
+    pub(super) fn dress(&mut self, scene: &Scene, placed: &mut Placed) -> Result<(), PackError> {
+        self.materials = pack_materials(&scene.materials, &mut self.textures)?;
+        let mut places: HashMap<(usize, u32), usize> = HashMap::new();
+        for shape in placed.shapes_mut() {
+            if let Some(image) = shape.emission.and_then(|emission| emission.image) {
+                let texture = self.textures.texture(image.texture)? as usize;
+                let image = EmissionImage { texture, ..image };
+                let shape = shape.to_mut();
+                shape.emission = shape.emission.map(|emission| AreaLight { image: Some(image), ..emission });
+            }
+            let alpha_texture = self.textures.opacity(&shape.alpha)?;
+            if alpha_texture != NONE {
+                let material = kernels::Material { alpha_texture, ..self.materials[shape.material] };
+                shape.to_mut().material = *places.entry((shape.material, alpha_texture)).or_insert_with(|| {
+                    self.materials.push(material);
+                    self.materials.len() - 1
+                });
+            }
+        }
+        self.keeps_uvs = !self.textures.nodes.is_empty() || specialize(&self.materials).has_anisotropic;
+        Ok(())
+    }
+
+    /// Adds the texture coordinates of a triangle, if anything asks for them.
+    pub(super) fn add_uvs(&mut self, uvs: &[DVec2], corners: [usize; 3], order: [usize; 3]) {
+        if self.keeps_uvs {
+            let uv = |i: usize| {
+                let corner = order[i];
+                uvs.get(corners[corner]).unwrap_or(&DEFAULT_UVS[corner]).as_vec2().to_array()
+            };
+            self.triangle_uvs.push(TriangleUvs { uv0: uv(0), uv1: uv(1), uv2: uv(2), pad: [0.0; 2] });
+        }
+    }
+}

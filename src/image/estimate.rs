@@ -1,0 +1,257 @@
+//! The image as it stands: exact sums over iterations, their mean, and how far it may be off.
+
+use crate::image::film::{Image, LUMINANCE, Window};
+
+/// Sums are in units of 2^-56 of [`Estimate::unit`]: `shaders/include/sum.glsl`.
+const FRACTION_BITS: i32 = 56;
+/// The weight of a pixel's relative error falls where it is darker than this part of the
+/// image's typical luminance.
+const DARK: f64 = 0.1;
+
+/// 128 bits, the lowest word first; a sign is two's complement.
+pub type Sum = [u32; 4];
+
+/// Sums of each pixel over iterations, of radiance as the film exposes it. Sums of shares of the iterations add
+/// up to the sums of all, to the last bit, in any order.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Estimate {
+    /// Width and height in pixels.
+    pub resolution: [u32; 2],
+    /// Where the pixels lie in what the camera sees.
+    pub window: Window,
+    /// Unit of the sums, W/(m² sr): a power of two times the film's exposure.
+    pub unit: f64,
+    /// Iterations in the sums, by half: [`crate::render::sequence::Place::half`].
+    pub halves: [u64; 2],
+    /// Radiance of each pixel, by channel.
+    pub radiance: [Vec<Sum>; 3],
+    /// Luminance of each pixel over the iterations of the second half.
+    pub second_half: Vec<Sum>,
+}
+
+/// A sum in units, to the nearest f64.
+fn in_units(sum: Sum) -> f64 {
+    let bits = sum.iter().rev().fold(0u128, |bits, word| bits << 32 | u128::from(*word));
+    bits.cast_signed() as f64 * f64::from(-FRACTION_BITS).exp2()
+}
+
+fn add(sum: &mut Sum, other: Sum) {
+    let mut carry = 0;
+    for (word, more) in sum.iter_mut().zip(other) {
+        let total = u64::from(*word) + u64::from(more) + carry;
+        *word = total as u32;
+        carry = total >> 32;
+    }
+}
+
+/// What is added to squared luminances that errors are divided by: the square of a tenth of the
+/// median of those above 0. `None` where all is black.
+pub fn dark_square(luminances: impl Iterator<Item = f64>) -> Option<f64> {
+    median_lit(luminances).map(|median| (DARK * median).powi(2))
+}
+
+/// The median of those above 0; `None` where all is black.
+fn median_lit(luminances: impl Iterator<Item = f64>) -> Option<f64> {
+    let mut lit: Vec<f64> = luminances.filter(|luminance| *luminance > 0.0).collect();
+    if lit.is_empty() {
+        return None;
+    }
+    let middle = lit.len() / 2;
+    let (_, median, _) = lit.select_nth_unstable_by(middle, f64::total_cmp);
+    Some(*median)
+}
+
+fn luminance([red, green, blue]: [f64; 3]) -> f64 {
+    LUMINANCE[0] * red + LUMINANCE[1] * green + LUMINANCE[2] * blue
+}
+
+impl Estimate {
+    /// The mean of the iterations; black without any.
+    pub fn image(&self) -> Image {
+        let [width, height] = self.resolution;
+        let pixels = self.means().map(|mean| mean.map(|channel| (channel * self.unit) as f32)).collect();
+        Image { width, height, pixels }
+    }
+
+    /// Iterations in the sums.
+    pub fn iterations(&self) -> u64 {
+        self.halves[0] + self.halves[1]
+    }
+
+    /// The mean of each pixel, in units.
+    fn means(&self) -> impl Iterator<Item = [f64; 3]> {
+        let scale = 1.0 / self.iterations().max(1) as f64;
+        let [red, green, blue] = &self.radiance;
+        red.iter().zip(green).zip(blue).map(move |((r, g), b)| [*r, *g, *b].map(|sum| in_units(sum) * scale))
+    }
+
+    /// The standard error of each pixel's luminance, W/(m² sr); `None` before both halves have
+    /// an iteration. It knows of noise, and not of the blur that the radius makes. Two halves
+    /// tell little about one pixel: its square is right in the mean over many.
+    pub fn standard_error(&self) -> Option<Vec<f32>> {
+        Some(self.errors()?.map(|[_, variance]| (variance.sqrt() * self.unit) as f32).collect())
+    }
+
+    /// Luminance of each pixel, in units, by each half alone: two numbers of the same mean, with
+    /// independent noise. `None` before both halves have an iteration.
+    pub fn half_luminances(&self) -> Option<impl Iterator<Item = [f64; 2]>> {
+        let [first, second] = self.halves.map(|iterations| iterations as f64);
+        let halves = move |(mean, sum): ([f64; 3], &Sum)| {
+            let sum = in_units(*sum);
+            [(luminance(mean) * (first + second) - sum) / first, sum / second]
+        };
+        (first > 0.0 && second > 0.0).then(|| self.means().zip(&self.second_half).map(halves))
+    }
+
+    /// Luminance of each pixel, in units, and an estimate of the variance of that.
+    fn errors(&self) -> Option<impl Iterator<Item = [f64; 2]>> {
+        let [first, second] = self.halves.map(|iterations| iterations as f64);
+        let [part, rest] = [first, second].map(|half| half / (first + second));
+        // Of independent means over n and m iterations, (a - b)^2 is s^2 (1 / n + 1 / m) in the
+        // mean, and s^2 / (n + m) is asked for.
+        let error = move |[a, b]: [f64; 2]| [part * a + rest * b, (a - b).powi(2) * part * rest];
+        Some(self.half_luminances()?.map(error))
+    }
+
+    /// The root mean square over pixels of the standard error over the luminance. Pixels
+    /// darker than a tenth of the image's median count as that bright, so that black ones do
+    /// not decide.
+    pub fn relative_error(&self) -> Option<f64> {
+        let errors: Vec<[f64; 2]> = self.errors()?.collect();
+        let Some(floor) = dark_square(errors.iter().map(|[luminance, _]| *luminance)) else { return Some(0.0) };
+        let squares = errors.iter().map(|[luminance, variance]| variance / (luminance * luminance + floor));
+        Some((squares.sum::<f64>() / errors.len() as f64).sqrt())
+    }
+
+    /// The median luminance of the pixels that have any light, in units; `None` where all is black.
+    pub fn median_lit(&self) -> Option<f64> {
+        median_lit(self.means().map(luminance))
+    }
+
+    /// The sums of red, green, blue, and of the second half's luminance.
+    pub fn sums(&self) -> [&[Sum]; 4] {
+        let [red, green, blue] = &self.radiance;
+        [red, green, blue, &self.second_half]
+    }
+
+    /// Adds another share of the iterations. Both must be of the same render.
+    pub fn add(&mut self, other: &Self) {
+        assert_eq!((self.resolution, self.unit), (other.resolution, other.unit));
+        let shares = self.radiance.iter_mut().zip(&other.radiance).chain([(&mut self.second_half, &other.second_half)]);
+        for (sums, more) in shares {
+            sums.iter_mut().zip(more).for_each(|(sum, more)| add(sum, *more));
+        }
+        for (iterations, more) in self.halves.iter_mut().zip(other.halves) {
+            *iterations += more;
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A sum of so many units of 2^-56.
+    fn sum(bits: u128) -> Sum {
+        [0, 32, 64, 96].map(|shift| (bits >> shift) as u32)
+    }
+
+    const ONE: u128 = 1 << FRACTION_BITS;
+
+    /// A row of pixels, as sums over iterations.
+    fn estimate(halves: [u64; 2], radiance: [&[u128]; 3], second_half: &[u128]) -> Estimate {
+        let sums = |values: &[u128]| values.iter().map(|value| sum(*value)).collect::<Vec<_>>();
+        let resolution = [second_half.len() as u32, 1];
+        Estimate {
+            resolution,
+            window: Window::whole(resolution),
+            unit: 4.0,
+            halves,
+            radiance: radiance.map(sums),
+            second_half: sums(second_half),
+        }
+    }
+
+    /// All channels alike, so that they are the luminance.
+    fn grey(halves: [u64; 2], values: &[u128], second_half: &[u128]) -> Estimate {
+        estimate(halves, [values; 3], second_half)
+    }
+
+    #[test]
+    fn the_image_is_the_mean_in_the_unit() {
+        let estimate = estimate([5, 3], [&[ONE, 3 * ONE / 2], &[ONE << 40, 0], &[1, 8]], &[0, 0]);
+        let tiny = f32::exp2(-56.0) * 0.5;
+        assert_eq!(estimate.image().pixels, [[0.5, f32::exp2(39.0), tiny], [0.75, 0.0, 8.0 * tiny]]);
+        let nothing = Estimate { halves: [0, 0], ..estimate };
+        assert!(nothing.image().pixels.iter().flatten().all(|value| value.is_finite()));
+    }
+
+    #[test]
+    fn sums_carry_through_all_words() {
+        let max = u128::from(u64::MAX);
+        for (a, b) in [(1, 1), (u32::MAX.into(), 1), (max, 1), (max, max), (max << 32 | 0xffff_ffff, 1), (1 << 96, 7)] {
+            for (a, b) in [(a, b), (b, a)] {
+                let mut total = sum(a);
+                add(&mut total, sum(b));
+                assert_eq!(total, sum(a + b), "{a:x} + {b:x}");
+            }
+        }
+    }
+
+    #[test]
+    fn shares_add_up_in_any_order() {
+        let mut bits = 1u128;
+        let mut share = |iterations| {
+            let mut value = || {
+                bits = bits.wrapping_mul(0x2360_ed05_1fc6_5da4_4385_df64_9fcc_f645).wrapping_add(1);
+                bits >> 4
+            };
+            let [r, g, b, s] = std::array::from_fn(|_| [value(), value(), value()]);
+            estimate([iterations, iterations / 2], [&r, &g, &b], &s)
+        };
+        let shares = [share(3), share(2), share(8), share(0)];
+        let total = |order: [usize; 4]| {
+            let mut total = shares[order[0]].clone();
+            order[1..].iter().for_each(|index| total.add(&shares[*index]));
+            total
+        };
+        let expected = total([0, 1, 2, 3]);
+        assert_eq!(expected.halves, [13, 6]);
+        for order in [[3, 2, 1, 0], [1, 0, 3, 2], [2, 3, 0, 1]] {
+            assert_eq!(total(order), expected, "{order:?}");
+        }
+        let mut right = shares[1].clone();
+        right.add(&shares[2]);
+        right.add(&shares[3]);
+        let mut grouped = shares[0].clone();
+        grouped.add(&right);
+        assert_eq!(grouped, expected);
+    }
+
+    /// Halves of 3 and 1 iterations, with means of 2 and 6 units: (2 - 6)^2 * 3 / 16 = 3.
+    #[test]
+    fn the_standard_error_is_that_of_the_mean_of_two_halves() {
+        let error = |halves, values: &[u128], second: &[u128]| grey(halves, values, second).standard_error();
+        let close =
+            |value: f32, expected: f64| assert!((f64::from(value) - expected).abs() <= 1e-6 * expected, "{value}");
+        close(error([3, 1], &[12 * ONE], &[6 * ONE]).unwrap()[0], 4.0 * 3.0_f64.sqrt());
+        assert_eq!(error([3, 1], &[8 * ONE], &[2 * ONE]).unwrap(), [0.0], "equal halves");
+        for halves in [[0, 0], [0, 7], [7, 0]] {
+            assert_eq!(error(halves, &[ONE], &[0]), None);
+        }
+    }
+
+    /// Halves of 0 and 2 have an error of 1 at a luminance of 1; black pixels have none.
+    #[test]
+    fn the_relative_error_weighs_dark_pixels_less() {
+        let relative = |values: &[u128]| grey([1, 1], values, values).relative_error().unwrap();
+        let expect = |value: f64, expected: f64| assert!((value - expected).abs() < 1e-6, "{value}, not {expected}");
+        expect(relative(&[2 * ONE]), (1.0 / 1.01_f64).sqrt());
+        expect(relative(&[2 * ONE, 0]), (0.5 / 1.01_f64).sqrt());
+        // A hundredth as bright, and as noisy in itself.
+        let dark = 1e-4 / (1e-4 + 0.01);
+        expect(relative(&[2 * ONE, 2 * ONE, 2 * ONE / 100]), ((2.0 / 1.01 + dark) / 3.0_f64).sqrt());
+        assert_eq!(relative(&[0, 0]), 0.0);
+        assert_eq!(grey([1, 0], &[ONE], &[0]).relative_error(), None);
+    }
+}

@@ -1,0 +1,116 @@
+//! The kd-tree over visible points.
+
+use std::time::{Duration, Instant};
+
+use bytemuck::Zeroable;
+use goblet_host::{Buffer, Device, Frame, Pass};
+
+use super::deposit;
+use crate::kernels::{AccumulateTree, AccumulateTreePush, Specialization, TreeFill, TreeFillPush, TreePlace};
+use crate::render::buffers::Buffers;
+use crate::render::counters::Tally;
+use crate::render::iteration::Stage;
+use crate::render::lookup::kd_tree;
+use crate::render::pacing::Schedule;
+use crate::render::renderer::RenderError;
+
+/// Invocations of one dispatch that adds photons, at most: each has a place to go on from.
+const MAX_INVOCATIONS: u32 = 1 << 18;
+
+/// A left-balanced kd-tree, and the passes that fill and use it.
+pub struct KdTree {
+    /// Pixel and axis of each node.
+    nodes: Buffer<u32>,
+    fill: Pass<TreeFillPush>,
+    accumulate: Pass<AccumulateTreePush>,
+    node_count: u32,
+    host_time: Duration,
+}
+
+impl KdTree {
+    /// Compiles the passes and allocates the tree for as many points as there are pixels.
+    ///
+    /// # Errors
+    /// Out of memory, or the driver refuses a kernel.
+    pub fn new(
+        device: &Device,
+        buffers: &Buffers,
+        specialization: &Specialization,
+        workgroup_size: u32,
+    ) -> goblet_host::Result<Self> {
+        let pixels = buffers.visible_points.len();
+        let nodes = device.buffer("tree_nodes", pixels)?;
+        let places = &device.buffer::<TreePlace>("places", MAX_INVOCATIONS.into())?;
+        let tree_points = &device.texels("tree_points", pixels)?;
+        let Buffers { visible_points, visible_radii2, max_radius2, counters, .. } = buffers;
+        let Buffers { photons, flux_red, flux_green, flux_blue, flux_counts, .. } = buffers;
+        macro_rules! pass {
+            ($($kernel:tt)*) => { device.pass(&$($kernel)*, specialization, workgroup_size)? };
+        }
+        Ok(Self {
+            fill: pass!(TreeFill { visible_points, visible_radii2, tree_nodes: &nodes, tree_points }),
+            accumulate: pass!(AccumulateTree {
+                photons,
+                max_radius2,
+                tree_points,
+                counters,
+                places,
+                flux_red,
+                flux_green,
+                flux_blue,
+                flux_counts
+            }),
+            nodes,
+            node_count: 0,
+            host_time: Duration::ZERO,
+        })
+    }
+
+    /// Runs the passes once over nothing, since drivers may leave compilation to the first
+    /// dispatch.
+    pub fn warm_up(&self, frame: &mut Frame<'_>) {
+        frame.dispatch(&self.fill, Zeroable::zeroed(), 1);
+        frame.dispatch(&self.accumulate, Zeroable::zeroed(), 1);
+    }
+
+    /// Indexes the visible points, which are `new` or have other radii only: the tree does
+    /// not ask for radii.
+    ///
+    /// # Errors
+    /// The device fails.
+    pub fn build(&mut self, on: Stage<'_>, new: bool) -> Result<(), RenderError> {
+        let Stage { device, buffers, settings, .. } = on;
+        if new {
+            let start = Instant::now();
+            let points = device.read_first_texels(&buffers.visible_points, settings.pixels())?;
+            let radii2 = device.read_first_texels(&buffers.visible_radii2, settings.pixels())?;
+            let positions = points.iter().map(|point| point.position);
+            let nodes = kd_tree::build(positions.zip(radii2));
+            device.write(&self.nodes, &nodes)?;
+            self.node_count = nodes.len() as u32;
+            self.host_time += start.elapsed();
+        }
+        let mut frame = device.frame()?;
+        frame.dispatch(&self.fill, TreeFillPush { node_count: self.node_count }, self.node_count.into());
+        frame.run()?;
+        Ok(())
+    }
+
+    /// Adds `recorded` photons to the points that they reach, at most as many by each invocation
+    /// as it traces, where that makes no more than [`MAX_INVOCATIONS`].
+    ///
+    /// # Errors
+    /// The device fails, or the driver ends the pass early.
+    pub fn accumulate(&self, on: Stage<'_>, recorded: u32, schedule: &mut Schedule) -> Result<Tally, RenderError> {
+        let stride = recorded.div_ceil(schedule.per_invocation() as u32).min(MAX_INVOCATIONS);
+        let node_count = self.node_count;
+        let push = |offset, resumed| AccumulateTreePush { recorded, stride, node_count, resumed, offset, two: 2 };
+        deposit(on, ("accumulate_tree", &self.accumulate), stride.into(), &mut schedule.paces.gather, push)
+    }
+
+    /// Time that the host has spent on trees so far, to read the points and to write the
+    /// nodes included.
+    pub fn host_time(&self) -> Duration {
+        self.host_time
+    }
+}

@@ -1,0 +1,308 @@
+//! What a caller may ask of a render, and which of it fits a scene.
+
+use std::ops::RangeInclusive;
+
+use crate::gpu_scene::pack::RevolutionSolver;
+use crate::image::film::Window;
+use crate::render::radius::RadiusSchedule;
+use crate::render::renderer::RenderError;
+use crate::render::sequence::{Sequence, Shard};
+use crate::scene::{self, Scene};
+
+/// Photons of one iteration, at most: they are numbered in 32 bits.
+const MAX_PHOTONS: u64 = 1 << 31;
+/// Pixels of an image, at most.
+const MAX_PIXELS: u64 = 1 << 28;
+/// Pixels along a side of an image before it is cropped, at most: what EXR can say.
+pub(crate) const MAX_SIDE: u32 = 1 << 29;
+/// Initial radii, in radii of the scene's bounding sphere. Positions are rounded to 6e-8 of that.
+const RADIUS_RANGE: [f64; 2] = [1e-7, 1e4];
+/// Iterations of a round of progressive photon mapping where nobody says how many photons
+/// it has.
+const DEFAULT_ROUND: u32 = 16;
+/// Noise and blur fall alike (Knaus and Zwicker 2011, section 4.2).
+pub(crate) const DEFAULT_ALPHA: f64 = 2.0 / 3.0;
+/// Direct light and edges are noisier than what photons bring: see docs/performance.md.
+pub(crate) const DEFAULT_EYE_PATHS: u32 = 4;
+
+/// When new eye paths are traced.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, clap::ValueEnum)]
+pub enum Integrator {
+    /// Stochastic progressive photon mapping: in every iteration (Hachisuka and Jensen 2009)
+    #[default]
+    Sppm,
+    /// Progressive photon mapping: once a round of many iterations (Hachisuka and others 2008)
+    Ppm,
+}
+
+/// Who brings light that comes straight from a light source.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, clap::ValueEnum)]
+pub enum DirectLight {
+    /// Next-event estimation from the visible points
+    #[default]
+    Nee,
+    /// Photons, as all other light
+    Photons,
+}
+
+/// Which light the image has. Anything but all of it is for those who want to look.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, clap::ValueEnum)]
+pub enum Contribution {
+    /// All
+    #[default]
+    All,
+    /// What eye paths bring: light sources that are seen, and light straight from them
+    Direct,
+    /// What photons bring
+    Photons,
+}
+
+/// Where random numbers come from.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, clap::ValueEnum)]
+pub enum Sampler {
+    /// A hash of path and dimension: independent numbers
+    Pcg,
+    /// Scrambled Sobol points in the first dimensions of a path, hashed numbers after them
+    #[default]
+    Sobol,
+}
+
+impl Sampler {
+    /// Pairs of dimensions that are low-discrepancy points.
+    pub(crate) fn low_discrepancy_pairs(self) -> u32 {
+        match self {
+            Self::Pcg => 0,
+            Self::Sobol => 8,
+        }
+    }
+}
+
+/// How a photon finds the visible points that it reaches. Does not change the image.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, clap::ValueEnum)]
+pub enum LookupKind {
+    /// A hash grid
+    #[default]
+    HashGrid,
+    /// A left-balanced kd-tree
+    KdTree,
+}
+
+/// What the caller may ask for; `None` takes the scene's own value.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Options {
+    /// Width and height in pixels, before the film's crop window.
+    pub resolution: Option<[u32; 2]>,
+    /// Photons per iteration.
+    pub photons: Option<u64>,
+    /// Eye paths per pixel and iteration, 1 to 64; 4 by default. All bring direct light, the
+    /// last one what photons bring.
+    pub eye_paths: Option<u32>,
+    /// Initial radius in scene units; without any, it follows the footprints of pixels.
+    pub radius: Option<f64>,
+    /// Initial radius in widths of a pixel where it is seen, 1/16 to 64, in place of the
+    /// scene's; 3 where there is no radius at all. Not together with `radius`.
+    pub radius_in_pixels: Option<f64>,
+    /// Share of an iteration's photons that a pixel keeps, in (0, 1]; 2/3 by default.
+    pub alpha: Option<f64>,
+    /// The most segments of a path.
+    pub max_depth: Option<u32>,
+    /// Seed of every random number.
+    pub seed: Option<u32>,
+    /// When new eye paths are traced.
+    pub integrator: Integrator,
+    /// Photons for which [`Integrator::Ppm`] keeps its eye paths; rounded up to whole
+    /// iterations.
+    pub photons_per_round: Option<u64>,
+    /// Who decides how radii shrink.
+    pub radius_schedule: RadiusSchedule,
+    /// Who brings direct light.
+    pub direct: DirectLight,
+    /// Which light the image has.
+    pub contribution: Contribution,
+    /// Where random numbers come from.
+    pub sampler: Sampler,
+    /// Which part of the iterations to render.
+    pub shard: Shard,
+    /// How photons find visible points. Does not change the image.
+    pub lookup: LookupKind,
+    /// Width of the hash grid's cells in diameters of the largest disc, 1/4 to 8; 1 by
+    /// default. Does not change the image.
+    pub cell_scale: Option<f64>,
+    /// Invocations per workgroup: 32, 64 (default) or 128. Does not change the image.
+    pub workgroup_size: Option<u32>,
+    /// Photons per batch. Does not change the image.
+    pub batch_size: Option<u64>,
+    /// Keep dispatches short, so that [`crate::Renderer::step_unless`] can soon give up. Does not
+    /// change the image.
+    pub responsive: bool,
+    /// How rays meet bodies of revolution.
+    pub revolution_solver: RevolutionSolver,
+}
+
+impl Default for Options {
+    fn default() -> Self {
+        Self {
+            resolution: None,
+            photons: None,
+            eye_paths: None,
+            radius: None,
+            radius_in_pixels: None,
+            alpha: None,
+            max_depth: None,
+            seed: None,
+            integrator: Integrator::default(),
+            photons_per_round: None,
+            radius_schedule: RadiusSchedule::default(),
+            direct: DirectLight::default(),
+            contribution: Contribution::default(),
+            sampler: Sampler::default(),
+            shard: Shard::WHOLE,
+            lookup: LookupKind::default(),
+            cell_scale: None,
+            workgroup_size: None,
+            batch_size: None,
+            responsive: false,
+            revolution_solver: RevolutionSolver::default(),
+        }
+    }
+}
+
+/// Options with every gap filled from a scene, and checked.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Resolved {
+    pub resolution: [u32; 2],
+    /// Where it lies in what the camera sees.
+    pub window: Window,
+    pub photons: u64,
+    pub eye_paths: u32,
+    /// Scene units.
+    pub radius: Option<f64>,
+    /// What the radius is where there is none in scene units.
+    pub radius_in_pixels: f64,
+    pub alpha: f64,
+    pub max_depth: u32,
+    pub seed: u32,
+    pub sequence: Sequence,
+    pub cell_scale: f64,
+    pub workgroup_size: u32,
+}
+
+impl Options {
+    /// Widths of the hash grid's cells, in diameters of the largest disc.
+    pub const CELL_SCALES: [f64; 2] = [0.25, 8.0];
+
+    /// Where neither caller nor scene says anything: see docs/trade.md.
+    pub const DEFAULT_RADIUS_IN_PIXELS: f64 = 3.0;
+
+    /// Initial radii in widths of a pixel.
+    pub const RADII_IN_PIXELS: [f64; 2] = [1.0 / 16.0, 64.0];
+
+    /// Eye paths of a pixel in an iteration.
+    pub const EYE_PATHS: RangeInclusive<u32> = 1..=64;
+
+    /// Fills the gaps from a scene whose bounding sphere has the radius `size`.
+    ///
+    /// # Errors
+    /// A value that is out of range for this scene.
+    pub(crate) fn resolve(&self, scene: &Scene, size: f64) -> Result<Resolved, RenderError> {
+        let full_resolution = self.resolution.unwrap_or(scene.film.resolution);
+        check(full_resolution.iter().all(|side| *side > 0), || "an image without pixels: expected 1 or more".into())?;
+        check(full_resolution.iter().all(|side| *side <= MAX_SIDE), || {
+            format!("an image of more than {MAX_SIDE} pixels along a side: expected fewer")
+        })?;
+        let [first, end] = scene.film.bounds(full_resolution);
+        let resolution = [end[0] - first[0], end[1] - first[1]];
+        let pixels: u64 = resolution.map(u64::from).iter().product();
+        let photons = self.photons.unwrap_or_else(|| photons_of(&scene.integrator, resolution));
+        let eye_paths = self.eye_paths.unwrap_or(DEFAULT_EYE_PATHS);
+        let max_depth = self.max_depth.unwrap_or(scene.integrator.max_depth);
+        let of_scene = scene.integrator.radius.filter(|_| self.radius_in_pixels.is_none());
+        let radius = self.radius.or(of_scene);
+        let radius_in_pixels = self.radius_in_pixels.unwrap_or(Self::DEFAULT_RADIUS_IN_PIXELS);
+        let alpha = self.alpha.unwrap_or(DEFAULT_ALPHA);
+        let cell_scale = self.cell_scale.unwrap_or(1.0);
+        check(pixels <= MAX_PIXELS, || format!("an image of {pixels} pixels: expected 1 to {MAX_PIXELS}"))?;
+        check(photons > 0 && photons <= MAX_PHOTONS, || {
+            format!("{photons} photons per iteration: expected 1 to {MAX_PHOTONS}")
+        })?;
+        check(Self::EYE_PATHS.contains(&eye_paths), || {
+            format!(
+                "{eye_paths} eye paths per iteration: expected {} to {}",
+                Self::EYE_PATHS.start(),
+                Self::EYE_PATHS.end()
+            )
+        })?;
+        check(max_depth > 0, || "a maximum depth of 0: expected 1 or more".into())?;
+        let [least, most] = RADIUS_RANGE.map(|bound| bound * size);
+        check(radius.is_none_or(|radius| radius >= least && radius <= most), || {
+            let radius = radius.unwrap_or_default();
+            format!("a radius of {radius}: expected {least:e} to {most:e} for a scene of this size")
+        })?;
+        let [least, most] = Self::RADII_IN_PIXELS;
+        check(radius_in_pixels >= least && radius_in_pixels <= most, || {
+            format!("a radius of {radius_in_pixels} pixels: expected {least} to {most}")
+        })?;
+        check(self.radius.is_none() || self.radius_in_pixels.is_none(), || {
+            "a radius in scene units and one in pixels: expected one of them".into()
+        })?;
+        check(alpha > 0.0 && alpha <= 1.0, || format!("an alpha of {alpha}: expected above 0, up to 1"))?;
+        let [least, most] = Self::CELL_SCALES;
+        check(cell_scale >= least && cell_scale <= most, || {
+            format!("a cell scale of {cell_scale}: expected {least} to {most}")
+        })?;
+        let solver = self.revolution_solver;
+        check(solver.is_valid(), || {
+            format!("a revolution solver of {solver:?}: expected {:?} segments", RevolutionSolver::SEGMENTS)
+        })?;
+        Ok(Resolved {
+            resolution,
+            window: scene.film.part(full_resolution),
+            photons,
+            eye_paths,
+            radius,
+            radius_in_pixels,
+            alpha,
+            max_depth,
+            seed: self.seed.unwrap_or(scene.integrator.seed),
+            sequence: Sequence { round_length: self.round_length(photons)?, shard: self.checked_shard()? },
+            cell_scale,
+            workgroup_size: self.workgroup_size.unwrap_or(64),
+        })
+    }
+
+    fn round_length(&self, photons: u64) -> Result<u32, RenderError> {
+        match (self.integrator, self.photons_per_round) {
+            (Integrator::Sppm, None) => Ok(1),
+            (Integrator::Ppm, None) => Ok(DEFAULT_ROUND),
+            (Integrator::Sppm, Some(_)) => {
+                Err(RenderError::Option("photons per round: expected the integrator ppm".into()))
+            }
+            (Integrator::Ppm, Some(0)) => Err(RenderError::Option("0 photons per round: expected 1 or more".into())),
+            (Integrator::Ppm, Some(per_round)) => u32::try_from(per_round.div_ceil(photons)).map_err(|_| {
+                RenderError::Option(format!("{per_round} photons per round of {photons} each: too many iterations"))
+            }),
+        }
+    }
+
+    fn checked_shard(&self) -> Result<Shard, RenderError> {
+        let Shard { index, count } = self.shard;
+        check(index < count, || format!("shard {index} of {count}: expected an index from 0, below the count"))?;
+        check(count <= Shard::MAX_COUNT, || format!("{count} shards: expected at most {}", Shard::MAX_COUNT))?;
+        let independent = self.radius_schedule == RadiusSchedule::Global || self.integrator == Integrator::Ppm;
+        check(count == 1 || independent, || {
+            "shards: expected the global radius schedule or the integrator ppm, since adaptive radii depend on all \
+             iterations before"
+                .into()
+        })?;
+        Ok(self.shard)
+    }
+}
+
+/// Photons of an iteration for an image of this size, where the caller does not say.
+pub(crate) fn photons_of(integrator: &scene::Integrator, resolution: [u32; 2]) -> u64 {
+    integrator.photons_per_iteration.unwrap_or_else(|| resolution.map(u64::from).iter().product())
+}
+
+fn check(holds: bool, message: impl FnOnce() -> String) -> Result<(), RenderError> {
+    if holds { Ok(()) } else { Err(RenderError::Option(message())) }
+}

@@ -1,0 +1,44 @@
+//! A render that is put aside in memory and taken up again.
+
+use super::{RenderError, Renderer};
+use crate::kernels::VisiblePoint;
+use crate::render::checkpoint::{Checkpoint, CheckpointError};
+
+/// A render as it stood, what its pixels have seen last included.
+pub struct Aside {
+    checkpoint: Checkpoint,
+    visible_points: Vec<VisiblePoint>,
+    visible_radii2: Vec<f32>,
+    visible_throughputs: Vec<[f32; 4]>,
+    response: Option<f64>,
+}
+
+impl Renderer {
+    /// Copies what a checkpoint has, and what [`Renderer::radii`] and its like tell, to memory.
+    ///
+    /// # Errors
+    /// The device fails.
+    pub fn put_aside(&self) -> Result<Aside, RenderError> {
+        let (buffers, pixels) = (&self.buffers, self.settings.pixels());
+        Ok(Aside {
+            checkpoint: self.checkpoint("")?,
+            visible_points: self.device.read_first_texels(&buffers.visible_points, pixels)?,
+            visible_radii2: self.device.read_first_texels(&buffers.visible_radii2, pixels)?,
+            visible_throughputs: self.device.read_first_texels(&buffers.visible_throughputs, pixels)?,
+            response: self.progress.response,
+        })
+    }
+
+    /// Goes on from where a render of the same scene with the same options was put aside.
+    ///
+    /// # Errors
+    /// As [`Renderer::resume`].
+    pub fn take_up(&mut self, aside: &Aside) -> Result<(), CheckpointError> {
+        self.resume(&aside.checkpoint)?;
+        self.device.write_texels(&self.buffers.visible_points, &aside.visible_points)?;
+        self.device.write_texels(&self.buffers.visible_radii2, &aside.visible_radii2)?;
+        self.device.write_texels(&self.buffers.visible_throughputs, &aside.visible_throughputs)?;
+        self.progress.response = aside.response;
+        Ok(())
+    }
+}

@@ -1,0 +1,132 @@
+//! Light that photons could bring, and that none has brought yet.
+//!
+//! The error of an image is estimated from what two halves of its iterations do not agree on.
+//! Where nearly all photons land far from what is seen, both halves agree on an image without
+//! the light that photons bring: no half has met it. What the light of a single photon would
+//! add to the image tells how much of that there may be. An expectation of one photon is not
+//! refuted by having met none, so an error below this is not known, whatever the halves say.
+
+use crate::image::estimate::Estimate;
+use crate::image::film::LUMINANCE;
+use crate::render::options::{Contribution, DirectLight, Options};
+
+/// Part of what is seen that photons may leave unknown before a render says so.
+const NOTABLE: f64 = 0.01;
+/// Photons are few where less than this part of those emitted is recorded.
+const FEW: f64 = 0.001;
+/// How known the error of an image is.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Noise {
+    /// What two halves of the iterations say: [`Estimate::relative_error`].
+    pub of_halves: Option<f64>,
+    /// What the light of one photon adds to an image, evenly spread over all that is seen: the
+    /// mean radiance, over the median of the pixels that have any light. 0 where photons bring
+    /// nothing; infinite where an image that they could light is black.
+    pub of_one_photon: f64,
+}
+
+impl Noise {
+    /// The relative error as far as it is known; `None` before both halves have an iteration,
+    /// and where nothing is known, since an image that photons could light is black.
+    pub fn relative_error(&self) -> Option<f64> {
+        self.of_halves.map(|error| error.max(self.of_one_photon)).filter(|error| error.is_finite())
+    }
+
+    /// Whether light may be missing, where of `emitted` photons, so many were `recorded`.
+    pub fn misses_light(&self, emitted: u64, recorded: u64) -> bool {
+        // Of a number that has come out as n, n + 1 may have been expected: its deviation is the
+        // root of that.
+        let expected = recorded as f64 + 1.0;
+        let few = expected < FEW * emitted as f64 && expected.sqrt() * self.of_one_photon > NOTABLE;
+        few || (self.of_one_photon > NOTABLE && self.of_halves.is_some_and(|error| error < self.of_one_photon))
+    }
+}
+
+/// Mean radiance that one watt brings to an image, evenly spread over all that is seen, or over a
+/// photon's disc of that `radius` where less than that is seen; 1/(m² sr) in render units. Each pixel has a bsdf times throughput, 1/sr, and the length of
+/// its eye path, 0 where that found nothing; a pixel is `width` wide at distance 1, or
+/// everywhere where rays are parallel.
+pub fn response(pixels: impl ExactSizeIterator<Item = [f32; 4]>, width: f64, is_parallel: bool, radius: f64) -> f64 {
+    let count = pixels.len() as f64;
+    let (mut bsdfs, mut area) = (0.0, 0.0);
+    for [red, green, blue, length] in pixels.filter(|pixel| pixel[3] > 0.0) {
+        let bsdf = [red, green, blue].map(f64::from);
+        bsdfs += bsdf.iter().zip(LUMINANCE).map(|(bsdf, weight)| bsdf * weight).sum::<f64>();
+        area += (if is_parallel { width } else { width * f64::from(length) }).powi(2);
+    }
+    let area = f64::max(area, std::f64::consts::PI * radius * radius);
+    if bsdfs > 0.0 { bsdfs / (count * area) } else { 0.0 }
+}
+
+/// What the light of one photon of `flux` W adds to an image with this [`response`]; `unit` is
+/// that of the estimate before exposure. As [`Noise::of_one_photon`].
+pub fn of_one_photon(response: f64, flux: f64, unit: f64, estimate: &Estimate) -> f64 {
+    if response == 0.0 {
+        return 0.0;
+    }
+    estimate.median_lit().map_or(f64::INFINITY, |median| response * flux / (unit * median))
+}
+
+/// Whether photons may bring light at all: more than eye paths do.
+pub fn photons_matter(options: &Options, max_depth: u32, is_plane: bool) -> bool {
+    // Where eye paths bring direct light, the first surface of a photon records nothing.
+    let records = options.direct == DirectLight::Photons || (max_depth > 1 && !is_plane);
+    options.contribution != Contribution::Direct && records
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn photons_matter_where_they_can_record_something() {
+        let nee = Options::default();
+        let photons = Options { direct: DirectLight::Photons, ..Options::default() };
+        let direct = Options { contribution: Contribution::Direct, ..Options::default() };
+        for (options, max_depth, is_plane, expected) in [
+            (&nee, 5, false, true),
+            (&nee, 1, false, false),
+            (&nee, 5, true, false),
+            (&photons, 1, true, true),
+            (&direct, 5, false, false),
+        ] {
+            assert_eq!(photons_matter(options, max_depth, is_plane), expected, "{options:?} {max_depth} {is_plane}");
+        }
+    }
+
+    /// Two of four pixels see something, of albedos whose bsdf is 0.1 and 0.3, at distances of
+    /// 1 and 2: an area of 0.01 (1 + 4).
+    #[test]
+    fn a_watt_is_spread_over_what_is_seen() {
+        let pixels = [[0.1, 0.1, 0.1, 1.0], [0.0; 4], [0.3, 0.3, 0.3, 2.0], [9.0, 9.0, 9.0, 0.0]];
+        let near = |value: f64, expected: f64| assert!((value / expected - 1.0).abs() < 1e-6, "{value}");
+        near(response(pixels.into_iter(), 0.1, false, 0.1), 0.1 / 0.05);
+        near(response(pixels.into_iter(), 0.1, true, 0.01), 0.1 / 0.02);
+        near(response(pixels.into_iter(), 0.1, true, 1.0), 0.1 / std::f64::consts::PI);
+        assert_eq!(response([[0.0, 0.0, 0.0, 1.0]].into_iter(), 0.1, false, 0.1), 0.0, "all is black");
+    }
+
+    #[test]
+    fn an_error_is_not_known_below_the_light_of_one_photon() {
+        let noise = |of_halves, of_one_photon| Noise { of_halves, of_one_photon };
+        assert_eq!(noise(Some(0.01), 0.2).relative_error(), Some(0.2));
+        assert_eq!(noise(Some(0.3), 0.2).relative_error(), Some(0.3));
+        assert_eq!(noise(None, 0.2).relative_error(), None);
+        assert_eq!(noise(Some(0.0), f64::INFINITY).relative_error(), None, "a black image");
+        assert_eq!(noise(Some(0.0), 0.0).relative_error(), Some(0.0), "black surfaces");
+    }
+
+    #[test]
+    fn light_is_missed_where_photons_are_few_and_each_would_be_seen() {
+        let noise = |of_halves, of_one_photon| Noise { of_halves: Some(of_halves), of_one_photon };
+        assert!(noise(0.01, 0.2).misses_light(10_000, 0));
+        assert!(noise(0.3, 0.2).misses_light(10_000, 5));
+        assert!(noise(0.3, 0.005).misses_light(100_000, 26), "known to a fifth, and as bright as a fortieth");
+        assert!(noise(0.01, f64::INFINITY).misses_light(10_000, 0));
+        assert!(noise(0.01, 0.2).misses_light(10_000, 9000), "they are elsewhere: the halves know of none");
+        assert!(!noise(0.3, 0.2).misses_light(10_000, 9000), "noise of many photons");
+        assert!(!noise(0.3, 0.2).misses_light(100, 0), "so few that none tells nothing");
+        assert!(!noise(0.001, 1e-5).misses_light(10_000, 0), "nobody would notice");
+        assert!(!noise(0.0, 0.0).misses_light(0, 0));
+    }
+}

@@ -1,0 +1,309 @@
+//! `Material` and `MakeNamedMaterial`.
+
+use crate::scene::directives::texture::Textures;
+use crate::scene::format::error::{Location, SceneError};
+use crate::scene::format::params::{Param, ParamList};
+use crate::scene::format::registry::{Family, Kind, ParamSpec, full, ignored, later, not_yet, supported};
+use crate::scene::model::{Coat, Input, Material, Metal, Rgb, Roughness};
+use crate::scene::spectrum::{Spectrum, conductor, conductor_from_reflectance, copper, optional};
+
+const FLOAT: &[Kind] = &[Kind::Float];
+const COLOUR: &[Kind] = &[Kind::Rgb, Kind::Spectrum, Kind::Blackbody];
+const TEXTURED: &[Kind] = &[Kind::Rgb, Kind::Spectrum, Kind::Blackbody, Kind::Texture];
+const NUMBER: &[Kind] = &[Kind::Float, Kind::Texture];
+const INDEX: &[Kind] = &[Kind::Float, Kind::Spectrum, Kind::Blackbody];
+
+const DISPLACEMENT: ParamSpec = later("displacement", &[Kind::Float, Kind::Texture]);
+const NORMAL_MAP: ParamSpec = later("normalmap", &[Kind::String]);
+const ROUGHNESS: ParamSpec = full("roughness", NUMBER);
+const U_ROUGHNESS: ParamSpec = full("uroughness", NUMBER);
+const V_ROUGHNESS: ParamSpec = full("vroughness", NUMBER);
+const REMAP_ROUGHNESS: ParamSpec = full("remaproughness", &[Kind::Bool]);
+const REFLECTANCE: ParamSpec = full("reflectance", TEXTURED);
+/// Coats are followed in closed form: what little they scatter inside goes straight on.
+const ALBEDO: ParamSpec = full("albedo", TEXTURED);
+const PHASE: ParamSpec = ignored("g", NUMBER);
+const THICKNESS: ParamSpec = full("thickness", NUMBER);
+const LAYER_DEPTH: ParamSpec = ignored("maxdepth", &[Kind::Integer]);
+const LAYER_SAMPLES: ParamSpec = ignored("nsamples", &[Kind::Integer]);
+
+/// The materials of pbrt.
+pub(in crate::scene) const FAMILY: Family = Family {
+    directive: "Material",
+    types: &[
+        supported("diffuse", &[REFLECTANCE, DISPLACEMENT, NORMAL_MAP]),
+        supported(
+            "conductor",
+            &[
+                full("eta", COLOUR),
+                full("k", COLOUR),
+                REFLECTANCE,
+                ROUGHNESS,
+                U_ROUGHNESS,
+                V_ROUGHNESS,
+                REMAP_ROUGHNESS,
+                DISPLACEMENT,
+                NORMAL_MAP,
+            ],
+        ),
+        supported(
+            "dielectric",
+            &[
+                full("eta", INDEX),
+                // Goblet's own: pbrt's dielectrics are untinted.
+                full("transmittance", &[Kind::Rgb]),
+                ROUGHNESS,
+                U_ROUGHNESS,
+                V_ROUGHNESS,
+                REMAP_ROUGHNESS,
+                DISPLACEMENT,
+                NORMAL_MAP,
+            ],
+        ),
+        supported("thindielectric", &[full("eta", INDEX), DISPLACEMENT, NORMAL_MAP]),
+        supported(
+            "diffusetransmission",
+            &[REFLECTANCE, full("transmittance", TEXTURED), full("scale", FLOAT), DISPLACEMENT, NORMAL_MAP],
+        ),
+        supported(
+            "coateddiffuse",
+            &[
+                REFLECTANCE,
+                ROUGHNESS,
+                U_ROUGHNESS,
+                V_ROUGHNESS,
+                REMAP_ROUGHNESS,
+                full("eta", INDEX),
+                THICKNESS,
+                ALBEDO,
+                PHASE,
+                LAYER_DEPTH,
+                LAYER_SAMPLES,
+                DISPLACEMENT,
+                NORMAL_MAP,
+            ],
+        ),
+        supported(
+            "coatedconductor",
+            &[
+                full("conductor.eta", COLOUR),
+                full("conductor.k", COLOUR),
+                REFLECTANCE,
+                full("conductor.roughness", NUMBER),
+                full("conductor.uroughness", NUMBER),
+                full("conductor.vroughness", NUMBER),
+                full("interface.roughness", NUMBER),
+                full("interface.uroughness", NUMBER),
+                full("interface.vroughness", NUMBER),
+                full("interface.eta", INDEX),
+                REMAP_ROUGHNESS,
+                THICKNESS,
+                ALBEDO,
+                PHASE,
+                LAYER_DEPTH,
+                LAYER_SAMPLES,
+                DISPLACEMENT,
+                NORMAL_MAP,
+            ],
+        ),
+        supported("mix", &[full("materials", &[Kind::String]), full("amount", NUMBER)]),
+        supported("interface", &[]),
+        not_yet("hair"),
+        not_yet("measured"),
+        not_yet("subsurface"),
+    ],
+};
+
+/// What surfaces are made of where no `Material` is in force.
+pub(in crate::scene) fn default() -> Material {
+    Material::Diffuse { reflectance: Input::Constant(Rgb::splat(0.5)) }
+}
+
+/// Makes a material, other than a mix, from parameters that [`FAMILY`] has checked; also gives
+/// warnings.
+pub(in crate::scene) fn material(
+    name: &str,
+    params: &ParamList,
+    textures: &Textures,
+    location: &Location,
+) -> Result<(Material, Vec<String>), SceneError> {
+    let mut warnings = Vec::new();
+    let color = |name, default| match params.get(name) {
+        Some(param) => textures.color(param),
+        None => Ok(Input::Constant(Rgb::splat(default))),
+    };
+    let roughness = |prefix| roughness(params, prefix, textures);
+    let material = match name {
+        "conductor" => {
+            let metal = metal(params, ["eta", "k"], 1.0, textures, location)?;
+            Material::Conductor { metal, roughness: roughness("")? }
+        }
+        "dielectric" => dielectric(params, roughness("")?)?,
+        "thindielectric" => Material::ThinDielectric { eta: index(params, "eta")? },
+        "diffusetransmission" => Material::DiffuseTransmission {
+            reflectance: color("reflectance", 0.25)?,
+            transmittance: color("transmittance", 0.25)?,
+            scale: params.not_negative("scale", 1.0)?,
+        },
+        "coateddiffuse" => Material::CoatedDiffuse {
+            reflectance: color("reflectance", 0.5)?,
+            coat: coat((params, location), "eta", roughness("")?, textures, &mut warnings)?,
+        },
+        "coatedconductor" => {
+            let coat = coat((params, location), "interface.eta", roughness("interface.")?, textures, &mut warnings)?;
+            let metal = metal(params, ["conductor.eta", "conductor.k"], coat.eta, textures, location)?;
+            Material::CoatedConductor { metal, roughness: roughness("conductor.")?, coat }
+        }
+        "interface" => Material::Interface,
+        _ => Material::Diffuse { reflectance: color("reflectance", 0.5)? },
+    };
+    Ok((material, warnings))
+}
+
+/// The names of the two materials that a mix is of, and the chance of the second.
+pub(in crate::scene) fn mix(
+    params: &ParamList,
+    textures: &Textures,
+    location: &Location,
+) -> Result<([String; 2], Input<f64>), SceneError> {
+    let expected = "two names of materials";
+    let Some(param) = params.get("materials") else {
+        return Err(location.invalid(format!("Material \"mix\" has no \"string materials\"; expected {expected}")));
+    };
+    let names = param.texts().try_into().map_err(|_| param.bad_value(expected))?;
+    let amount = number(params, "amount", textures, 0.5)?;
+    if let (Some(param), Input::Constant(value)) = (params.get("amount"), amount)
+        && !(0.0..=1.0).contains(&value)
+    {
+        return Err(param.bad_value("a number from 0 to 1"));
+    }
+    Ok((names, amount))
+}
+
+fn number(params: &ParamList, name: &str, textures: &Textures, default: f64) -> Result<Input<f64>, SceneError> {
+    params.get(name).map_or(Ok(Input::Constant(default)), |param| textures.number(param))
+}
+
+/// A colour with channels from 0 to 1.
+fn fraction(params: &ParamList, name: &str) -> Result<Option<Rgb>, SceneError> {
+    let Some(param) = params.get(name) else {
+        return Ok(None);
+    };
+    let rgb = Spectrum::from_param(param)?.reflectance();
+    if rgb.min_element() < 0.0 || rgb.max_element() > 1.0 {
+        return Err(param.bad_value("channels from 0 to 1"));
+    }
+    Ok(Some(rgb))
+}
+
+/// One value for both directions, unless they have their own.
+fn roughness(params: &ParamList, prefix: &str, textures: &Textures) -> Result<Roughness, SceneError> {
+    let along = |name: &str| {
+        let name = format!("{prefix}{name}");
+        let value = params.get(&name).map(|param| textures.number(param)).transpose()?;
+        match (params.get(&name), value) {
+            (Some(param), Some(Input::Constant(value))) if value < 0.0 => {
+                Err(param.bad_value("0 or a number above it"))
+            }
+            _ => Ok(value),
+        }
+    };
+    let both = along("roughness")?.unwrap_or(Input::Constant(0.0));
+    Ok(Roughness {
+        u: along("uroughness")?.unwrap_or(both),
+        v: along("vroughness")?.unwrap_or(both),
+        remap: params.get("remaproughness").is_none() || params.flag("remaproughness")?,
+    })
+}
+
+/// A metal by its reflectance or its optical constants, copper's if it has none; inside of
+/// something with the index `outside`.
+fn metal(
+    params: &ParamList,
+    constants: [&str; 2],
+    outside: f64,
+    textures: &Textures,
+    location: &Location,
+) -> Result<Metal, SceneError> {
+    let [eta, k] = constants.map(|name| params.get(name));
+    if let (Some(constant), Some(_)) = (eta.or(k), params.get("reflectance")) {
+        return Err(constant
+            .location
+            .invalid(format!("{constant} is given beside a reflectance; expected either reflectance, or eta and k")));
+    }
+    let reflectance = params.get("reflectance").map(|param| textures.color(param)).transpose()?;
+    let (eta, k) = match reflectance {
+        Some(Input::Constant(reflectance)) => conductor_from_reflectance(reflectance),
+        Some(texture) => return Ok(Metal::Reflectance(texture)),
+        None => {
+            let (copper_eta, copper_k) = copper(location)?;
+            let negative = |param: &&Param| param.numbers().iter().any(|v| *v < 0.0);
+            if let Some(param) = [eta, k].into_iter().flatten().find(negative) {
+                return Err(param.bad_value("no negative value"));
+            }
+            conductor(&optional(eta)?.unwrap_or(copper_eta), &optional(k)?.unwrap_or(copper_k))
+        }
+    };
+    Ok(Metal::Index { eta: eta / outside, k: k / outside })
+}
+
+/// An index of refraction.
+fn index(params: &ParamList, name: &str) -> Result<f64, SceneError> {
+    let eta = match params.get(name) {
+        Some(param) if param.kind != Kind::Float => Spectrum::from_param(param)?.photopic_mean(),
+        _ => params.float(name)?.unwrap_or(1.5),
+    };
+    match params.get(name) {
+        Some(param) if !(0.1..=10.0).contains(&eta) => Err(param.bad_value("an index of refraction from 0.1 to 10")),
+        _ => Ok(eta),
+    }
+}
+
+fn dielectric(params: &ParamList, roughness: Roughness) -> Result<Material, SceneError> {
+    let eta = index(params, "eta")?;
+    let transmittance = fraction(params, "transmittance")?.unwrap_or(Rgb::ONE);
+    // Without a difference of index there is nothing to see of the facets.
+    let roughness = if eta == 1.0 { Roughness::SMOOTH } else { roughness };
+    Ok(Material::Dielectric { eta, transmittance, roughness })
+}
+
+/// The most that a coat may scatter: its albedo times its optical thickness. Up to that, it
+/// matters little where the scattered light goes.
+const MOST_SCATTERED: f64 = 0.1;
+
+/// A coat; textures of its inside are taken for their means.
+fn coat(
+    (params, location): (&ParamList, &Location),
+    eta: &str,
+    roughness: Roughness,
+    textures: &Textures,
+    warnings: &mut Vec<String>,
+) -> Result<Coat, SceneError> {
+    let mut mean_of = |name: &str, mean: Option<Rgb>| {
+        if let (Some(param), Some(mean)) = (params.get(name), mean) {
+            let mean = mean.element_sum() / 3.0;
+            warnings.push(format!("{param} is rendered as its mean, {mean:.4}: coats are the same everywhere inside"));
+        }
+    };
+    let thickness = number(params, "thickness", textures, 0.01)?;
+    let (mean, is_texture) = textures.mean_number(thickness, location)?;
+    mean_of("thickness", is_texture.then_some(Rgb::splat(mean)));
+    if let Some(param) = params.get("thickness").filter(|_| mean < 0.0) {
+        return Err(param.bad_value("0 or a number above it"));
+    }
+    let albedo = params.get("albedo").map_or(Ok(Input::Constant(Rgb::ZERO)), |param| textures.color(param))?;
+    let (albedo, is_texture) = textures.mean_color(albedo, location)?;
+    mean_of("albedo", is_texture.then_some(albedo));
+    // Nothing comes of it, but a texture must be there.
+    number(params, "g", textures, 0.0)?;
+    let scattered = mean * albedo.element_sum() / 3.0;
+    if let Some(param) = params.get("albedo").filter(|_| scattered > 0.0) {
+        if scattered > MOST_SCATTERED {
+            let what =
+                format!("{param} that scatters {scattered:.2} of the light in a coat, by thickness times albedo,");
+            return Err(param.location.unsupported(&what, &format!("coats that scatter up to {MOST_SCATTERED}")));
+        }
+        warnings.push(format!("light that {param} scatters inside the coat is taken to go straight on"));
+    }
+    Ok(Coat { eta: index(params, eta)?, thickness: mean - scattered, roughness })
+}

@@ -1,0 +1,13 @@
+//! What each directive of a scene file means: parameters to parts of the model.
+
+pub(in crate::scene) mod camera;
+pub(in crate::scene) mod film;
+pub(in crate::scene) mod light;
+pub(in crate::scene) mod light_image;
+pub(in crate::scene) mod material;
+pub(in crate::scene) mod object;
+pub(in crate::scene) mod option;
+pub(in crate::scene) mod shape;
+pub(in crate::scene) mod state;
+pub(in crate::scene) mod texture;
+pub(in crate::scene) mod transform;

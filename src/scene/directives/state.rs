@@ -1,0 +1,507 @@
+//! The graphics state, and the scene that grows under it.
+
+mod options;
+mod place;
+mod resolve;
+mod survey;
+
+use std::collections::HashMap;
+use std::fmt;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+use glam::DAffine3;
+
+use crate::base::input::Budget;
+use crate::scene::directives::light;
+use crate::scene::directives::material;
+use crate::scene::directives::object::Objects;
+use crate::scene::directives::shape;
+use crate::scene::directives::shape::MeshFiles;
+use crate::scene::directives::texture;
+use crate::scene::directives::texture::{Declaration, Textures, Values};
+use crate::scene::directives::transform;
+use crate::scene::format::error::{Location, SceneError, bounded};
+use crate::scene::format::lexer::shorten;
+use crate::scene::format::params::ParamList;
+use crate::scene::format::registry::Family;
+use crate::scene::model::{AreaLight, Input, Instance, Light, Material, Rgb, Shape};
+use crate::scene::spectrum::color_space::ColorSpace;
+pub(in crate::scene) use options::Options;
+pub(in crate::scene) use place::ActiveTimes;
+pub(in crate::scene) use survey::Collected;
+
+/// What applies to the next shape or light.
+#[derive(Clone, Debug)]
+struct GraphicsState {
+    /// At the start time, as which all is rendered.
+    world_from_object: DAffine3,
+    /// At the end time.
+    world_from_object_at_end: DAffine3,
+    active: ActiveTimes,
+    color_space: ColorSpace,
+    reverse_orientation: bool,
+    material: MaterialRef,
+    emission: Option<AreaLight>,
+    /// What `Attribute` has set.
+    shape_defaults: Arc<ParamList>,
+    light_defaults: Arc<ParamList>,
+    material_defaults: Arc<ParamList>,
+    texture_defaults: Arc<ParamList>,
+}
+
+/// A material, by its place among all or by a name that is looked up at the end:
+/// a scene may name a material before it makes it.
+#[derive(Clone, Debug)]
+enum MaterialRef {
+    Slot(usize),
+    Named(Arc<str>, Location),
+}
+
+/// A material, or two that are looked up at the end.
+#[derive(Clone, Debug)]
+enum Made {
+    Material(Material),
+    Mix {
+        parts: [MaterialRef; 2],
+        amount: Input<f64>,
+        location: Location,
+    },
+    /// One that names a texture which is not there yet: its type and parameters, checked.
+    Waiting {
+        kind: String,
+        params: ParamList,
+        location: Location,
+    },
+}
+
+/// A shape, and what of it is looked up at the end.
+#[derive(Debug)]
+struct PendingShape {
+    shape: Shape,
+    material: MaterialRef,
+    /// The alpha, where it names a texture that is not there yet.
+    alpha: Option<ParamList>,
+}
+
+/// A material of the scene file. One that goblet cannot render is an error only
+/// once a shape is made of it.
+#[derive(Debug)]
+struct MaterialSlot {
+    made: Result<Made, SceneError>,
+    /// Once a shape is made of it.
+    used: Option<Used>,
+}
+
+/// Where a material that shapes are made of is.
+#[derive(Clone, Copy, Debug)]
+struct Used {
+    /// Its place in [`Scene::materials`].
+    index: usize,
+    /// How many mixes are within each other.
+    depth: u32,
+}
+
+/// Mixes may be of mixes.
+const MAX_MIX_DEPTH: u32 = 4;
+
+/// A state to return to.
+#[derive(Debug)]
+struct Saved {
+    state: GraphicsState,
+    /// Where the block begins.
+    begin: Location,
+    /// The directive that ends it.
+    end: &'static str,
+}
+
+/// Builds a [`Scene`] directive by directive.
+#[derive(Debug)]
+pub(in crate::scene) struct SceneBuilder {
+    pub options: Options,
+    world: bool,
+    state: GraphicsState,
+    saved: Vec<Saved>,
+    /// Each at the start time and at the end time.
+    coordinate_systems: HashMap<String, [DAffine3; 2]>,
+    warned_of_motion: bool,
+    slots: Vec<MaterialSlot>,
+    named: HashMap<Arc<str>, usize>,
+    shapes: Vec<PendingShape>,
+    /// How many `Shape "revolution"` there were so far.
+    revolutions: usize,
+    objects: Objects,
+    lights: Vec<Light>,
+    files: MeshFiles,
+    textures: Textures,
+    /// Files that the scene includes or imports.
+    pub included: Vec<PathBuf>,
+    /// Every file that the scene reads besides its own.
+    pub inputs: Vec<PathBuf>,
+    warnings: Vec<String>,
+    /// Warnings that are not kept.
+    more_warnings: u64,
+    /// Of the scene's memory.
+    budget: Arc<Budget>,
+    /// Set where everything that is wrong is to be found.
+    collected: Option<Collected>,
+}
+
+impl SceneBuilder {
+    /// File names in the scene are relative to `directory`.
+    pub fn new(directory: &Path, budget: &Arc<Budget>) -> Self {
+        let default_material = MaterialSlot { made: Ok(Made::Material(material::default())), used: None };
+        Self {
+            options: Options::default(),
+            world: false,
+            state: GraphicsState {
+                world_from_object: DAffine3::IDENTITY,
+                world_from_object_at_end: DAffine3::IDENTITY,
+                active: ActiveTimes::ALL,
+                color_space: ColorSpace::default(),
+                reverse_orientation: false,
+                material: MaterialRef::Slot(0),
+                emission: None,
+                shape_defaults: Arc::default(),
+                light_defaults: Arc::default(),
+                material_defaults: Arc::default(),
+                texture_defaults: Arc::default(),
+            },
+            saved: Vec::new(),
+            coordinate_systems: HashMap::new(),
+            warned_of_motion: false,
+            slots: vec![default_material],
+            named: HashMap::new(),
+            shapes: Vec::new(),
+            revolutions: 0,
+            objects: Objects::default(),
+            lights: Vec::new(),
+            files: MeshFiles::new(directory, budget),
+            textures: Textures::new(directory, budget),
+            included: Vec::new(),
+            inputs: Vec::new(),
+            warnings: Vec::new(),
+            more_warnings: 0,
+            budget: Arc::clone(budget),
+            collected: None,
+        }
+    }
+
+    /// The colour space of the values to come.
+    pub fn set_color_space(&mut self, space: ColorSpace) {
+        self.state.color_space = space;
+    }
+
+    /// The colour space in force.
+    pub fn color_space(&self) -> ColorSpace {
+        self.state.color_space
+    }
+
+    /// The folder of the scene file.
+    pub fn directory(&self) -> &Path {
+        &self.files.directory
+    }
+
+    pub fn warn(&mut self, location: &impl fmt::Display, message: &str) {
+        if self.warnings.len() < MOST_WARNINGS {
+            self.warnings.push(bounded(format!("{location}: {message}")));
+        } else {
+            self.more_warnings += 1;
+        }
+    }
+
+    /// Takes memory for what a directive leaves behind: a value of a type, and so many bytes
+    /// that it refers to.
+    fn keep<T>(&self, bytes: usize, location: &Location) -> Result<(), SceneError> {
+        self.budget.take((size_of::<T>() + bytes) as u64).map_err(location.over())
+    }
+
+    /// Fails unless `directive` stands after `WorldBegin`, or before it where
+    /// `world` is false.
+    pub fn require_world(&mut self, world: bool, directive: &str, location: &Location) -> Result<(), SceneError> {
+        let (found, expected) = match (self.world, world) {
+            (true, false) => ("after", "before"),
+            (false, true) => ("before", "after"),
+            _ => return Ok(()),
+        };
+        // Said once of a missing WorldBegin, where all that is wrong is listed.
+        self.world = true;
+        Err(location.invalid(format!("{directive} stands {found} WorldBegin; expected it {expected} WorldBegin")))
+    }
+
+    pub fn world_begin(&mut self, location: &Location) -> Result<(), SceneError> {
+        self.require_world(false, "a second WorldBegin", location)?;
+        self.world = true;
+        self.reset_transforms();
+        Ok(())
+    }
+
+    pub fn attribute_begin(&mut self, location: &Location) -> Result<(), SceneError> {
+        self.begin_block(location, "AttributeEnd")
+    }
+
+    pub fn attribute_end(&mut self, location: &Location) -> Result<(), SceneError> {
+        self.end_block(location, "AttributeEnd")
+    }
+
+    pub fn object_begin(&mut self, name: &str, location: &Location) -> Result<(), SceneError> {
+        self.keep::<(Arc<str>, usize)>(name.len() + ENTRY_BYTES, location)?;
+        self.objects.begin(name, location)?;
+        self.begin_block(location, "ObjectEnd")
+    }
+
+    pub fn object_end(&mut self, location: &Location) -> Result<(), SceneError> {
+        self.end_block(location, "ObjectEnd")?;
+        self.objects.end();
+        Ok(())
+    }
+
+    pub fn object_instance(&mut self, name: &str, location: &Location) -> Result<(), SceneError> {
+        let world_from_instance = self.state.world_from_object;
+        check_finite(&world_from_instance, location)?;
+        if !transform::is_invertible(&world_from_instance) {
+            self.warn(location, FLATTENED);
+            return Ok(());
+        }
+        self.keep::<(Instance, Location)>(name.len() + ENTRY_BYTES, location)?;
+        self.objects.instance(name, location, world_from_instance)
+    }
+
+    fn begin_block(&mut self, location: &Location, end: &'static str) -> Result<(), SceneError> {
+        self.keep::<Saved>(0, location)?;
+        self.saved.push(Saved { state: self.state.clone(), begin: location.clone(), end });
+        Ok(())
+    }
+
+    fn end_block(&mut self, location: &Location, end: &'static str) -> Result<(), SceneError> {
+        let Some(saved) = self.saved.pop() else {
+            return Err(location.invalid("this ends a block that was never begun"));
+        };
+        self.budget.give_back(size_of::<Saved>() as u64);
+        if saved.end != end {
+            let (begin, expected) = (&saved.begin, saved.end);
+            return Err(location.invalid(format!("found {end}; expected {expected} for what begins at {begin}")));
+        }
+        self.state = saved.state;
+        Ok(())
+    }
+
+    pub fn reverse_orientation(&mut self) {
+        self.state.reverse_orientation = !self.state.reverse_orientation;
+    }
+
+    /// `Attribute`: parameters that later directives take unless they have them.
+    pub fn attribute(&mut self, target: &str, params: ParamList, location: &Location) -> Result<(), SceneError> {
+        let (defaults, families): (_, &[&Family]) = match target {
+            "shape" => (&mut self.state.shape_defaults, &[&shape::FAMILY]),
+            "light" => (&mut self.state.light_defaults, &[&light::FAMILY, &light::AREA_FAMILY]),
+            "material" => (&mut self.state.material_defaults, &[&material::FAMILY]),
+            "texture" => (&mut self.state.texture_defaults, &[&texture::FLOAT_FAMILY, &texture::SPECTRUM_FAMILY]),
+            // Media are not read, so neither are their defaults.
+            "medium" => return Ok(()),
+            _ => {
+                return Err(location.invalid(format!(
+                    "unknown Attribute \"{}\"; expected one of: \"shape\", \"light\", \
+                     \"material\", \"medium\", \"texture\"",
+                    shorten(target)
+                )));
+            }
+        };
+        // Of no use are those that no type has; so few remain, however many there are.
+        let mut known = params.items;
+        known.retain(|param| families.iter().any(|family| family.knows(&param.name)));
+        ParamList::set_all(defaults, known)
+    }
+
+    pub fn material(&mut self, name: &str, params: ParamList, location: &Location) -> Result<(), SceneError> {
+        // pbrt's old name of it.
+        let name = if name.is_empty() || name == "none" { "interface" } else { name };
+        self.state.material = MaterialRef::Slot(self.make_material(name, params, location)?);
+        Ok(())
+    }
+
+    pub fn make_named_material(
+        &mut self,
+        name: &str,
+        mut params: ParamList,
+        location: &Location,
+    ) -> Result<(), SceneError> {
+        let Some(kind) = params.take("type") else {
+            return Err(location
+                .invalid(format!("MakeNamedMaterial \"{}\" has no \"string type\"; expected one", shorten(name))));
+        };
+        let Some(kind) = kind.text() else {
+            return Err(kind.bad_value("the name of a material type"));
+        };
+        let made = self.make_material(kind, params, location);
+        self.keep::<(Arc<str>, usize)>(name.len() + ENTRY_BYTES, location)?;
+        // Of one with a fault, only the fault is told, not that nothing is called so.
+        if self.named.insert(name.into(), *made.as_ref().unwrap_or(&0)).is_some() {
+            return Err(
+                location.invalid(format!("a material \"{}\" exists already; expected a new name", shorten(name)))
+            );
+        }
+        made.map(drop)
+    }
+
+    fn make_material(&mut self, kind: &str, mut params: ParamList, location: &Location) -> Result<usize, SceneError> {
+        let defaults = &self.state.material_defaults;
+        let made = material::FAMILY.check(kind, location, &mut params, defaults).and_then(|_| {
+            if self.textures.has_all(&params) {
+                return self.material_of(kind, &params, location);
+            }
+            Ok(Made::Waiting { kind: kind.to_string(), params: params.clone(), location: location.clone() })
+        });
+        if let Err(error) = &made
+            && !matches!(error, SceneError::Unsupported { .. })
+        {
+            return made.map(|_| 0);
+        }
+        // Each that is used is kept twice, as it was made and as it is used.
+        self.keep::<[MaterialSlot; 2]>(0, location)?;
+        self.slots.push(MaterialSlot { made, used: None });
+        Ok(self.slots.len() - 1)
+    }
+
+    fn material_of(&mut self, kind: &str, params: &ParamList, location: &Location) -> Result<Made, SceneError> {
+        if kind != "mix" {
+            let (material, warnings) = material::material(kind, params, &self.textures, location)?;
+            warnings.into_iter().for_each(|warning| self.warn(location, &warning));
+            return Ok(Made::Material(material));
+        }
+        let (names, amount) = material::mix(params, &self.textures, location)?;
+        let parts = names.map(|name| MaterialRef::Named(name.into(), location.clone()));
+        Ok(Made::Mix { parts, amount, location: location.clone() })
+    }
+
+    pub fn named_material(&mut self, name: &str, location: &Location) {
+        self.state.material = MaterialRef::Named(name.into(), location.clone());
+    }
+
+    /// `Texture`, of a class that is named at `location`.
+    pub fn texture(
+        &mut self,
+        name: String,
+        values: Values,
+        class: String,
+        params: ParamList,
+        location: &Location,
+    ) -> Result<(), SceneError> {
+        let (world_from_texture, defaults) = (self.state.world_from_object, Arc::clone(&self.state.texture_defaults));
+        let location = location.clone();
+        let declaration =
+            Declaration { name, values, class, location: location.clone(), params, world_from_texture, defaults };
+        for warning in self.textures.declare(declaration)? {
+            self.warn(&location, &warning);
+        }
+        Ok(())
+    }
+
+    pub fn light(&mut self, name: &str, mut params: ParamList, location: &Location) -> Result<(), SceneError> {
+        self.warn_of_motion(location);
+        light::FAMILY.check(name, location, &mut params, &self.state.light_defaults)?;
+        let mut warnings = Vec::new();
+        let world_from_light = self.state.world_from_object;
+        check_finite(&world_from_light, location)?;
+        self.keep::<Light>(0, location)?;
+        let light = light::light(name, &params, &self.files, world_from_light, location, &mut warnings)?;
+        for warning in warnings {
+            self.warn(location, &warning);
+        }
+        if let Light::Spot { .. } = light
+            && !transform::keeps_angles(&self.state.world_from_object)
+        {
+            self.warn(location, "the spot light's cone is kept round in spite of its transform");
+        }
+        if light::emission(&light) != Rgb::ZERO {
+            self.lights.push(light);
+        }
+        Ok(())
+    }
+
+    pub fn area_light(&mut self, name: &str, mut params: ParamList, location: &Location) -> Result<(), SceneError> {
+        light::AREA_FAMILY.check(name, location, &mut params, &self.state.light_defaults)?;
+        let light = light::area_light(&params, &mut self.textures, &self.files.directory)?;
+        let shines = |light: &AreaLight| light.radiance * light.image.map_or(Rgb::ONE, |image| image.mean) != Rgb::ZERO;
+        self.state.emission = Some(light).filter(shines);
+        Ok(())
+    }
+
+    /// A shape, its type named at `location`, in the directive at `directive`.
+    pub fn shape(
+        &mut self,
+        name: &str,
+        mut params: ParamList,
+        location: &Location,
+        directive: &Location,
+    ) -> Result<(), SceneError> {
+        self.warn_of_motion(location);
+        let revolution = (name == "revolution").then_some(self.revolutions);
+        self.revolutions += usize::from(revolution.is_some());
+        shape::FAMILY.check(name, location, &mut params, &self.state.shape_defaults)?;
+        let waits = !self.textures.has_all(&params);
+        let alpha = if waits { Input::Constant(1.0) } else { shape::alpha(&params, &self.textures)? };
+        let mut emission = self.state.emission;
+        if emission.is_some() && self.objects.open().is_some() {
+            emission = None;
+            if self.objects.is_first_emitter() {
+                self.warn(directive, "shapes of an object emit no light; as in pbrt, only those outside do");
+            }
+        }
+        self.keep::<PendingShape>(SHAPE_BYTES, directive)?;
+        let mut geometry = shape::geometry(name, &params, &mut self.files, location)?;
+        if emission.is_some_and(|emission| emission.power.is_some()) {
+            shape::check_power(name, &geometry, location)?;
+        }
+        let world_from_object = self.state.world_from_object;
+        check_finite(&world_from_object, directive)?;
+        if !geometry.hull_all(|point| world_from_object.transform_point3(point).is_finite()) {
+            return Err(directive.invalid(OVERFLOWS));
+        }
+        if !transform::is_invertible(&world_from_object) && !shape::stays_when_flattened(&mut geometry) {
+            self.warn(directive, FLATTENED);
+            return Ok(());
+        }
+        let placed = geometry.placed_bytes(emission.is_some());
+        self.budget.take_later(placed).map_err(directive.over())?;
+        let shape = Shape {
+            geometry,
+            alpha,
+            world_from_object,
+            reverse_orientation: self.state.reverse_orientation,
+            material: 0,
+            emission,
+            object: self.objects.open(),
+            revolution,
+            location: directive.to_string(),
+        };
+        let material = self.state.material.clone();
+        // The rest of them may be large.
+        let alpha = params.take("alpha").filter(|_| waits).map(ParamList::of);
+        self.shapes.push(PendingShape { shape, material, alpha });
+        Ok(())
+    }
+}
+
+/// What is said of a shape or an instance that its transform leaves no volume.
+const FLATTENED: &str =
+    "its transform takes it to a plane, a line or a point, where, as in pbrt, no ray meets it: it is left out";
+
+/// What is said where coordinates in world space are no numbers.
+const OVERFLOWS: &str = "coordinates overflow, by the shape's own or by its transform; expected smaller numbers";
+
+/// Warnings that are kept; more are counted.
+const MOST_WARNINGS: usize = 1000;
+/// What an entry of a table takes besides its key and value, about.
+const ENTRY_BYTES: usize = 64;
+/// What a shape takes besides [`PendingShape`]: its place in the text, and a copy of it where it
+/// is packed.
+const SHAPE_BYTES: usize = size_of::<Shape>() + ENTRY_BYTES;
+
+/// Fails where a transform has become too large for numbers.
+fn check_finite(transform: &DAffine3, location: &Location) -> Result<(), SceneError> {
+    if transform.is_finite() {
+        return Ok(());
+    }
+    Err(location.invalid("the transform overflows here; expected smaller numbers"))
+}

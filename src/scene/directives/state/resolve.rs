@@ -1,0 +1,194 @@
+//! From directives to a scene, once all are known.
+
+use std::collections::BTreeMap;
+use std::sync::Arc;
+
+use crate::scene::directives::material;
+use crate::scene::directives::shape;
+use crate::scene::directives::state::{MAX_MIX_DEPTH, Made, MaterialRef, PendingShape, Saved, SceneBuilder, Used};
+use crate::scene::format::error::{Location, SceneError};
+use crate::scene::format::lexer::shorten;
+use crate::scene::model::missing_light;
+use crate::scene::model::{Input, Material, Scene, Shape};
+
+impl SceneBuilder {
+    /// The scene; `end` is where its file ends.
+    pub fn finish(mut self, end: &Location) -> Result<Scene, SceneError> {
+        self.resolve(end)
+    }
+
+    pub(in crate::scene) fn resolve(&mut self, end: &Location) -> Result<Scene, SceneError> {
+        if !self.world {
+            return Err(end.invalid("the file ends before WorldBegin; expected a WorldBegin"));
+        }
+        if let Some(Saved { begin, end, .. }) = self.saved.last() {
+            let error = begin.invalid(format!("this block is never ended; expected {end}"));
+            self.notes(Err(error))?;
+        }
+        self.make_what_waits()?;
+        let (shapes, materials) = self.resolve_materials()?;
+        let (instances, errors) = std::mem::take(&mut self.objects).resolve(&shapes);
+        for error in errors {
+            self.notes(Err(error))?;
+        }
+        self.warn_of_nothing(&shapes, end);
+        if !self.options.has_camera() {
+            self.warn(end, "the scene has no Camera; it is seen from the origin along +z");
+        }
+        let (film, camera, integrator) = std::mem::take(&mut self.options).resolve()?;
+        let (lights, mut warnings) = (std::mem::take(&mut self.lights), std::mem::take(&mut self.warnings));
+        if self.more_warnings > 0 {
+            warnings.push(format!("{} more warnings are not shown", self.more_warnings));
+        }
+        let textures = std::mem::take(&mut self.textures).made;
+        let (included, inputs) = (std::mem::take(&mut self.included), std::mem::take(&mut self.inputs));
+        let budget = Arc::clone(&self.budget);
+        let mut scene = Scene {
+            camera,
+            integrator,
+            film,
+            materials,
+            textures,
+            shapes,
+            instances,
+            lights,
+            included,
+            inputs,
+            warnings,
+            budget,
+        };
+        scene.warnings.extend(missing_light::warning(&scene, &self.material_names()));
+        Ok(scene)
+    }
+
+    /// Names of materials in use, by their index.
+    fn material_names(&self) -> BTreeMap<usize, Arc<str>> {
+        let index = |(name, slot): (&Arc<str>, &usize)| Some((self.slots[*slot].used?.index, Arc::clone(name)));
+        self.named.iter().filter_map(index).collect()
+    }
+
+    fn warn_of_nothing(&mut self, shapes: &[Shape], end: &Location) {
+        if shapes.is_empty() {
+            self.warn(end, "the scene has no shape: what is seen is the sky alone, or black");
+        }
+        if self.lights.is_empty() && shapes.iter().all(|shape| shape.emission.is_none()) {
+            self.warn(end, "the scene has no light that is not black: the image is black");
+        }
+    }
+
+    /// Makes the textures, and then the materials and alphas, that name textures which were
+    /// declared after them.
+    fn make_what_waits(&mut self) -> Result<(), SceneError> {
+        let (warnings, errors) = self.textures.make_waiting();
+        warnings.iter().for_each(|(location, warning)| self.warn(location, warning));
+        for error in errors {
+            self.notes(Err(error))?;
+        }
+        for slot in 0..self.slots.len() {
+            let Ok(Made::Waiting { kind, params, location }) = &self.slots[slot].made else { continue };
+            let (kind, params, location) = (kind.clone(), params.clone(), location.clone());
+            let made = self.material_of(&kind, &params, &location);
+            self.slots[slot].made = match made {
+                Err(error) if !matches!(error, SceneError::Unsupported { .. }) => {
+                    self.notes(Err(error))?;
+                    Ok(Made::Material(material::default()))
+                }
+                made => made,
+            };
+        }
+        let mut shapes = std::mem::take(&mut self.shapes);
+        for PendingShape { shape, alpha, .. } in &mut shapes {
+            if let Some(params) = alpha {
+                match shape::alpha(params, &self.textures) {
+                    Ok(alpha) => shape.alpha = alpha,
+                    Err(error) => drop(self.notes(Err(error))?),
+                }
+            }
+        }
+        self.shapes = shapes;
+        Ok(())
+    }
+
+    /// Shapes with the indices of their materials, and the materials in use. Shapes of none are
+    /// left out.
+    fn resolve_materials(&mut self) -> Result<(Vec<Shape>, Vec<Material>), SceneError> {
+        let mut materials = Vec::new();
+        let mut shapes = Vec::with_capacity(self.shapes.len());
+        for PendingShape { mut shape, material, .. } in std::mem::take(&mut self.shapes) {
+            // Nothing meets what is not there; light may still come from it, as in pbrt.
+            if shape.alpha == Input::Constant(0.0) && shape.emission.is_none() {
+                continue;
+            }
+            shape.material = self.resolve_material(&material, &mut materials, 0)?.index;
+            if materials[shape.material] != Material::Interface {
+                shapes.push(shape);
+            } else if shape.emission.is_some() {
+                let what = "the shape is of the material \"interface\"; its area light is ignored, as in pbrt";
+                self.warn(&shape.location, what);
+            }
+        }
+        Ok((shapes, materials))
+    }
+
+    /// The place of a material among `materials`, where it is put if it is not there yet.
+    fn resolve_material(
+        &mut self,
+        material: &MaterialRef,
+        materials: &mut Vec<Material>,
+        depth: u32,
+    ) -> Result<Used, SceneError> {
+        let slot = match material {
+            MaterialRef::Slot(slot) => *slot,
+            MaterialRef::Named(name, location) => {
+                let known = self.named.get(name).copied();
+                if known.is_none() {
+                    let expected = "expected one that MakeNamedMaterial has made";
+                    let error = location.invalid(format!("unknown material \"{}\"; {expected}", shorten(name)));
+                    self.notes(Err(error))?;
+                    // Said once, where all that is wrong is listed.
+                    self.named.insert(name.clone(), 0);
+                }
+                known.unwrap_or(0)
+            }
+        };
+        if let Some(used) = self.slots[slot].used {
+            return Ok(used);
+        }
+        let mut own_depth = 0;
+        let nothing = Ok(Made::Material(material::default()));
+        let resolved = match std::mem::replace(&mut self.slots[slot].made, nothing) {
+            Err(error) => {
+                self.notes(Err(error))?;
+                material::default()
+            }
+            Ok(Made::Material(material)) => material,
+            // All of them are made by now.
+            Ok(Made::Waiting { .. }) => material::default(),
+            Ok(Made::Mix { parts, amount, location }) => {
+                let again = format!("this mix is of itself, or of mixes more than {MAX_MIX_DEPTH} deep; expected less");
+                if depth >= MAX_MIX_DEPTH {
+                    return Err(location.invalid(again));
+                }
+                self.slots[slot].made = Err(location.invalid(again.clone()));
+                let mut indices = [0; 2];
+                for (index, part) in indices.iter_mut().zip(&parts) {
+                    let part = self.resolve_material(part, materials, depth + 1)?;
+                    *index = part.index;
+                    own_depth = own_depth.max(part.depth + 1);
+                    if materials[*index] == Material::Interface {
+                        let error = location.unsupported("a mix with \"interface\"", "a mix of surfaces");
+                        self.notes(Err(error))?;
+                    }
+                }
+                if own_depth > MAX_MIX_DEPTH {
+                    return Err(location.invalid(again));
+                }
+                Material::Mix { materials: indices, amount }
+            }
+        };
+        materials.push(resolved);
+        let used = Used { index: materials.len() - 1, depth: own_depth };
+        self.slots[slot].used = Some(used);
+        Ok(used)
+    }
+}

@@ -1,0 +1,66 @@
+//! Means of textures, for what is the same everywhere inside.
+
+use std::collections::HashMap;
+
+use crate::base::input::{Budget, OverBudget};
+use crate::scene::directives::texture::named::as_color;
+use crate::scene::model::texture::{Texture, TextureKind};
+use crate::scene::model::{Input, Rgb};
+
+/// Means of textures that were asked for so far, by their places: textures may share what they
+/// are made of.
+#[derive(Debug, Default)]
+pub(in crate::scene) struct Means {
+    known: HashMap<usize, Rgb>,
+}
+
+impl Means {
+    /// The mean of a texture, as if parts that are multiplied or mixed were independent.
+    ///
+    /// # Errors
+    /// Its images, and those before, have more pixels than may be read.
+    pub fn of(&mut self, index: usize, textures: &[Texture], budget: &Budget) -> Result<Rgb, OverBudget> {
+        // Textures may be deep: what is still to be known stands here.
+        let mut wanted = vec![index];
+        while let Some(index) = wanted.last().copied() {
+            let kind = &textures[index].kind;
+            let unknown = kind.inputs().into_iter().filter(|input| !self.known.contains_key(input));
+            let before = wanted.len();
+            wanted.extend(unknown);
+            if wanted.len() == before {
+                wanted.pop();
+                let mean = self.mean_of_parts(kind, budget)?;
+                self.known.insert(index, mean);
+            }
+        }
+        Ok(self.mean(&Input::Texture(index)))
+    }
+
+    /// The mean of an input that is known.
+    fn mean(&self, input: &Input<Rgb>) -> Rgb {
+        match input {
+            Input::Constant(value) => *value,
+            Input::Texture(index) => self.known.get(index).copied().unwrap_or_default(),
+        }
+    }
+
+    /// The mean of a texture whose parts are known.
+    fn mean_of_parts(&self, kind: &TextureKind, budget: &Budget) -> Result<Rgb, OverBudget> {
+        let number = |input: &Input<f64>| self.mean(&as_color(*input));
+        Ok(match kind {
+            TextureKind::Image(image) => {
+                budget.read(size_of_val(&image.image.pixels[..]) as u64)?;
+                image.mean()
+            }
+            TextureKind::Bilerp { corners, .. } => corners.iter().sum::<Rgb>() / 4.0,
+            TextureKind::Checkerboard { textures: [a, b], .. } | TextureKind::DirectionMix { textures: [a, b], .. } => {
+                0.5 * (self.mean(a) + self.mean(b))
+            }
+            TextureKind::Mix { textures: [a, b], amount } => {
+                let (a, b) = (self.mean(a), self.mean(b));
+                a + number(amount) * (b - a)
+            }
+            TextureKind::Scale { texture, factor } => self.mean(texture) * number(factor),
+        })
+    }
+}

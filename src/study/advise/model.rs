@@ -1,0 +1,219 @@
+//! What the error of an image is made of, and how it falls.
+
+use serde::Serialize;
+
+use super::{Expected, Goal};
+use crate::render::radius::GlobalShrink;
+
+/// Settings, relative to those of the probe.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Choice {
+    /// Eye paths of a pixel and iteration.
+    pub eye_paths: u32,
+    /// Initial radius over the default one.
+    pub radius: f64,
+    /// Photons of an iteration over the default number.
+    pub photons: f64,
+}
+
+impl Choice {
+    /// What goblet does where nobody says anything.
+    pub const DEFAULT: Self = Self { eye_paths: crate::render::options::DEFAULT_EYE_PATHS, radius: 1.0, photons: 1.0 };
+
+    /// All that are considered.
+    pub fn all() -> impl Iterator<Item = Self> {
+        let radii = [0.5, 0.7, 1.0, 1.4, 2.0];
+        let photons = [0.25, 0.5, 1.0, 2.0, 4.0];
+        [1, 2, 4, 8].into_iter().flat_map(move |eye_paths| {
+            radii.into_iter().flat_map(move |radius| photons.map(|photons| Self { eye_paths, radius, photons }))
+        })
+    }
+}
+
+/// Shares of the squared error, or the squares themselves.
+#[derive(Clone, Copy, Debug, Default, Serialize)]
+pub struct Parts {
+    /// Noise of eye paths: direct light and edges.
+    pub eye: f64,
+    /// Noise of photons.
+    pub photons: f64,
+    /// Blur, where photons are gathered from too far.
+    pub blur: f64,
+}
+
+impl Parts {
+    fn sum(self) -> f64 {
+        self.eye + self.photons + self.blur
+    }
+}
+
+/// Fitted to a probe. Squared errors are relative, of an image of one iteration with the
+/// default settings.
+#[derive(Clone, Copy, Debug)]
+pub struct Model {
+    /// Share of photons kept.
+    pub alpha: f64,
+    /// Noise that more eye paths an iteration would divide, with the default number.
+    pub eye: f64,
+    /// Noise that only more iterations divide.
+    pub iteration: f64,
+    /// Noise of photons, which is as 1 / r² and 1 / photons.
+    pub photons: f64,
+    /// Root of the squared blur.
+    pub blur: f64,
+    /// It is as r to this power: 2 inside of smooth light, 1/2 where all of it is at edges.
+    pub blur_power: f64,
+    /// Seconds of an iteration.
+    pub seconds: Seconds,
+}
+
+/// Of an iteration with the default settings.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Seconds {
+    /// Of one eye path for each pixel.
+    pub eye_path: f64,
+    /// In proportion to photons.
+    pub photons: f64,
+    /// In proportion to photons and to the area of discs.
+    pub gather: f64,
+    /// Whatever the settings.
+    pub rest: f64,
+}
+
+/// Iterations, at most.
+const MOST: u32 = 1 << 30;
+
+/// Sums over iterations of powers of the radius: as progressive photon mapping shrinks it, the
+/// noise of an image adds up (Knaus and Zwicker 2011, section 4).
+struct Sums {
+    noise: f64,
+    blur: f64,
+}
+
+impl Sums {
+    /// Over `n` iterations, with squared radii of so many times the first; long ones by steps.
+    fn new(alpha: f64, blur_power: f64, n: u32) -> Self {
+        /// Iterations that are summed one by one.
+        const EXACT: u32 = 4096;
+        let mut shrink = GlobalShrink::new(alpha);
+        let mut sums = Self { noise: 0.0, blur: 0.0 };
+        for i in 0..n.min(EXACT) {
+            let area = shrink.at(i.into());
+            sums.noise += 1.0 / area;
+            sums.blur += area.powf(0.5 * blur_power);
+        }
+        if n > EXACT {
+            // From there the area is as i^(α - 1): an integral.
+            let area = shrink.at((EXACT - 1).into());
+            let [from, to] = [EXACT, n].map(f64::from);
+            let integral = |power: f64| from * ((to / from).powf(power + 1.0) - 1.0) / (power + 1.0);
+            sums.noise += integral(1.0 - alpha) / area;
+            sums.blur += area.powf(0.5 * blur_power) * integral(0.5 * blur_power * (alpha - 1.0));
+        }
+        sums
+    }
+}
+
+impl Model {
+    /// Squared error after `n` iterations, by parts.
+    pub fn parts(&self, choice: Choice, n: u32) -> Parts {
+        let sums = Sums::new(self.alpha, self.blur_power, n);
+        let count = f64::from(n);
+        let eye_paths = f64::from(choice.eye_paths) / f64::from(Choice::DEFAULT.eye_paths);
+        Parts {
+            eye: (self.eye / eye_paths + self.iteration) / count,
+            photons: self.photons / (choice.radius.powi(2) * choice.photons) * sums.noise / (count * count),
+            blur: (self.blur * choice.radius.powf(self.blur_power) * sums.blur / count).powi(2),
+        }
+    }
+
+    /// Seconds of an iteration.
+    pub fn seconds_of(&self, choice: Choice) -> f64 {
+        let Seconds { eye_path, photons, gather, rest } = self.seconds;
+        f64::from(choice.eye_paths) * eye_path + choice.photons * (photons + choice.radius.powi(2) * gather) + rest
+    }
+
+    /// When the goal is reached, or what is reached by then.
+    pub fn expect(&self, choice: Choice, goal: Goal) -> Expected {
+        let iterations = match goal {
+            Goal::Time(seconds) => (seconds / self.seconds_of(choice)).ceil().clamp(1.0, f64::from(MOST)) as u32,
+            Goal::Error(error) => self.iterations_for(choice, error),
+        };
+        self.after(choice, iterations)
+    }
+
+    /// What is reached by some iterations.
+    pub fn after(&self, choice: Choice, iterations: u32) -> Expected {
+        let parts = self.parts(choice, iterations);
+        let sum = parts.sum();
+        let share = |part: f64| if sum > 0.0 { part / sum } else { 0.0 };
+        let parts = Parts { eye: share(parts.eye), photons: share(parts.photons), blur: share(parts.blur) };
+        Expected { iterations, seconds: f64::from(iterations) * self.seconds_of(choice), error: sum.sqrt(), parts }
+    }
+
+    /// By bisection: more iterations never have more error.
+    fn iterations_for(&self, choice: Choice, error: f64) -> u32 {
+        let reached = |n: u32| self.parts(choice, n).sum() <= error * error;
+        let (mut too_few, mut enough) = (0, 1);
+        while enough < MOST && !reached(enough) {
+            (too_few, enough) = (enough, enough * 2);
+        }
+        while enough - too_few > 1 {
+            let middle = too_few + (enough - too_few) / 2;
+            if reached(middle) {
+                enough = middle;
+            } else {
+                too_few = middle;
+            }
+        }
+        enough
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn model() -> Model {
+        let seconds = Seconds { eye_path: 0.1, photons: 0.2, gather: 0.3, rest: 0.1 };
+        Model { alpha: 2.0 / 3.0, eye: 0.5, iteration: 0.5, photons: 4.0, blur: 0.1, blur_power: 2.0, seconds }
+    }
+
+    #[test]
+    fn noise_of_photons_falls_as_the_power_alpha_and_blur_as_its_complement() {
+        let parts = |n| model().parts(Choice::DEFAULT, n);
+        let slope = |a: f64, b: f64| (b / a).ln() / 16_f64.ln();
+        let (early, late) = (parts(1 << 16), parts(1 << 20));
+        assert!((slope(early.eye, late.eye) + 1.0).abs() < 1e-9);
+        assert!((slope(early.photons, late.photons) + 2.0 / 3.0).abs() < 0.01);
+        assert!((slope(early.blur, late.blur) + 2.0 / 3.0).abs() < 0.01);
+    }
+
+    #[test]
+    fn long_sums_go_on_where_short_ones_end() {
+        let exact = |n: u32| {
+            let mut shrink = GlobalShrink::new(2.0 / 3.0);
+            let areas: Vec<f64> = (0..n).map(|i| shrink.at(i.into())).collect();
+            [areas.iter().map(|area| 1.0 / area).sum::<f64>(), areas.iter().map(|area| area.sqrt()).sum()]
+        };
+        for n in [1, 4096, 4097, 100_000] {
+            let Sums { noise, blur } = Sums::new(2.0 / 3.0, 1.0, n);
+            for (sum, expected) in [noise, blur].into_iter().zip(exact(n)) {
+                assert!((sum / expected - 1.0).abs() < 1e-3, "{n}: {sum}, {expected}");
+            }
+        }
+    }
+
+    #[test]
+    fn a_time_for_an_error_is_that_error_after_the_time() {
+        for choice in Choice::all() {
+            for error in [0.5, 0.1, 0.02] {
+                let there = model().expect(choice, Goal::Error(error));
+                let back = model().expect(choice, Goal::Time(there.seconds * (1.0 - 1e-9)));
+                assert_eq!(there.iterations, back.iterations);
+                assert!(there.error <= error && (there.iterations == 1 || there.error > 0.9 * error), "{there:?}");
+            }
+        }
+        assert!(Choice::all().any(|choice| choice == Choice::DEFAULT));
+    }
+}

@@ -1,0 +1,303 @@
+//! Short renders that a model is fitted to.
+
+use std::collections::BTreeMap;
+use std::rc::Rc;
+use std::time::{Duration, Instant};
+
+use goblet_host::Device;
+
+use super::Length;
+use super::model::{Choice, Model, Seconds};
+use crate::image::estimate::dark_square;
+use crate::render::options::Options;
+use crate::render::renderer::{RenderError, Renderer};
+use crate::scene::Scene;
+
+/// Four renders of equal length give a model, and one that is so much longer corrects it.
+const LONGER: u32 = 3;
+/// The lengths of all.
+const SHARES: u32 = 4 + LONGER;
+/// Iterations of each: two halves have at least one.
+const LEAST: u32 = 2;
+const MOST: u32 = 64;
+/// Kernels whose time is in proportion to photons; gathering is told by its radii.
+const OF_PHOTONS: [&str; 4] = ["photon", "grid_count", "grid_reserve", "grid_fill"];
+
+/// Where a probe cannot tell: edges and smooth light have part in it.
+const USUAL_BLUR_POWER: f64 = 1.0;
+
+/// Where and what to probe.
+pub struct Probe<'a> {
+    device: &'a Rc<Device>,
+    scene: &'a Scene,
+    base: &'a Options,
+    length: Length,
+    start: Instant,
+    /// Luminance of each pixel, summed over the iterations of all shots.
+    luminances: Vec<f64>,
+    iterations: u32,
+    /// What squared errors are divided by, as far as is known.
+    weights: Vec<f64>,
+}
+
+/// A short render.
+struct Shot {
+    iterations: u32,
+    /// Luminance of each pixel by each half.
+    halves: Vec<[f64; 2]>,
+    /// Of an iteration: all, and of kernels whose time is in proportion to photons.
+    seconds: f64,
+    photon_seconds: f64,
+}
+
+/// A square that noise may make negative.
+struct Estimated {
+    square: f64,
+    /// Of that.
+    deviation: f64,
+}
+
+impl Estimated {
+    /// What it hardly exceeds: wide discs must not look good for blur that noise hides.
+    fn at_most(&self) -> f64 {
+        self.square.max(0.0) + 2.0 * self.deviation
+    }
+
+    /// If it is surely more than noise.
+    fn root(&self) -> Option<f64> {
+        (self.square > 3.0 * self.deviation).then(|| self.square.sqrt())
+    }
+}
+
+impl<'a> Probe<'a> {
+    pub fn new(device: &'a Rc<Device>, scene: &'a Scene, base: &'a Options, length: Length) -> Self {
+        Self { device, scene, base, length, start: Instant::now(), luminances: vec![], iterations: 0, weights: vec![] }
+    }
+
+    /// Since it was begun.
+    pub fn seconds(&self) -> f64 {
+        self.start.elapsed().as_secs_f64()
+    }
+
+    /// Options of `goblet render` for a choice; those that are as by default are left out.
+    pub fn options(&self, choice: Choice) -> Options {
+        let mut options = self.base.clone();
+        if choice.eye_paths != Choice::DEFAULT.eye_paths {
+            options.eye_paths = Some(choice.eye_paths);
+        }
+        if choice.radius != 1.0 {
+            match self.scene.integrator.radius {
+                Some(radius) => options.radius = Some(three_figures(choice.radius * radius)),
+                None => {
+                    options.radius_in_pixels = Some(three_figures(choice.radius * Options::DEFAULT_RADIUS_IN_PIXELS));
+                }
+            }
+        }
+        if choice.photons != 1.0 {
+            options.photons = Some((choice.photons * self.default_photons() as f64).max(1.0) as u64);
+        }
+        options
+    }
+
+    fn default_photons(&self) -> u64 {
+        let film = &self.scene.film;
+        let [first, end] = film.bounds(self.base.resolution.unwrap_or(film.resolution));
+        let pixels = u64::from(end[0] - first[0]) * u64::from(end[1] - first[1]);
+        self.scene.integrator.photons_per_iteration.unwrap_or(pixels)
+    }
+
+    /// Renders what a model needs, and fits it.
+    pub fn model(&mut self) -> Result<Model, RenderError> {
+        let at = |radius| Choice { radius, ..Choice::DEFAULT };
+        let (iterations, share) = match self.length {
+            Length::Time(time) => (LEAST..=MOST, time / SHARES),
+            Length::Iterations(count) => (count..=count, Duration::MAX),
+        };
+        // The same random numbers throughout: what differs is what the settings make of them.
+        let wide = self.shoot(at(2.0), iterations, share)?;
+        let same = wide.iterations..=wide.iterations;
+        let usual = self.shoot(at(1.0), same.clone(), share)?;
+        let narrow = self.shoot(at(0.5), same.clone(), share)?;
+        let few = self.shoot(Choice { eye_paths: 1, ..Choice::DEFAULT }, same, share)?;
+        Ok(self.fit([&wide, &usual, &narrow], &few))
+    }
+
+    fn fit(&self, [wide, usual, narrow]: [&Shot; 3], few: &Shot) -> Model {
+        let n = f64::from(wide.iterations);
+        let alpha = self.base.alpha.unwrap_or(crate::render::options::DEFAULT_ALPHA);
+        // Noise is a + v / r²: of the same eye paths, so that differences are of photons alone.
+        let [noise_wide, noise, noise_narrow] = [wide, usual, narrow].map(|shot| self.noise(shot));
+        let photons = ((noise_narrow - noise_wide) / (4.0 - 0.25)).clamp(0.0, noise_narrow / 4.0);
+        let rest = ((noise_wide + noise + noise_narrow - 5.25 * photons) / 3.0).max(0.0);
+        let eye_paths = f64::from(Choice::DEFAULT.eye_paths);
+        let eye = ((self.noise(few) - noise) / (eye_paths - 1.0)).clamp(0.0, rest);
+
+        // Blur is b r^k, whose differences between radii the halves tell.
+        let [outer, inner] = [self.blur(wide, usual), self.blur(usual, narrow)];
+        let blur_power = match (outer.root(), inner.root()) {
+            (Some(outer), Some(inner)) => (outer / inner).log2().clamp(0.5, 2.0),
+            _ => USUAL_BLUR_POWER,
+        };
+        let blur = outer.at_most().sqrt() / (blur_power.exp2() - 1.0);
+
+        let gather = ((wide.seconds - narrow.seconds) / (4.0 - 0.25)).max(0.0);
+        let eye_path = ((usual.seconds - few.seconds) / (eye_paths - 1.0)).max(0.0);
+        let of_photons = usual.photon_seconds;
+        let seconds = Seconds {
+            eye_path,
+            photons: of_photons,
+            gather,
+            rest: (usual.seconds - eye_paths * eye_path - of_photons - gather).max(0.0),
+        };
+        // From the image of n iterations to that of one.
+        let unit = Model { alpha, eye: 1.0, iteration: 0.0, photons: 1.0, blur: 1.0, blur_power, seconds };
+        let of_unit = unit.parts(Choice::DEFAULT, wide.iterations);
+        Model {
+            eye: eye * n,
+            iteration: (rest - eye) * n,
+            photons: photons / of_unit.photons,
+            blur: blur / of_unit.blur.sqrt(),
+            ..unit
+        }
+    }
+
+    /// Renders a choice for a moment: how noisy it is and how long an iteration takes is then
+    /// measured, and the rest remains the model's.
+    pub fn correct(&mut self, model: &Model, choice: Choice) -> Result<Model, RenderError> {
+        let (iterations, left) = match self.length {
+            Length::Time(time) => {
+                (LEAST..=u32::MAX, time.saturating_sub(self.start.elapsed()).max(time * LONGER / SHARES))
+            }
+            Length::Iterations(count) => (LONGER * count..=LONGER * count, Duration::MAX),
+        };
+        let shot = self.shoot(choice, iterations, left)?;
+        let parts = model.parts(choice, shot.iterations);
+        let predicted = parts.eye + parts.photons;
+        let noise = self.noise(&shot);
+        let factor = if predicted > 0.0 && noise > 0.0 { noise / predicted } else { 1.0 };
+        let slower = shot.seconds / model.seconds_of(choice);
+        let Seconds { eye_path, photons, gather, rest } = model.seconds;
+        Ok(Model {
+            eye: model.eye * factor,
+            iteration: model.iteration * factor,
+            photons: model.photons * factor,
+            seconds: Seconds {
+                eye_path: eye_path * slower,
+                photons: photons * slower,
+                gather: gather * slower,
+                rest: rest * slower,
+            },
+            ..*model
+        })
+    }
+
+    /// Errors are divided by luminances, which the noise of so few iterations must not make too
+    /// dark: they are of all shots, and of the pixels around.
+    fn learn(&mut self, halves: &[[f64; 2]], iterations: u32, width: usize) {
+        self.luminances.resize(halves.len(), 0.0);
+        for (sum, [a, b]) in self.luminances.iter_mut().zip(halves) {
+            *sum += f64::from(iterations) * 0.5 * (a + b);
+        }
+        self.iterations += iterations;
+        let mean = |sum: f64| sum / f64::from(self.iterations);
+        let floor = dark_square(self.luminances.iter().map(|sum| mean(*sum))).unwrap_or(1.0);
+        let blurred = blurred(&self.luminances, width);
+        self.weights = blurred.into_iter().map(|sum| mean(sum).powi(2) + floor).collect();
+    }
+
+    /// Squared noise of an image: that of the mean of two halves.
+    fn noise(&self, shot: &Shot) -> f64 {
+        let squares = shot.halves.iter().zip(&self.weights).map(|([a, b], weight)| (a - b).powi(2) / (4.0 * weight));
+        trimmed_mean(squares.collect())
+    }
+
+    /// Squared difference of what two images would be without noise. The halves of an image
+    /// are independent, so that the mean of a product has none.
+    fn blur(&self, a: &Shot, b: &Shot) -> Estimated {
+        let products = a.halves.iter().zip(&b.halves).map(|(a, b)| (a[0] - b[0]) * (a[1] - b[1]));
+        let products: Vec<f64> = products.zip(&self.weights).map(|(product, weight)| product / weight).collect();
+        let variance = trimmed_mean(products.iter().map(|product| product * product).collect());
+        Estimated { deviation: (variance / products.len() as f64).sqrt(), square: trimmed_mean(products) }
+    }
+
+    /// Renders for a time, within bounds of the number of iterations, which is made even.
+    fn shoot(
+        &mut self,
+        choice: Choice,
+        iterations: std::ops::RangeInclusive<u32>,
+        time: Duration,
+    ) -> Result<Shot, RenderError> {
+        let mut renderer = Renderer::new(Rc::clone(self.device), self.scene, &self.options(choice))?;
+        let passes = || -> BTreeMap<_, _> { self.device.pass_times().into_iter().collect() };
+        let of_photons = |passes: &BTreeMap<&str, Duration>| -> f64 {
+            OF_PHOTONS.iter().filter_map(|name| passes.get(name)).map(Duration::as_secs_f64).sum()
+        };
+        let before = of_photons(&passes());
+        let start = Instant::now();
+        while renderer.iterations() < *iterations.start()
+            || !renderer.iterations().is_multiple_of(2)
+            || (renderer.iterations() < *iterations.end() && start.elapsed() < time)
+        {
+            renderer.step()?;
+        }
+        let seconds = start.elapsed().as_secs_f64();
+        let estimate = renderer.estimate()?;
+        let count = renderer.iterations();
+        let halves: Vec<[f64; 2]> = estimate.half_luminances().map(Iterator::collect).unwrap_or_default();
+        self.learn(&halves, count, estimate.resolution[0] as usize);
+        Ok(Shot {
+            iterations: count,
+            halves,
+            seconds: seconds / f64::from(count),
+            photon_seconds: (of_photons(&passes()) - before) / f64::from(count),
+        })
+    }
+}
+
+/// The mean over a square of 5 x 5 pixels, as far as it is on the image.
+fn blurred(image: &[f64], width: usize) -> Vec<f64> {
+    /// Along lines whose pixels are `step` apart.
+    fn along(image: &[f64], length: usize, place: impl Fn(usize) -> usize, step: usize) -> Vec<f64> {
+        let at = |i: usize| {
+            let p = place(i);
+            let (from, to) = (p.saturating_sub(2), (p + 2).min(length - 1));
+            let first = i - (p - from) * step;
+            (0..=to - from).map(|k| image[first + k * step]).sum::<f64>() / (to - from + 1) as f64
+        };
+        (0..image.len()).map(at).collect()
+    }
+    let rows = along(image, width, |i| i % width, 1);
+    along(&rows, image.len() / width, |i| i / width, width)
+}
+
+/// Without the 0.1 % of the largest size, as errors are compared: a few pixels may have half
+/// of an error, and nobody can tell which will be hit.
+fn trimmed_mean(mut values: Vec<f64>) -> f64 {
+    let left_out = values.len() / 1000;
+    if left_out > 0 {
+        values.select_nth_unstable_by(left_out, |a, b| b.abs().total_cmp(&a.abs()));
+    }
+    let kept = &values[left_out..];
+    kept.iter().sum::<f64>() / kept.len().max(1) as f64
+}
+
+/// So that commands are short.
+fn three_figures(value: f64) -> f64 {
+    format!("{value:.2e}").parse().unwrap_or(value)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn blurring_keeps_constants_and_spreads_a_point() {
+        assert!(blurred(&[3.0; 35], 7).iter().all(|value| (value - 3.0).abs() < 1e-12));
+        let mut point = vec![0.0; 63];
+        point[4 * 7 + 3] = 25.0;
+        let spread = blurred(&point, 7);
+        assert!((spread[4 * 7 + 3] - 1.0).abs() < 1e-12 && (spread[2 * 7 + 2] - 1.0).abs() < 1e-12);
+        assert_eq!((spread[7 + 3], spread[4 * 7]), (0.0, 0.0));
+        assert!(blurred(&[], 1).is_empty() && blurred(&[2.0], 1) == [2.0]);
+    }
+}

@@ -1,0 +1,232 @@
+//! What was measured, as `results.json` and `results.csv` have it.
+
+use std::collections::BTreeMap;
+use std::fmt::Write;
+
+use serde::Serialize;
+
+use super::knob::Setting;
+use super::trajectory::Trajectory;
+use crate::study::machine::Machine;
+
+/// What the errors are against.
+#[derive(Clone, Debug, Serialize)]
+pub struct Source {
+    /// The file.
+    pub path: String,
+    /// Width and height in pixels.
+    pub resolution: [u32; 2],
+    /// Iterations of goblet's own reference; null for one that was given. Its own noise and
+    /// blur then are not in the errors.
+    pub own_iterations: Option<u32>,
+    /// The estimated relative error of goblet's own reference, of noise.
+    pub own_relative_error: Option<f64>,
+}
+
+/// What holds for all settings.
+#[derive(Clone, Debug, Serialize)]
+pub struct Conditions {
+    /// Device, driver, commit.
+    pub machine: Machine,
+    /// The command line.
+    pub command: String,
+    /// The scene's file.
+    pub scene: String,
+    /// What is right.
+    pub reference: Source,
+    /// Seconds for each setting, in the first turn.
+    pub budget: f64,
+    /// Turns, with a seed each.
+    pub repeat: u32,
+}
+
+/// The contents of `results.json`.
+#[derive(Clone, Debug, Serialize)]
+pub struct Results {
+    /// What holds for all settings.
+    #[serde(flatten)]
+    pub conditions: Conditions,
+    /// In the order of the command line.
+    pub settings: Vec<Measured>,
+}
+
+/// One way to render.
+#[derive(Clone, Debug, Serialize)]
+pub struct Measured {
+    /// For people.
+    pub label: String,
+    /// As they are written.
+    pub knobs: BTreeMap<&'static str, String>,
+    /// What is rendered so.
+    pub options: String,
+    /// To build the hierarchy, upload and compile; the mean over turns.
+    pub start_seconds: f64,
+    /// While it rendered.
+    pub device_memory_bytes: u64,
+    /// Seconds of the device an iteration, by kernel; the mean over turns.
+    pub passes: BTreeMap<&'static str, f64>,
+    /// In the order of iterations.
+    pub points: Vec<Point>,
+    /// Whether no setting has less error at one of these points' times.
+    pub on_front: bool,
+}
+
+/// The image of a setting at one iteration: means over turns.
+#[derive(Clone, Debug, Serialize)]
+pub struct Point {
+    /// So far.
+    pub iterations: u32,
+    /// So far.
+    pub photons: u64,
+    /// Of iterations alone.
+    pub seconds: f64,
+    /// Mean over pixels and channels of (x - r)² / (r² + 0.01).
+    pub relmse: f64,
+    /// Without the 0.1 % worst pixels.
+    pub relmse_trimmed: f64,
+    /// Mean of the image over that of the reference.
+    pub energy_ratio: f64,
+    /// Mean of LDR-FLIP.
+    pub flip: f64,
+    /// Null for a single turn.
+    pub separated: Option<Bias>,
+    /// Whether no setting has less error in less time.
+    pub on_front: bool,
+    /// The same of each turn.
+    pub runs: Vec<Run>,
+}
+
+/// relMSE is the sum of both. From so many turns; the noise of the reference counts as bias.
+#[derive(Clone, Copy, Debug, Serialize)]
+pub struct Bias {
+    /// What remains however many images are averaged. Below 0 by chance only.
+    pub bias: f64,
+    /// What differs from seed to seed.
+    pub noise: f64,
+}
+
+/// One turn.
+#[derive(Clone, Debug, Serialize)]
+pub struct Run {
+    /// Of iterations alone.
+    pub seconds: f64,
+    /// As above.
+    pub relmse: f64,
+    /// As above.
+    pub energy_ratio: f64,
+    /// As above.
+    pub flip: f64,
+}
+
+impl Bias {
+    /// Of `images` with a mean relMSE, and the relMSE of their mean: that has all of the bias
+    /// and 1 / `images` of the noise.
+    pub fn new(relmse: f64, of_mean: f64, images: usize) -> Option<Self> {
+        let images = images as f64;
+        let noise = (relmse - of_mean) * images / (images - 1.0);
+        (images > 1.0).then_some(Self { bias: relmse - noise, noise })
+    }
+}
+
+impl Measured {
+    /// Of the runs of a setting, and of the relMSE of their mean at each point.
+    pub fn new(setting: &Setting, runs: &[Trajectory], of_means: &[f64]) -> Self {
+        let mean = |values: &mut dyn Iterator<Item = f64>| values.sum::<f64>() / runs.len() as f64;
+        let points = runs.first().map_or(0, |run| run.steps.len());
+        let point = |i: usize| {
+            let first = runs[0].steps[i];
+            let step = |run: &Trajectory| run.steps[i.min(run.steps.len() - 1)];
+            let relmse = mean(&mut runs.iter().map(|run| step(run).error.relmse));
+            Point {
+                iterations: first.iterations,
+                photons: first.photons,
+                seconds: mean(&mut runs.iter().map(|run| step(run).seconds)),
+                relmse,
+                relmse_trimmed: mean(&mut runs.iter().map(|run| step(run).error.relmse_trimmed)),
+                energy_ratio: mean(&mut runs.iter().map(|run| step(run).error.energy_ratio)),
+                flip: mean(&mut runs.iter().map(|run| step(run).error.flip)),
+                separated: of_means.get(i).and_then(|of_mean| Bias::new(relmse, *of_mean, runs.len())),
+                on_front: false,
+                runs: runs.iter().map(|run| Run::new(run, i)).collect(),
+            }
+        };
+        let mut passes = BTreeMap::new();
+        for (name, seconds) in runs.iter().flat_map(|run| &run.passes) {
+            *passes.entry(*name).or_insert(0.0) += seconds / runs.len() as f64;
+        }
+        Self {
+            label: setting.label(),
+            knobs: setting.knobs.clone(),
+            options: setting.options_text().trim().to_owned(),
+            start_seconds: mean(&mut runs.iter().map(|run| run.start_seconds)),
+            device_memory_bytes: runs.iter().map(|run| run.device_memory_bytes).max().unwrap_or(0),
+            passes,
+            points: (0..points).map(point).collect(),
+            on_front: false,
+        }
+    }
+}
+
+impl Run {
+    fn new(run: &Trajectory, i: usize) -> Self {
+        let step = run.steps[i.min(run.steps.len() - 1)];
+        let error = step.error;
+        Self { seconds: step.seconds, relmse: error.relmse, energy_ratio: error.energy_ratio, flip: error.flip }
+    }
+}
+
+impl Results {
+    /// Marks the Pareto front: points that none beats in both time and error.
+    pub fn new(conditions: Conditions, mut settings: Vec<Measured>) -> Self {
+        let all: Vec<[f64; 2]> =
+            settings.iter().flat_map(|setting| &setting.points).map(|point| [point.seconds, point.relmse]).collect();
+        for setting in &mut settings {
+            for point in &mut setting.points {
+                let beats = |other: &[f64; 2]| {
+                    other[0] <= point.seconds && other[1] <= point.relmse && *other != [point.seconds, point.relmse]
+                };
+                point.on_front = point.relmse.is_finite() && !all.iter().any(beats);
+            }
+            setting.on_front = setting.points.iter().any(|point| point.on_front);
+        }
+        Self { conditions, settings }
+    }
+
+    /// A line for each point of each setting.
+    pub fn csv(&self) -> String {
+        let mut text =
+            "setting,iterations,photons,seconds,relmse,relmse_trimmed,energy_ratio,flip,bias,noise,on_front\n"
+                .to_owned();
+        for setting in &self.settings {
+            for p in &setting.points {
+                let separated = p.separated.map_or_else(|| ",".to_owned(), |it| format!("{},{}", it.bias, it.noise));
+                let _ = writeln!(
+                    text,
+                    "\"{}\",{},{},{},{},{},{},{},{separated},{}",
+                    setting.label.replace('"', "\"\""),
+                    p.iterations,
+                    p.photons,
+                    p.seconds,
+                    p.relmse,
+                    p.relmse_trimmed,
+                    p.energy_ratio,
+                    p.flip,
+                    p.on_front
+                );
+            }
+        }
+        text
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn bias_is_what_averaging_leaves() {
+        let Bias { bias, noise } = Bias::new(5.0, 2.0, 4).unwrap();
+        assert_eq!((bias, noise), (1.0, 4.0));
+        assert!(Bias::new(1.0, 1.0, 1).is_none());
+    }
+}

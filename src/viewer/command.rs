@@ -1,0 +1,42 @@
+//! `goblet view`: a scene in a window.
+
+use crate::cli::outputs::{AN_IMAGE, Files, THE_STATISTICS};
+use crate::cli::stats::{Stats, write_json};
+use crate::cli::{Failure, RenderArgs, terminal};
+use crate::render::renderer::RenderError;
+use crate::scene::Scene;
+
+/// Shows a scene until the window is closed.
+///
+/// # Errors
+/// The scene, an option, the display or the device is at fault.
+pub fn run(args: &RenderArgs) -> Result<(), Failure> {
+    refuse(args)?;
+    if let Some(path) = &args.stats {
+        Stats::check_writable(path)?;
+    }
+    let scene = Scene::load_within(&args.scene, args.scene_memory.budget())?;
+    let files = Files::default().reads_scene(&args.scene, &scene);
+    files.writes(AN_IMAGE, &args.output).writes(THE_STATISTICS, &args.stats).check()?;
+    for warning in scene.warnings.iter().filter(|_| !args.quiet) {
+        terminal::warn(warning);
+    }
+    let stats = super::run(args, scene)?;
+    args.stats.as_ref().map_or(Ok(()), |path| write_json(path, &stats))
+}
+
+/// What only `goblet render` does.
+fn refuse(args: &RenderArgs) -> Result<(), Failure> {
+    let others = [
+        ("--time", args.time.is_some()),
+        ("--target-error", args.target_error.is_some()),
+        ("--rounds", args.rounds.is_some()),
+        ("--checkpoint", args.checkpoint.is_some()),
+        ("--resume", args.resume.is_some()),
+        ("--shard", args.shard.is_some()),
+    ];
+    match others.into_iter().find(|(_, is_given)| *is_given) {
+        Some((name, _)) => Err(RenderError::Option(format!("{name} is of goblet render, not of goblet view")).into()),
+        None => Ok(()),
+    }
+}

@@ -1,0 +1,94 @@
+//! `goblet view`: a window on a render. One thread is the window's, with a device of its own to
+//! draw with; another one renders, with the device that `goblet render` would take. What the
+//! window wishes, the other does as soon as the dispatch in flight is done.
+
+mod app;
+mod area;
+mod camera_control;
+pub mod command;
+mod display;
+mod keys;
+mod latency;
+mod layout;
+mod panel;
+mod plan;
+mod quantity;
+mod render_thread;
+mod rendering;
+mod session;
+mod shared;
+#[cfg(test)]
+mod state_tests;
+#[cfg(test)]
+mod tests;
+mod watch;
+
+use std::path::Path;
+use std::sync::Arc;
+
+use app::{App, Wake};
+use session::Session;
+use shared::{Shared, Target, Wish};
+use winit::event_loop::{EventLoop, EventLoopProxy};
+
+use crate::cli::{Failure, RenderArgs};
+use crate::render::options::Options;
+use crate::scene::Scene;
+
+pub use latency::Stats;
+
+/// Opens the window, and shows a scene until it is closed.
+///
+/// # Errors
+/// There is no display, or a device fails.
+pub fn run(args: &RenderArgs, scene: Scene) -> Result<Stats, Failure> {
+    let events = EventLoop::<Wake>::with_user_event().build().map_err(|error| Failure::Window(error.to_string()))?;
+    let size = args.resolution.unwrap_or(scene.film.resolution);
+    let options = Options { resolution: Some(size), ..args.options() };
+    let proxy = events.create_proxy();
+    let shared = Shared::new(first_wish(&args.scene, &options), move || wake(&proxy, Wake::News));
+    let shared = Arc::new(shared);
+    let save = args.output.first().map(|path| path.as_path());
+    let session = Session::new(&args.scene, &scene, options, save, Arc::clone(&shared));
+    let mut app = App::new(session, args.device.clone(), args.validate);
+    let files = render_thread::files(&args.scene, &scene);
+    let proxy = events.create_proxy();
+    let outcome = std::thread::scope(|threads| {
+        threads.spawn(|| render_thread::run(&shared, args, scene));
+        threads.spawn(|| watch::run(&shared, files, || wake(&proxy, Wake::Changed)));
+        let outcome = events.run_app(&mut app);
+        shared.close();
+        outcome
+    });
+    outcome.map_err(|error| Failure::Window(error.to_string()))?;
+    if let Some(failure) = app.failure {
+        return Err(failure);
+    }
+    let mut news = shared.news();
+    if let Some(failure) = news.unwritten.drain(..).next() {
+        return Err(failure);
+    }
+    let messages: Vec<String> = app.validation.into_iter().chain(news.validation.drain(..)).collect();
+    if !messages.is_empty() {
+        return Err(Failure::Validation(messages));
+    }
+    Ok(Stats { iterations: news.status.iterations, ..app.latency.stats })
+}
+
+fn wake(window: &EventLoopProxy<Wake>, wake: Wake) {
+    // When nobody listens any more, the window is closed.
+    let _ = window.send_event(wake);
+}
+
+fn first_wish(scene: &Path, options: &Options) -> Wish {
+    Wish {
+        scene: scene.to_owned(),
+        target: Target { loads: 0, camera: None, options: Options { responsive: true, ..options.clone() } },
+        moves: 0,
+        moved: None,
+        quantity: quantity::Quantity::Image,
+        paused: false,
+        saves: Vec::new(),
+        close: false,
+    }
+}

@@ -1,0 +1,337 @@
+//! The panel: how the render is doing, and what can be changed.
+
+use std::path::PathBuf;
+
+use clap::ValueEnum;
+use egui::{Color32, ComboBox, Context, DragValue, Grid, ScrollArea, SidePanel, Slider, TextEdit, Ui};
+
+use super::display::Curve;
+use super::layout::PANEL;
+use super::quantity::Quantity;
+use super::session::Session;
+use crate::gpu_scene::pack::{Envelopes, RevolutionSolver};
+use crate::render::options::{DEFAULT_ALPHA, DEFAULT_EYE_PATHS, Options};
+
+/// Width of a file's name, points.
+const NAME: f32 = 190.0;
+
+/// Shows it.
+pub fn show(context: &Context, session: &mut Session) {
+    if !session.has_panel {
+        return;
+    }
+    SidePanel::left("panel").resizable(false).exact_width(PANEL).show(context, |ui| {
+        ScrollArea::vertical().auto_shrink(false).show(ui, |ui| contents(ui, session));
+    });
+}
+
+fn contents(ui: &mut Ui, session: &mut Session) {
+    status(ui, session);
+    ui.separator();
+    look(ui, session);
+    // Above what can be unfolded, so that it is always seen.
+    if let Some(message) = &session.message {
+        ui.separator();
+        match message {
+            Ok(text) => ui.label(text),
+            Err(text) => ui.colored_label(Color32::LIGHT_RED, text),
+        };
+        ui.separator();
+    }
+    ui.collapsing("Render", |ui| knobs(ui, session));
+    ui.collapsing("Camera", |ui| camera(ui, session));
+    ui.collapsing("Files", |ui| files(ui, session));
+    ui.collapsing("Keys", |ui| {
+        ui.label(
+            "drag: orbit; right button or shift: pan\nwheel: nearer; with ctrl: aperture\nclick: focus, and orbit \
+             about it\nW A S D E Q: fly; shift: faster\nR: reset; C: copy the camera\n1 to 8: what to show\n\
+             space: pause; H: panel\nCtrl+S: save; Esc: quit",
+        );
+    });
+}
+
+fn status(ui: &mut Ui, session: &mut Session) {
+    let status = &session.status;
+    let seconds = status.time.as_secs_f64();
+    let [width, height] = status.resolution;
+    let per_second = if seconds > 0.0 { status.photons as f64 / seconds } else { 0.0 };
+    let error = status.error.map_or_else(|| "-".to_owned(), |error| format!("{:.2} %", 100.0 * error));
+    Grid::new("status").num_columns(2).show(ui, |ui| {
+        for (name, value) in [
+            (status.doing, format!("{width} x {height}")),
+            ("iterations", format!("{} in {seconds:.1} s", status.iterations)),
+            ("photons", format!("{}, {}/s", short(status.photons as f64), short(per_second))),
+            ("estimated error", error),
+            ("device memory", format!("{} MiB", status.memory >> 20)),
+        ] {
+            ui.label(name);
+            ui.label(value);
+            ui.end_row();
+        }
+    });
+    ui.label(egui::RichText::new(&status.device).small());
+    ui.collapsing("Time per pass", |ui| {
+        Grid::new("passes").num_columns(2).show(ui, |ui| {
+            for (name, time) in status.passes.iter().filter(|(_, time)| !time.is_zero()) {
+                ui.label(*name);
+                ui.label(format!("{:.1} ms", 1e3 * time.as_secs_f64()));
+                ui.end_row();
+            }
+        });
+    });
+    let text = if session.paused { "go on" } else { "pause" };
+    if ui.button(text).clicked() {
+        session.pause();
+    }
+}
+
+/// A number with three digits.
+fn short(number: f64) -> String {
+    match number {
+        n if n >= 1e9 => format!("{:.2} G", n / 1e9),
+        n if n >= 1e6 => format!("{:.2} M", n / 1e6),
+        n if n >= 1e3 => format!("{:.1} k", n / 1e3),
+        n => format!("{n:.0}"),
+    }
+}
+
+fn look(ui: &mut Ui, session: &mut Session) {
+    let mut wanted = session.quantity;
+    ComboBox::from_label("view").selected_text(wanted.name()).show_ui(ui, |ui| {
+        for quantity in Quantity::ALL {
+            ui.selectable_value(&mut wanted, quantity, quantity.name());
+        }
+    });
+    session.show(wanted);
+    match session.white {
+        Some(white) if white.is_finite() => ui.label(format!("white is {white:.4e}")),
+        Some(_) => ui.label("not known after so few iterations"),
+        None => ui.label(""),
+    };
+    ui.add(Slider::new(&mut session.look.stops, -10.0..=10.0).text("exposure, stops"));
+    ComboBox::from_label("tone map").selected_text(session.look.curve.name()).show_ui(ui, |ui| {
+        for curve in Curve::ALL {
+            ui.selectable_value(&mut session.look.curve, curve, curve.name());
+        }
+    });
+}
+
+/// One of an option's values, by the names of the command line.
+fn choice<T: ValueEnum + PartialEq + Copy>(ui: &mut Ui, label: &str, value: &mut T) {
+    let name = |value: &T| value.to_possible_value().map(|value| value.get_name().to_owned()).unwrap_or_default();
+    ComboBox::from_label(label).selected_text(name(value)).show_ui(ui, |ui| {
+        for other in T::value_variants() {
+            ui.selectable_value(value, *other, name(other));
+        }
+    });
+}
+
+/// A number that is the scene's own, or the program's, until it is asked for.
+fn optional<T: egui::emath::Numeric>(
+    ui: &mut Ui,
+    label: &str,
+    value: &mut Option<T>,
+    first: T,
+    range: [T; 2],
+    speed: f64,
+) {
+    ui.horizontal(|ui| {
+        let mut is_own = value.is_some();
+        ui.checkbox(&mut is_own, label);
+        *value = is_own.then(|| value.unwrap_or(first));
+        if let Some(value) = value {
+            // A range follows the camera; what the user has set stays.
+            let number = DragValue::new(value).range(range[0]..=range[1]).clamp_existing_to_range(false);
+            ui.add(number.speed(speed).update_while_editing(false));
+        }
+    });
+}
+
+fn knobs(ui: &mut Ui, session: &mut Session) {
+    let (photons, radius) = (session.own_photons(), session.own_radius());
+    let options = &mut session.options;
+    let before = options.clone();
+    optional(ui, "photons", &mut options.photons, photons, [1, 1 << 31], 1e3);
+    let (least, most) = (*Options::EYE_PATHS.start(), *Options::EYE_PATHS.end());
+    optional(ui, "eye paths", &mut options.eye_paths, DEFAULT_EYE_PATHS, [least, most], 0.05);
+    optional(ui, "alpha", &mut options.alpha, DEFAULT_ALPHA, [0.01, 1.0], 0.005);
+    optional(ui, "first radius", &mut options.radius, radius, [0.01 * radius, 1e4 * radius], 0.02 * radius);
+    choice(ui, "radius schedule", &mut options.radius_schedule);
+    choice(ui, "lookup", &mut options.lookup);
+    choice(ui, "direct light", &mut options.direct);
+    choice(ui, "sampler", &mut options.sampler);
+    let mut newton = options.revolution_solver != RevolutionSolver::Certified;
+    ui.checkbox(&mut newton, "classical solver for bodies of revolution");
+    if newton != (options.revolution_solver != RevolutionSolver::Certified) {
+        let segments = RevolutionSolver::DEFAULT_SEGMENTS;
+        let classical = RevolutionSolver::Newton { segments, envelopes: Envelopes::default() };
+        options.revolution_solver = if newton { classical } else { RevolutionSolver::Certified };
+    }
+    if *options != before {
+        session.changed_options();
+    }
+}
+
+fn camera(ui: &mut Ui, session: &mut Session) {
+    let camera = *session.control.camera();
+    let (mut radius, mut focus) = (camera.lens_radius, camera.focal_distance);
+    let scale = 1e-3 * session.control.distance();
+    ui.horizontal(|ui| {
+        ui.label("aperture");
+        let radius = DragValue::new(&mut radius).range(0.0..=1e3 * scale).speed(0.05 * scale);
+        ui.add(radius.clamp_existing_to_range(false));
+        ui.label("focus");
+        let focus = DragValue::new(&mut focus).range(scale..=f64::MAX).speed(scale);
+        ui.add(focus.clamp_existing_to_range(false));
+    });
+    if (radius, focus) != (camera.lens_radius, camera.focal_distance) {
+        session.control.set_lens(radius, focus);
+        session.moved();
+    }
+    ui.horizontal(|ui| {
+        if ui.button("reset").clicked() {
+            session.reset();
+        }
+        if ui.button("copy as pbrt").clicked() {
+            ui.ctx().copy_text(session.camera_text());
+        }
+    });
+}
+
+fn files(ui: &mut Ui, session: &mut Session) {
+    ui.horizontal(|ui| {
+        let name = TextEdit::singleline(&mut session.save_text).desired_width(NAME);
+        ui.add(name).on_hover_text("ends in .exr, .png or .checkpoint");
+        if ui.button("save").on_hover_text("Ctrl+S").clicked() {
+            session.save();
+        }
+    });
+    ui.horizontal(|ui| {
+        let name = TextEdit::singleline(&mut session.scene_text).desired_width(NAME);
+        ui.add(name).on_hover_text("or drop a file on the window");
+        if ui.button("open").clicked() {
+            let path = PathBuf::from(&session.scene_text);
+            session.open(&path);
+        }
+    });
+}
+
+#[cfg(test)]
+mod tests {
+    use std::sync::Arc;
+
+    use egui::{Event, Key, Modifiers, Popup, RawInput};
+
+    use super::*;
+    use crate::scene::Scene;
+    use crate::viewer::first_wish;
+    use crate::viewer::keys::{Busy, Command, Keys, Stroke, With};
+    use crate::viewer::shared::Shared;
+
+    /// A panel without a window.
+    struct Panel {
+        context: Context,
+        session: Session,
+        keys: Keys,
+    }
+
+    impl Panel {
+        fn new() -> Self {
+            let scene = Scene::parse("WorldBegin\nLightSource \"point\"\nShape \"sphere\"\n", "scene.pbrt", ".");
+            let options = Options { resolution: Some([640, 480]), ..Options::default() };
+            let shared = Arc::new(Shared::new(first_wish("scene.pbrt".as_ref(), &options), || {}));
+            let session = Session::new("scene.pbrt".as_ref(), &scene.unwrap(), options, None, shared);
+            let mut panel = Self { context: Context::default(), session, keys: Keys::default() };
+            panel.frame(Vec::new());
+            panel
+        }
+
+        /// One frame, with what the keys ask for.
+        fn frame(&mut self, events: Vec<Event>) -> Vec<Command> {
+            let before = Busy::of(&self.context);
+            let strokes: Vec<Stroke> = events.iter().filter_map(stroke).collect();
+            let screen_rect = Some(egui::Rect::from_min_size(egui::Pos2::ZERO, egui::vec2(900.0, 2000.0)));
+            // What opens and closes is animated, and has done so in a frame as long as this.
+            let input = RawInput { screen_rect, events, predicted_dt: 10.0, ..RawInput::default() };
+            let _ = self.context.run(input, |context| show(context, &mut self.session));
+            let busy = before.until(Busy::of(&self.context));
+            strokes.into_iter().filter_map(|stroke| self.keys.take(stroke, busy)).collect()
+        }
+
+        /// Strokes a key in one frame, and lets it go in the next.
+        fn press(&mut self, key: Key) -> Vec<Command> {
+            let commands = self.frame([Some(event(key, true)), text(key)].into_iter().flatten().collect());
+            self.frame(vec![event(key, false)]);
+            self.frame(Vec::new());
+            commands
+        }
+    }
+
+    fn event(key: Key, pressed: bool) -> Event {
+        Event::Key { key, physical_key: None, pressed, repeat: false, modifiers: Modifiers::NONE }
+    }
+
+    fn text(key: Key) -> Option<Event> {
+        (key.name().len() == 1).then(|| Event::Text(key.name().to_lowercase()))
+    }
+
+    fn stroke(event: &Event) -> Option<Stroke> {
+        let Event::Key { key, pressed, .. } = event else { return None };
+        Some(Stroke { key: *key, is_pressed: *pressed, is_repeat: false, with: With::default() })
+    }
+
+    #[test]
+    fn esc_closes_a_list_and_only_then_the_window() {
+        let mut panel = Panel::new();
+        let mut lists = 0;
+        for _ in 0..40 {
+            panel.press(Key::Tab);
+            panel.press(Key::Space);
+            if !Popup::is_any_open(&panel.context) {
+                continue;
+            }
+            lists += 1;
+            assert_eq!(panel.press(Key::Escape), [], "it closes the list");
+            assert!(!Popup::is_any_open(&panel.context));
+            while panel.context.wants_keyboard_input() {
+                assert_eq!(panel.press(Key::Escape), [], "nothing has the focus any more");
+            }
+            assert_eq!(panel.press(Key::Escape), [Command::Quit]);
+            if lists == 2 {
+                return;
+            }
+        }
+        panic!("{lists} lists were found");
+    }
+
+    #[test]
+    fn what_is_typed_into_a_field_is_no_command() {
+        let mut panel = Panel::new();
+        let name = panel.session.save_text.clone();
+        // Unfolds what is last but one: the files.
+        for _ in 0..2 {
+            let modifiers = Modifiers::SHIFT;
+            panel.frame(vec![Event::Key {
+                key: Key::Tab,
+                physical_key: None,
+                pressed: true,
+                repeat: false,
+                modifiers,
+            }]);
+        }
+        panel.press(Key::Enter);
+        for _ in 0..4 {
+            panel.press(Key::Tab);
+            for key in [Key::H, Key::Num1, Key::R, Key::C, Key::S] {
+                assert_eq!(panel.press(key), [], "{key:?}");
+            }
+            if panel.session.save_text != name {
+                assert!(panel.session.save_text.contains("h1rcs"), "{}", panel.session.save_text);
+                assert_eq!(panel.press(Key::Escape), [], "it leaves the field");
+                assert_eq!(panel.press(Key::H), [Command::Panel]);
+                return;
+            }
+        }
+        panic!("no field was found");
+    }
+}

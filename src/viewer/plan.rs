@@ -1,0 +1,259 @@
+//! What the thread that renders does next: what the window wishes and how things stand in, one
+//! step out. It knows no device.
+
+use super::quantity::Quantity;
+use super::shared::{Save, Target, Wish};
+
+/// How things stand.
+#[derive(Clone, Copy, Debug)]
+pub struct Standing<'a> {
+    /// Which reading of a scene was tried last.
+    pub loads: u64,
+    /// What is being rendered.
+    pub render: Option<Rendered<'a>>,
+    /// What has failed, and is not tried again.
+    pub failed: Option<&'a Target>,
+    /// Whether what is wished was put aside with its iterations.
+    pub is_aside: bool,
+    /// Pixels along each axis that are one in a first image.
+    pub coarsest: u32,
+    /// Iterations to be done, at most; 1 or more.
+    pub most: u32,
+    /// Files to write.
+    pub saves: &'a [Save],
+}
+
+/// What is being rendered.
+#[derive(Clone, Copy, Debug)]
+pub struct Rendered<'a> {
+    /// Of what.
+    pub target: &'a Target,
+    /// Pixels along each axis that are one.
+    pub coarseness: u32,
+    /// Iterations finished.
+    pub iterations: u32,
+    /// What the window has been told, after how many iterations.
+    pub shown: Option<(u32, Quantity)>,
+}
+
+impl Rendered<'_> {
+    /// Whether there is an image to be saved.
+    pub fn is_whole(&self) -> bool {
+        self.coarseness == 1 && self.iterations > 0
+    }
+}
+
+/// One step.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Next {
+    /// Write the file of this number: what it is of is there.
+    Save(usize),
+    /// Let files that wait have what is wished now: what they were asked for has no iteration.
+    Follow,
+    /// The window is closed and everything is written.
+    End,
+    /// Read the scene.
+    Load,
+    /// Say that no file can be written.
+    Refuse,
+    /// Begin to render what is wished, with so many pixels along each axis made one; or take it
+    /// up again.
+    Aim(u32),
+    /// Tell the window what there is.
+    Show,
+    /// Render an iteration.
+    Iterate,
+    /// Wait for another wish.
+    Rest,
+}
+
+/// The next step. `is_moving` says that the camera moved just now, so that coarse images are
+/// enough.
+///
+/// A file gets the image that was wished when it was asked for, if that has an iteration; else
+/// what has one first. So no file is of 0 iterations: paused or not, there is an iteration of
+/// whatever is shown.
+pub fn next(wish: &Wish, standing: &Standing<'_>, is_moving: bool) -> Next {
+    let Standing { loads, render, failed, saves, .. } = standing;
+    let is_there = |save: &Save| render.is_some_and(|render| render.is_whole() && *render.target == save.target);
+    if let Some(index) = saves.iter().position(is_there) {
+        return Next::Save(index);
+    }
+    if saves.iter().any(|save| save.target != wish.target) {
+        return Next::Follow;
+    }
+    if wish.close && saves.is_empty() {
+        return Next::End;
+    }
+    if wish.target.loads != *loads {
+        return Next::Load;
+    }
+    if *failed == Some(&wish.target) {
+        return after_failure(wish, standing);
+    }
+    let Some(render) = render.filter(|render| *render.target == wish.target) else {
+        return Next::Aim(if standing.is_aside { 1 } else { standing.coarsest });
+    };
+    if render.iterations == 0 {
+        return Next::Iterate;
+    }
+    if render.coarseness > 1 && !is_moving {
+        return Next::Aim(render.coarseness / 2);
+    }
+    if render.coarseness > 1 || !(wish.paused || render.iterations >= standing.most) {
+        let is_shown = render.shown.is_some_and(|(_, quantity)| quantity == wish.quantity);
+        return if is_shown { Next::Iterate } else { Next::Show };
+    }
+    if render.shown == Some((render.iterations, wish.quantity)) { Next::Rest } else { Next::Show }
+}
+
+/// What was rendered before is shown as long as it is there, and can be looked at.
+fn after_failure(wish: &Wish, standing: &Standing<'_>) -> Next {
+    if !standing.saves.is_empty() {
+        return Next::Refuse;
+    }
+    let has_it = |render: &Rendered<'_>| {
+        let shows = render.target.options.contribution == wish.quantity.contribution();
+        shows && render.iterations > 0 && render.shown.is_none_or(|(_, quantity)| quantity != wish.quantity)
+    };
+    if standing.render.as_ref().is_some_and(has_it) { Next::Show } else { Next::Rest }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::path::PathBuf;
+    use std::time::Instant;
+
+    use super::*;
+    use crate::render::options::Options;
+
+    const MOST: u32 = 5;
+
+    fn target(photons: u64) -> Target {
+        Target { loads: 1, camera: None, options: Options { photons: Some(photons), ..Options::default() } }
+    }
+
+    fn wish(photons: u64, quantity: Quantity, paused: bool, close: bool) -> Wish {
+        let scene = PathBuf::from("scene.pbrt");
+        let (moves, moved, saves) = (0, None::<Instant>, Vec::new());
+        Wish { scene, target: target(photons), moves, moved, quantity, paused, saves, close }
+    }
+
+    fn save(photons: u64) -> Save {
+        Save { path: PathBuf::from("image.exr"), target: target(photons), quantity: Quantity::Image }
+    }
+
+    /// Every way in which things can stand, as far as the plan tells them apart: `check` is given
+    /// each with a wish for target 1.
+    fn each_standing(check: impl Fn(&Wish, &Standing<'_>, bool)) {
+        let [wished, other] = [target(1), target(2)];
+        let renders = [None, Some(&wished), Some(&other)];
+        let shown = [None, Some((1, Quantity::Image)), Some((MOST, Quantity::Depth)), Some((MOST, Quantity::Image))];
+        let saves = [vec![], vec![save(1)], vec![save(2)], vec![save(3), save(1)]];
+        for (render, failed) in renders.iter().flat_map(|render| renders.map(|failed| (render, failed))) {
+            for (coarseness, iterations, shown) in [1, 4]
+                .into_iter()
+                .flat_map(|coarseness| [0, 1, MOST].map(|iterations| (coarseness, iterations)))
+                .flat_map(|(coarseness, iterations)| shown.map(|shown| (coarseness, iterations, shown)))
+            {
+                let render = render.map(|target| Rendered { target, coarseness, iterations, shown });
+                for (saves, flags) in saves.iter().flat_map(|saves| (0..32).map(move |flags| (saves, flags))) {
+                    let [is_aside, is_read, is_moving, paused, close] = [1, 2, 4, 8, 16].map(|flag| flags & flag != 0);
+                    let loads = u64::from(is_read);
+                    let standing = Standing { loads, render, failed, is_aside, coarsest: 8, most: MOST, saves };
+                    check(&wish(1, Quantity::Image, paused, close), &standing, is_moving);
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn what_is_saved_is_whole_and_no_file_is_forgotten() {
+        each_standing(|wish, standing, is_moving| match next(wish, standing, is_moving) {
+            Next::Save(index) => {
+                let render = standing.render.unwrap();
+                assert!(render.iterations > 0 && render.coarseness == 1, "{standing:?}");
+                assert_eq!(*render.target, standing.saves[index].target);
+            }
+            Next::Rest | Next::End => assert!(standing.saves.is_empty(), "{wish:?} {standing:?}"),
+            Next::Refuse => assert_eq!(standing.failed, Some(&wish.target)),
+            _ => {}
+        });
+    }
+
+    #[test]
+    fn it_rests_only_where_all_is_done_and_shown() {
+        each_standing(|wish, standing, is_moving| {
+            let is_failed = standing.failed == Some(&wish.target);
+            let next = next(wish, standing, is_moving);
+            if next == Next::Rest && !is_failed {
+                let render = standing.render.unwrap();
+                assert!(render.target == &wish.target && render.coarseness == 1 && render.iterations > 0);
+                assert!(wish.paused || render.iterations >= MOST, "{standing:?}");
+                assert_eq!(render.shown, Some((render.iterations, wish.quantity)));
+            }
+            if next == Next::Show {
+                let render = standing.render.unwrap();
+                assert!(render.iterations > 0, "{standing:?}");
+                assert_ne!(render.shown, Some((render.iterations, wish.quantity)), "{standing:?}");
+            }
+            if next == Next::Iterate {
+                let render = standing.render.unwrap();
+                assert!(!is_failed && standing.loads == wish.target.loads && render.target == &wish.target);
+                let is_done = render.coarseness == 1 && (wish.paused || render.iterations >= MOST);
+                assert!(render.iterations == 0 || !is_done, "{standing:?}");
+            }
+            assert!(!matches!(next, Next::Aim(0)));
+        });
+    }
+
+    /// From wherever things stand, a paused window comes to an image of what is wished, and files
+    /// are written.
+    #[test]
+    fn every_way_ends_at_a_whole_image() {
+        each_standing(|wish, standing, _| {
+            let wish = Wish { paused: true, ..wish.clone() };
+            let mut standing = *standing;
+            let mut saves = standing.saves.to_vec();
+            for _ in 0..40 {
+                standing = Standing { saves: &[], ..standing };
+                let step = next(&wish, &Standing { saves: &saves, ..standing }, false);
+                let none = Rendered { target: &wish.target, coarseness: 1, iterations: 0, shown: None };
+                match step {
+                    Next::Follow => saves.iter_mut().for_each(|save| save.target = wish.target.clone()),
+                    Next::Save(index) => drop(saves.remove(index)),
+                    Next::Refuse => saves.clear(),
+                    Next::Load => (standing.loads, standing.render, standing.failed) = (1, None, None),
+                    Next::Aim(coarseness) => {
+                        let iterations = if standing.is_aside { 3 } else { 0 };
+                        standing.render = Some(Rendered { coarseness, iterations, ..none });
+                        standing.is_aside = false;
+                    }
+                    Next::Iterate => standing.render.iter_mut().for_each(|render| render.iterations += 1),
+                    Next::Show => standing
+                        .render
+                        .iter_mut()
+                        .for_each(|render| render.shown = Some((render.iterations, wish.quantity))),
+                    Next::End => return assert!(wish.close && saves.is_empty()),
+                    Next::Rest => return assert!(!wish.close && saves.is_empty()),
+                }
+            }
+            panic!("no end from {wish:?}, {standing:?}");
+        });
+    }
+
+    #[test]
+    fn an_image_that_was_kept_is_taken_up_and_others_begin_coarsely() {
+        let wish = wish(1, Quantity::Image, false, false);
+        let nothing =
+            Standing { loads: 1, render: None, failed: None, is_aside: false, coarsest: 8, most: MOST, saves: &[] };
+        assert_eq!(next(&wish, &nothing, false), Next::Aim(8));
+        assert_eq!(next(&wish, &Standing { is_aside: true, ..nothing }, false), Next::Aim(1));
+        let render = Rendered { target: &wish.target, coarseness: 8, iterations: 1, shown: Some((1, Quantity::Image)) };
+        let coarse = Standing { render: Some(render), ..nothing };
+        assert_eq!(next(&wish, &coarse, false), Next::Aim(4));
+        assert_eq!(next(&wish, &coarse, true), Next::Iterate);
+        let looks = Wish { quantity: Quantity::Depth, ..wish.clone() };
+        assert_eq!(next(&looks, &coarse, true), Next::Show, "at once, and not after an iteration");
+    }
+}

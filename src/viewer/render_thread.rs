@@ -1,0 +1,336 @@
+//! Renders what the window wishes, and tells it.
+
+use std::path::{Path, PathBuf};
+use std::rc::Rc;
+use std::time::{Duration, Instant};
+
+use goblet_host::Device;
+
+use super::plan::{Next, Standing, next};
+use super::rendering::{Kept, Render};
+use super::shared::{Loaded, Save, Shared, Target, Wish};
+use crate::cli::outputs::{AN_IMAGE, Files};
+use crate::cli::{Failure, RenderArgs};
+use crate::render::options::Options;
+use crate::render::renderer::{RenderError, Renderer, open_device};
+use crate::scene::{Camera, Scene};
+
+/// After the camera has come to rest, coarse images are enough for so long.
+const REST: Duration = Duration::from_millis(150);
+/// The first image of something has a pixel for so many along each axis, at least and at most:
+/// as many as it takes to be made in no time. Then half as many, and so on to one.
+const COARSE: [u32; 2] = [2, 8];
+/// No time, as a hand feels it.
+const AT_ONCE: Duration = Duration::from_millis(120);
+/// With nothing to do, it looks up so often.
+const IDLE: Duration = Duration::from_millis(500);
+/// How far the window's thread comes before this one.
+#[cfg(unix)]
+const NICENESS: i32 = 10;
+
+/// The thread's state.
+struct RenderThread<'a> {
+    shared: &'a Shared,
+    args: &'a RenderArgs,
+    device: Rc<Device>,
+    /// With the camera that is in use ..
+    scene: Scene,
+    /// .. and the one that it has in the file.
+    home: Camera,
+    /// Its file.
+    path: PathBuf,
+    loads: u64,
+    /// None before the first one, and where scene or options do not let themselves be rendered.
+    render: Option<Render>,
+    /// Images of the same with another part of the light: at most one of each other part.
+    kept: Vec<Kept>,
+    /// What has failed, and is not tried again; and why.
+    failed: Option<(Target, String)>,
+    /// Files that wait for an iteration.
+    saves: Vec<Save>,
+    /// Pixels along each axis that are one in a first image.
+    coarsest: u32,
+}
+
+/// Renders until the window closes.
+pub fn run(shared: &Shared, args: &RenderArgs, scene: Scene) {
+    // The threads of a device that is software inherit it. If it cannot be had, that is no error.
+    #[cfg(unix)]
+    let _ = rustix::process::nice(NICENESS);
+    let device = match open_device(args.device.as_deref(), args.validate) {
+        Ok(device) => Rc::new(device),
+        Err(error) => return without_device(shared, &error.to_string()),
+    };
+    shared.tell(|news| news.status.device.clone_from(&device.info().name));
+    let mut thread = RenderThread {
+        shared,
+        args,
+        device: Rc::clone(&device),
+        home: scene.camera,
+        scene,
+        path: args.scene.clone(),
+        loads: 0,
+        render: None,
+        kept: Vec::new(),
+        failed: None,
+        saves: Vec::new(),
+        coarsest: COARSE[1],
+    };
+    loop {
+        let mut wish = shared.take_wish();
+        thread.saves.append(&mut wish.saves);
+        let next = thread.next(&wish);
+        if next == Next::End {
+            break;
+        }
+        if let Err(failure) = thread.step(next, &wish) {
+            thread.fail(next, &wish, &failure);
+        }
+    }
+    drop(thread);
+    let messages = device.validation_messages();
+    shared.tell(|news| news.validation = messages);
+}
+
+/// There is nothing but errors to tell.
+fn without_device(shared: &Shared, error: &str) {
+    shared.tell(|news| news.message = Some(Err(error.to_owned())));
+    loop {
+        let wish = shared.take_wish();
+        refuse(shared, &wish, &wish.saves, error);
+        if wish.close {
+            return;
+        }
+        shared.wait(IDLE);
+    }
+}
+
+/// Says that files are not written.
+fn refuse(shared: &Shared, wish: &Wish, saves: &[Save], why: &str) {
+    for save in saves {
+        let path = save.path.display();
+        not_written(shared, wish, Failure::Unwritten(format!("{path}: not written, there is no image: {why}")));
+    }
+}
+
+fn not_written(shared: &Shared, wish: &Wish, failure: Failure) {
+    shared.tell(|news| {
+        if wish.close {
+            news.unwritten.push(failure);
+        } else {
+            news.message = Some(Err(failure.to_string()));
+        }
+    });
+}
+
+/// Every file that a scene's text is in.
+pub fn files(path: &Path, scene: &Scene) -> Vec<PathBuf> {
+    [path.to_owned()].into_iter().chain(scene.included.iter().cloned()).collect()
+}
+
+impl RenderThread<'_> {
+    fn next(&self, wish: &Wish) -> Next {
+        let standing = Standing {
+            loads: self.loads,
+            render: self.render.as_ref().map(Render::standing),
+            failed: self.failed.as_ref().map(|(target, _)| target),
+            is_aside: self.kept.iter().any(|kept| kept.target == wish.target),
+            coarsest: self.coarsest,
+            most: self.args.iterations.unwrap_or(u32::MAX),
+            saves: &self.saves,
+        };
+        next(wish, &standing, wish.moved.is_some_and(|moved| moved.elapsed() < REST))
+    }
+
+    fn step(&mut self, next: Next, wish: &Wish) -> Result<(), Failure> {
+        if let Next::Save(index) = next {
+            let save = self.saves.remove(index);
+            return self.save(wish, &save);
+        }
+        if next != Next::Load && self.failed.as_ref().is_some_and(|(target, _)| *target != wish.target) {
+            self.failed = None;
+            self.shared.tell(|news| news.message = Some(Ok("trying again".to_owned())));
+        }
+        let doing = match &self.render {
+            Some(render) if render.coarseness > 1 => "looking",
+            _ if next != Next::Iterate && wish.paused => "paused",
+            _ => "rendering",
+        };
+        match next {
+            Next::Follow => self.saves.iter_mut().for_each(|save| {
+                (save.target, save.quantity) = (wish.target.clone(), wish.quantity);
+            }),
+            Next::Load => self.load(wish),
+            Next::Aim(coarseness) => self.aim(wish, coarseness)?,
+            Next::Iterate => self.iterate(wish, doing)?,
+            Next::Show => {
+                if let Some(render) = &mut self.render {
+                    render.tell(self.shared, wish.quantity, doing, None)?;
+                }
+            }
+            Next::Refuse => {
+                let why = self.failed.as_ref().map_or_else(String::new, |(_, why)| why.clone());
+                refuse(self.shared, wish, &std::mem::take(&mut self.saves), &why);
+            }
+            Next::Rest => {
+                self.says(if wish.paused { "paused" } else { "done" });
+                self.shared.wait(IDLE);
+            }
+            Next::Save(_) | Next::End => {}
+        }
+        Ok(())
+    }
+
+    /// Something cannot be done, and is not tried again.
+    fn fail(&mut self, next: Next, wish: &Wish, failure: &Failure) {
+        // Options are refused before anything has changed, and an iteration that fails leaves
+        // those before it.
+        let is_left = next == Next::Iterate || matches!(failure, Failure::Render(RenderError::Option(_)));
+        if !is_left {
+            self.render = None;
+        }
+        self.failed = Some((wish.target.clone(), failure.to_string()));
+        self.shared.tell(|news| {
+            news.message = Some(Err(failure.to_string()));
+            news.status.doing = "failed";
+        });
+    }
+
+    fn says(&self, doing: &'static str) {
+        if self.shared.news().status.doing != doing && self.failed.is_none() {
+            self.shared.tell(|news| news.status.doing = doing);
+        }
+    }
+
+    /// Writes a file; if that fails, only that is said.
+    fn save(&mut self, wish: &Wish, save: &Save) -> Result<(), Failure> {
+        let Some(render) = &mut self.render else { return Ok(()) };
+        let files = Files::default().reads_scene(&self.path, &self.scene).writes(AN_IMAGE, [&save.path]);
+        let saved = files.check().and_then(|()| render.save(self.shared, self.args, &self.path, save));
+        if let Err(failure) = saved {
+            not_written(self.shared, wish, failure);
+        }
+        Ok(())
+    }
+
+    /// Runs an iteration, unless something else is wished meanwhile.
+    fn iterate(&mut self, wish: &Wish, doing: &'static str) -> Result<(), Failure> {
+        let Some(render) = &mut self.render else { return Ok(()) };
+        render.moves = wish.moves;
+        let before = self.device.pass_times();
+        let start = Instant::now();
+        // First images are quick, and of use to a hand that moves on. Nothing can be shown before
+        // there is an iteration, whatever is to be shown.
+        let is_first = render.coarseness == self.coarsest;
+        let can_wait = render.renderer.iterations() == 0;
+        let shared = self.shared;
+        let gives_up = || !is_first && shared.in_hurry() && !(can_wait && shared.still_wants(&wish.target));
+        if render.renderer.step_unless(&gives_up)? {
+            render.time += start.elapsed();
+            render.passes = since(&before, self.device.pass_times());
+            render.tell_soon(self.shared, wish.quantity, doing)?;
+            if is_first {
+                self.observe(start.elapsed());
+            }
+        }
+        Ok(())
+    }
+
+    /// Reads a scene; the old one stays if that fails.
+    fn load(&mut self, wish: &Wish) {
+        self.says("reading the scene");
+        self.loads = wish.target.loads;
+        match Scene::load_within(&wish.scene, self.scene.budget.anew()) {
+            Ok(scene) => {
+                let (path, camera, film) = (wish.scene.clone(), scene.camera, scene.film.clone());
+                let loaded = Loaded { path, camera, film, loads: self.loads, integrator: scene.integrator };
+                let message = scene.warnings.first().map_or_else(|| "read the scene".to_owned(), Clone::clone);
+                self.shared.tell(|news| {
+                    (news.loaded, news.message) = (Some(loaded), Some(Ok(message)));
+                    news.files = Some(files(&wish.scene, &scene));
+                });
+                (self.home, self.scene) = (scene.camera, scene);
+                self.path.clone_from(&wish.scene);
+                (self.render, self.failed) = (None, None);
+                self.kept.clear();
+            }
+            Err(error) => {
+                // What is rendered is what it was.
+                let render = self.render.iter_mut().map(|render| &mut render.target);
+                let kept = self.kept.iter_mut().map(|kept| &mut kept.target);
+                let failed = self.failed.iter_mut().map(|(target, _)| target);
+                render.chain(kept).chain(failed).for_each(|target| target.loads = self.loads);
+                self.shared.tell(|news| (news.unread, news.message) = (Some(self.loads), Some(Err(error.to_string()))));
+            }
+        }
+    }
+
+    /// Learns how long a first image took.
+    fn observe(&mut self, took: Duration) {
+        // Four times the pixels take about four times as long.
+        let other = if took > AT_ONCE { 2 * self.coarsest } else { self.coarsest / 2 };
+        if took > AT_ONCE || 5 * took < AT_ONCE {
+            self.coarsest = other.clamp(COARSE[0], COARSE[1]);
+        }
+    }
+
+    /// Begins to render what is wished; or goes on, where it was kept.
+    fn aim(&mut self, wish: &Wish, coarseness: u32) -> Result<(), Failure> {
+        let target = &wish.target;
+        self.keep(target)?;
+        self.scene.camera = target.camera.unwrap_or(self.home);
+        let options = coarse(&target.options, &self.scene, coarseness);
+        let restarted = match &mut self.render {
+            Some(render) => render.restart(&self.scene, &options, target, coarseness)?,
+            None => false,
+        };
+        if !restarted {
+            self.says("preparing the scene");
+            // First, so that both are never in memory.
+            self.render = None;
+            let mut renderer = Renderer::new(Rc::clone(&self.device), &self.scene, &target.options)?;
+            renderer.restart(&self.scene, &options)?;
+            self.render = Some(Render::new(renderer, target.clone(), coarseness));
+        }
+        let kept = self.kept.iter().position(|kept| kept.target == *target);
+        if let Some((render, place)) = self.render.as_mut().zip(kept) {
+            render.take_up(self.kept.swap_remove(place))?;
+        }
+        if let Some(render) = &mut self.render {
+            render.moves = wish.moves;
+        }
+        Ok(())
+    }
+
+    /// Keeps the image that there is, where it is of the same as what is wished, but for the part
+    /// of the light: people look back and forth. Others go.
+    fn keep(&mut self, wished: &Target) -> Result<(), Failure> {
+        self.kept.retain(|kept| kept.target.is_alike(wished));
+        let Some(render) = self.render.as_ref().filter(|render| render.target.is_alike(wished)) else { return Ok(()) };
+        if render.target != *wished {
+            self.kept.extend(render.keep()?);
+        }
+        Ok(())
+    }
+}
+
+/// The same, with so many pixels along each axis made one, and in a hurry if they are.
+fn coarse(options: &Options, scene: &Scene, coarseness: u32) -> Options {
+    if coarseness == 1 {
+        return options.clone();
+    }
+    let fewer = u64::from(coarseness * coarseness);
+    Options {
+        resolution: Some(options.resolution.unwrap_or(scene.film.resolution).map(|side| side.div_ceil(coarseness))),
+        photons: options.photons.or(scene.integrator.photons_per_iteration).map(|photons| photons.div_ceil(fewer)),
+        radius: options.radius.or(scene.integrator.radius).map(|radius| radius * f64::from(coarseness)),
+        eye_paths: Some(1),
+        ..options.clone()
+    }
+}
+
+/// Times by pass since there were others.
+fn since(before: &[(&'static str, Duration)], now: Vec<(&'static str, Duration)>) -> Vec<(&'static str, Duration)> {
+    let earlier = |name| before.iter().find(|(other, _)| *other == name).map_or(Duration::ZERO, |(_, time)| *time);
+    now.into_iter().map(|(name, time)| (name, time.saturating_sub(earlier(name)))).collect()
+}

@@ -1,0 +1,448 @@
+//! Every key in every state of the viewer, with the thread that renders and without a window:
+//! what is shown is what a renderer makes of so many iterations, and what is saved is what is
+//! shown.
+
+use std::fs;
+use std::rc::Rc;
+use std::sync::Arc;
+use std::time::{Duration, Instant};
+
+use egui::Key;
+use glam::DVec3;
+
+use super::keys::{Busy, Keys, Stroke, With};
+use super::quantity::{Picture, Quantity};
+use super::session::{Effect, Session};
+use super::tests::{Rendering, SCENE};
+use crate::render::options::{Contribution, Options};
+use crate::render::renderer::{Renderer, open_device};
+use crate::scene::Scene;
+
+/// Iterations of a render that is not paused.
+const MOST: u32 = 9;
+
+/// Who sits at the window.
+struct Hand {
+    rendering: Rendering,
+    session: Session,
+    keys: Keys,
+    /// What the window shows.
+    picture: Option<Picture>,
+}
+
+/// What the window should show.
+struct Truth {
+    scene: Scene,
+    renderer: Renderer,
+}
+
+impl Truth {
+    fn new() -> Self {
+        let scene = Scene::parse(SCENE, "scene.pbrt", ".").unwrap();
+        let device = Rc::new(open_device(None, false).unwrap());
+        let renderer = Renderer::new(device, &scene, &Options::default()).unwrap();
+        Self { scene, renderer }
+    }
+
+    /// A picture, and the image that is saved, after so many iterations of what a hand looks at.
+    fn after(&mut self, iterations: u32, session: &Session) -> (Picture, Vec<[f32; 3]>) {
+        let contribution = session.quantity.contribution();
+        let scene = Scene { camera: *session.control.camera(), ..self.scene.clone() };
+        let options = Options { contribution, ..session.options.clone() };
+        assert!(self.renderer.restart(&scene, &options).unwrap(), "the same kernels");
+        (0..iterations).for_each(|_| self.renderer.step().unwrap());
+        let estimate = self.renderer.estimate().unwrap();
+        (session.quantity.picture(&self.renderer, &estimate).unwrap(), estimate.image().pixels)
+    }
+}
+
+impl Hand {
+    /// At a scene that nobody renders yet.
+    fn new() -> Self {
+        let rendering = Rendering::waiting(&["--iterations", &MOST.to_string()]);
+        let scene = Scene::load(&rendering.args.scene).unwrap();
+        let (shared, saved) = (Arc::clone(&rendering.shared), rendering.path("saved.exr"));
+        let session = Session::new(&rendering.args.scene, &scene, rendering.args.options(), Some(&saved), shared);
+        Self { rendering, session, keys: Keys::default(), picture: None }
+    }
+
+    /// Strokes a key, with Ctrl or without.
+    fn press(&mut self, (key, has_ctrl): (Key, bool)) -> Option<Effect> {
+        let with = With { command: has_ctrl, ..With::default() };
+        let down = Stroke { key, is_pressed: true, is_repeat: false, with };
+        let command = self.keys.take(down, Busy::default());
+        self.keys.take(Stroke { is_pressed: false, ..down }, Busy::default());
+        let by = self.keys.flight(false);
+        if by != DVec3::ZERO {
+            self.session.control.fly(0.2 * by);
+            self.session.moved();
+        }
+        command.and_then(|command| self.session.obey(command))
+    }
+
+    /// Looks at the window until there is an answer.
+    fn look<T>(&mut self, what: &str, mut ask: impl FnMut(&Self) -> Option<T>) -> T {
+        let start = Instant::now();
+        loop {
+            if let Some(picture) = self.session.take_news() {
+                self.picture = Some(picture);
+            }
+            if let Some(answer) = ask(self) {
+                return answer;
+            }
+            assert!(start.elapsed() < Duration::from_secs(60), "waited in vain for {what}");
+            std::thread::sleep(Duration::from_millis(2));
+        }
+    }
+
+    /// Waits until nothing is left to be rendered.
+    fn rest(&mut self) {
+        self.look("a wish to be taken", |hand| hand.rendering.shared.is_taken().then_some(()));
+        // What is said from now on has seen it.
+        self.rendering.shared.news().status.doing = "";
+        self.rendering.shared.wish(false, |_| {});
+        self.look("rest", |hand| ["paused", "done"].contains(&hand.session.status.doing).then_some(()));
+    }
+
+    /// Waits until nothing is left, and checks that a renderer would make the same picture; how
+    /// many iterations it has.
+    fn shows(&mut self, truth: &mut Truth, context: &str) -> u32 {
+        self.rest();
+        let iterations = self.session.status.iterations;
+        assert!(iterations > 0, "{context}");
+        let (expected, _) = truth.after(iterations, &self.session);
+        let picture = self.picture.as_ref().unwrap();
+        assert!(picture.size == [24, 16] && picture.pixels == expected.pixels, "{context}: {iterations} iterations");
+        assert_eq!((picture.white, picture.is_light), (expected.white, expected.is_light), "{context}");
+        iterations
+    }
+
+    /// Waits until a file is written; after how many iterations.
+    fn written(&mut self, name: &str, context: &str) -> u32 {
+        let path = self.rendering.path(name).display().to_string();
+        let is_it = |said: &String| !said.starts_with("wrote ") || !said.contains(&path);
+        let said =
+            self.look("a file", |hand| hand.session.message.clone().filter(|said| !said.as_ref().is_ok_and(is_it)));
+        let said = said.unwrap_or_else(|error| panic!("{context}: {error}"));
+        let what = match self.session.quantity.contribution() {
+            Contribution::All => "the image",
+            Contribution::Direct => "the direct light",
+            Contribution::Photons => "the light of photons",
+        };
+        assert!(said.starts_with(&format!("wrote {path}: {what} after ")), "{context}: {said}");
+        said.split(' ').rev().nth(1).unwrap().parse().unwrap()
+    }
+
+    /// Saves, and checks that the file has what is shown.
+    fn saves(&mut self, truth: &mut Truth, context: &str) {
+        self.press(SAVE);
+        let iterations = self.written("saved.exr", context);
+        let (_, image) = truth.after(iterations, &self.session);
+        let path = self.rendering.path("saved.exr");
+        assert!(crate::image::file::read(&path).unwrap().pixels == image, "{context}: {iterations} iterations");
+        fs::remove_file(path).unwrap();
+        let shown = self.shows(truth, context);
+        assert!(iterations > 0 && (iterations == shown || !self.session.paused), "{context}: {iterations}");
+    }
+
+    /// Presses a key and checks all that should come of it: what the window does, what it shows,
+    /// and what is saved.
+    fn check(&mut self, truth: &mut Truth, key: (Key, bool), state: &str) {
+        let context = format!("{key:?} while {state}");
+        let before = Before::new(&self.session);
+        let effect = self.press(key);
+        before.check(self, key, effect, &context);
+        if key == SAVE {
+            assert!(self.written("saved.exr", &context) > 0, "{context}");
+        }
+        self.shows(truth, &context);
+        self.saves(truth, &context);
+    }
+}
+
+const SAVE: (Key, bool) = (Key::S, true);
+const DIGITS: [Key; 8] = [Key::Num1, Key::Num2, Key::Num3, Key::Num4, Key::Num5, Key::Num6, Key::Num7, Key::Num8];
+
+fn every_key() -> impl Iterator<Item = (Key, bool)> {
+    let plain = [Key::R, Key::C, Key::H, Key::Escape, Key::W, Key::A, Key::S, Key::D, Key::E, Key::Q, Key::Space];
+    DIGITS.into_iter().chain(plain).map(|key| (key, false)).chain([SAVE])
+}
+
+/// What keys may change at once.
+#[derive(Clone, Copy, PartialEq, Debug)]
+struct Before {
+    quantity: Quantity,
+    paused: bool,
+    has_panel: bool,
+    place: DVec3,
+}
+
+impl Before {
+    fn new(session: &Session) -> Self {
+        let place = session.control.camera().world_from_camera.translation;
+        Self { quantity: session.quantity, paused: session.paused, has_panel: session.has_panel, place }
+    }
+
+    fn check(self, hand: &Hand, (key, has_ctrl): (Key, bool), effect: Option<Effect>, context: &str) {
+        let after = Self::new(&hand.session);
+        let digit = DIGITS.iter().position(|digit| *digit == key);
+        let mut expected = self;
+        match (key, has_ctrl) {
+            _ if digit.is_some() => expected.quantity = Quantity::ALL[digit.unwrap()],
+            (Key::R, _) => expected.place = DVec3::new(0.0, 0.0, -3.0),
+            (Key::Space, _) => expected.paused = !self.paused,
+            (Key::H, _) => expected.has_panel = !self.has_panel,
+            (Key::W | Key::A | Key::S | Key::D | Key::E | Key::Q, false) => {
+                assert!(after.place != self.place, "{context}");
+                expected.place = after.place;
+            }
+            _ => {}
+        }
+        assert_eq!(after, expected, "{context}");
+        match key {
+            Key::Escape => assert_eq!(effect, Some(Effect::Quit), "{context}"),
+            Key::C => assert!(matches!(&effect, Some(Effect::Copy(text)) if text.contains("Camera")), "{context}"),
+            _ => assert_eq!(effect, None, "{context}"),
+        }
+    }
+}
+
+#[test]
+fn every_key_while_it_renders() {
+    let mut truth = Truth::new();
+    let mut hand = Hand::new();
+    hand.rendering.start();
+    for key in every_key() {
+        if hand.session.paused {
+            hand.press((Key::Space, false));
+        }
+        hand.session.reset();
+        hand.session.show(Quantity::Image);
+        hand.rest();
+        hand.press((Key::Q, false));
+        let moves = hand.session.moves;
+        let is_whole = |hand: &Hand| {
+            hand.session.seen == moves && hand.picture.as_ref().is_some_and(|picture| picture.size == [24, 16])
+        };
+        hand.look("a whole image", |hand| is_whole(hand).then_some(()));
+        hand.check(&mut truth, key, "it renders");
+    }
+}
+
+/// The scene is being prepared, or read: whatever is wished is done after that.
+#[test]
+fn every_key_while_it_loads() {
+    let mut truth = Truth::new();
+    for key in every_key() {
+        let mut hand = Hand::new();
+        let context = format!("{key:?} while it loads");
+        let before = Before::new(&hand.session);
+        let effect = hand.press(key);
+        before.check(&hand, key, effect, &context);
+        hand.rendering.start();
+        hand.shows(&mut truth, &context);
+        if key == SAVE {
+            assert!(hand.written("saved.exr", &context) > 0, "{context}");
+        }
+    }
+}
+
+#[test]
+fn what_is_asked_for_while_a_scene_is_read_again_is_of_that() {
+    let mut truth = Truth::new();
+    let mut hand = Hand::new();
+    hand.rendering.start();
+    for key in [(Key::Num8, false), (Key::Num2, false), (Key::W, false)] {
+        hand.session.reload();
+        hand.press(key);
+        hand.saves(&mut truth, "it is read again");
+    }
+    assert_eq!(hand.session.quantity, Quantity::Direct);
+}
+
+#[test]
+fn every_key_while_it_is_paused() {
+    let mut truth = Truth::new();
+    let mut hand = Hand::new();
+    hand.rendering.start();
+    for key in every_key() {
+        hand.session.reset();
+        if hand.session.paused {
+            hand.press((Key::Space, false));
+        }
+        hand.session.show(Quantity::Image);
+        hand.look("some iterations", |hand| (hand.session.status.iterations > 1).then_some(()));
+        hand.press((Key::Space, false));
+        hand.rest();
+        hand.check(&mut truth, key, "it is paused");
+    }
+}
+
+#[test]
+fn every_key_while_it_is_paused_and_moved() {
+    let mut truth = Truth::new();
+    let mut hand = Hand::new();
+    hand.press((Key::Space, false));
+    hand.rendering.start();
+    assert_eq!(hand.shows(&mut truth, "paused from the beginning"), 1);
+    for key in every_key() {
+        hand.session.paused = true;
+        hand.rendering.shared.wish(false, |wish| wish.paused = true);
+        hand.session.show(Quantity::Image);
+        hand.press((Key::D, false));
+        hand.check(&mut truth, key, "it is paused and moves");
+        hand.session.reset();
+        hand.press((Key::A, false));
+        hand.rest();
+        hand.check(&mut truth, key, "it is paused and was moved");
+    }
+}
+
+#[test]
+fn every_key_while_it_is_coarse() {
+    let mut truth = Truth::new();
+    let mut hand = Hand::new();
+    hand.rendering.start();
+    hand.rest();
+    for key in every_key() {
+        hand.session.reset();
+        hand.session.show(Quantity::Image);
+        hand.rest();
+        hand.press((Key::E, false));
+        // As if the camera never came to rest.
+        let later = Instant::now() + Duration::from_secs(1000);
+        hand.rendering.shared.wish(true, |wish| wish.moved = Some(later));
+        hand.look("a coarse picture", |hand| (hand.picture.as_ref()?.size[0] < 24).then_some(()));
+        let context = format!("{key:?} while it is coarse");
+        let before = Before::new(&hand.session);
+        let effect = hand.press(key);
+        before.check(&hand, key, effect, &context);
+        hand.rendering.shared.wish(true, |wish| wish.moved = Some(later));
+        let is_light = matches!(hand.session.quantity, Quantity::Image | Quantity::Direct | Quantity::Photons);
+        hand.look("a coarse picture of it", |hand| (hand.picture.as_ref()?.is_light == is_light).then_some(()));
+        std::thread::sleep(Duration::from_millis(20));
+        assert!(!hand.rendering.path("saved.exr").exists(), "{context}");
+        hand.rendering.shared.wish(true, |wish| wish.moved = None);
+        if key == SAVE {
+            assert!(hand.written("saved.exr", &context) > 0, "{context}");
+        }
+        hand.shows(&mut truth, &context);
+        hand.saves(&mut truth, &context);
+    }
+}
+
+/// A scene that is broken leaves the old one as it was.
+#[test]
+fn every_key_with_an_error_of_the_scene_shown() {
+    let mut truth = Truth::new();
+    let mut hand = Hand::new();
+    hand.rendering.start();
+    hand.rest();
+    fs::write(hand.rendering.path("scene.pbrt"), "LookAt oops").unwrap();
+    for key in every_key() {
+        hand.session.reset();
+        hand.session.show(Quantity::Image);
+        hand.session.reload();
+        hand.look("an error", |hand| hand.session.message.clone()?.err());
+        hand.check(&mut truth, key, "an error is shown");
+    }
+}
+
+/// Options that cannot be leave the old image, which can be looked at; it is not what is asked
+/// for, and is not saved as that.
+#[test]
+fn every_key_with_an_error_of_the_options_shown() {
+    let mut truth = Truth::new();
+    let mut hand = Hand::new();
+    hand.rendering.start();
+    for key in every_key() {
+        hand.session.reset();
+        hand.session.show(Quantity::Image);
+        hand.rest();
+        hand.session.options.radius = Some(1e9);
+        hand.session.changed_options();
+        let is_wrong = |hand: &Hand| hand.session.message.clone()?.err().filter(|error| error.contains("a radius of"));
+        hand.look("an error", is_wrong);
+        let context = format!("{key:?} with an error shown");
+        let before = Before::new(&hand.session);
+        let effect = hand.press(key);
+        before.check(&hand, key, effect, &context);
+        if hand.session.quantity.contribution() == Contribution::All {
+            let is_light = hand.session.quantity == Quantity::Image;
+            hand.look("a picture of it", |hand| (hand.picture.as_ref()?.is_light == is_light).then_some(()));
+        }
+        hand.press(SAVE);
+        hand.look("a refusal", |hand| {
+            hand.session.message.clone()?.err().filter(|error| error.contains("not written"))
+        });
+        assert!(!hand.rendering.path("saved.exr").exists(), "{context}");
+        hand.session.options.radius = None;
+        hand.session.changed_options();
+        hand.shows(&mut truth, &context);
+        hand.saves(&mut truth, &context);
+    }
+}
+
+/// Looking at parts of the light loses nothing, paused or not.
+#[test]
+fn an_image_that_is_left_for_a_part_of_its_light_comes_back_with_all_its_iterations() {
+    let mut truth = Truth::new();
+    for paused in [true, false] {
+        let mut hand = Hand::new();
+        hand.rendering.start();
+        hand.rest();
+        assert_eq!(hand.session.status.iterations, MOST);
+        if paused {
+            hand.press((Key::Space, false));
+            for digit in [Key::Num2, Key::Num3, Key::Num2] {
+                hand.press((digit, false));
+                assert_eq!(hand.shows(&mut truth, "a part of the light, paused"), 1, "{digit:?}");
+            }
+        } else {
+            hand.press((Key::Num2, false));
+        }
+        for digit in [Key::Num1, Key::Num8, Key::Num5] {
+            hand.press((digit, false));
+            hand.rest();
+            assert_eq!(hand.shows(&mut truth, "back again"), MOST, "{digit:?}");
+        }
+        hand.saves(&mut truth, "back again");
+    }
+}
+
+/// What is saved first was asked for before the camera moved, what is saved then after it.
+#[test]
+fn a_file_gets_what_was_shown_when_it_was_asked_for() {
+    let mut truth = Truth::new();
+    let mut hand = Hand::new();
+    hand.rendering.start();
+    hand.shows(&mut truth, "at first");
+    let (_, image) = truth.after(MOST, &hand.session);
+    hand.press(SAVE);
+    hand.session.save_text = hand.rendering.path("other.exr").display().to_string();
+    hand.press((Key::W, false));
+    hand.press(SAVE);
+    let iterations = hand.written("other.exr", "after the move");
+    assert!(crate::image::file::read(&hand.rendering.path("saved.exr")).unwrap().pixels == image);
+    let (_, image) = truth.after(iterations, &hand.session);
+    assert!(crate::image::file::read(&hand.rendering.path("other.exr")).unwrap().pixels == image, "{iterations}");
+}
+
+/// What the panel begins with is of the image, whatever coarse picture is seen.
+#[test]
+fn numbers_of_the_panel_are_those_of_the_image() {
+    let hand = Hand::new();
+    assert_eq!(hand.session.own_photons(), 500, "as the scene says");
+    assert_eq!(hand.session.own_radius(), 0.5);
+    let text = SCENE.replace("\"integer photonsperiteration\" 500 \"float radius\" 0.5", "");
+    let scene = Scene::parse(&text, "scene.pbrt", ".").unwrap();
+    let options = Options { resolution: Some([1200, 600]), radius_in_pixels: Some(2.0), ..Options::default() };
+    let shared = Arc::clone(&hand.rendering.shared);
+    let mut session = Session::new("scene.pbrt".as_ref(), &scene, options, None, shared);
+    session.status.resolution = [150, 75];
+    assert_eq!(session.own_photons(), 720_000);
+    let pixel = session.control.pixel_width([1200, 600]);
+    assert_eq!(session.own_radius(), 2.0 * pixel);
+    session.options.radius_in_pixels = None;
+    assert_eq!(session.own_radius(), 3.0 * pixel);
+}
