@@ -137,7 +137,7 @@ fn spent(renderer: &Renderer) -> Times {
     for (pass, time) in renderer.device().pass_times() {
         match pass {
             "grid_count" | "grid_reserve" | "grid_fill" | "tree_fill" => times.build += time.as_secs_f64(),
-            "accumulate_grid" | "accumulate_tree" => times.query += time.as_secs_f64(),
+            "gather_grid" | "gather_tree" => times.query += time.as_secs_f64(),
             _ => {}
         }
     }

@@ -32,7 +32,7 @@ const SEPARATE: [&[&str]; 5] = [
     &["HAS_REVOLUTIONS"],
     &[],
 ];
-/// Each of these sets is also built without it: shaders/include/interruption.glsl.
+/// Each of these sets is also built without it: shaders/include/kernel/interruption.glsl.
 const RESUMABLE: &str = "IS_RESUMABLE";
 /// And without both: kernels that are resumed are too rare to be built for each case.
 const CONTACTS: &str = "HAS_CONTACTS";
@@ -51,7 +51,7 @@ fn run() -> Result<(), Box<dyn Error>> {
     let resumable = SEPARATE.iter().map(|constants| constants.to_vec()).filter(|constants| !constants.is_empty());
     let apart = SEPARATE.iter().map(|constants| [&[RESUMABLE, CONTACTS], *constants].concat());
     let separate: Vec<Vec<&str>> = apart.chain(plain).chain(resumable).collect();
-    build_kernels(&root, "shaders", &separate, &out, "kernels.rs")?;
+    build_kernels(&root, "shaders/passes", &separate, &out, "kernels.rs")?;
     build_kernels(&root, "tests/kernels", &[], &out, "test_kernels.rs")
 }
 
@@ -64,12 +64,13 @@ fn build_kernels(
     module: &str,
 ) -> Result<(), Box<dyn Error>> {
     println!("cargo:rerun-if-changed={folder}");
+    println!("cargo:rerun-if-changed=shaders");
     let mut sources: Vec<PathBuf> =
         fs::read_dir(root.join(folder))?.map(|entry| entry.map(|entry| entry.path())).collect::<Result<_, _>>()?;
     sources.retain(|path| path.extension().is_some_and(|extension| extension == "comp"));
     sources.sort();
 
-    let types = fs::read_to_string(root.join("shaders/include/types.glsl"))?;
+    let types = fs::read_to_string(root.join("shaders/include/scene/types.glsl"))?;
     let mut kernels = Vec::new();
     for source in &sources {
         let name = source.file_stem().and_then(|stem| stem.to_str()).ok_or("a kernel's file name is not UTF-8")?;

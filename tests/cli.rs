@@ -290,7 +290,7 @@ fn stats_say_what_was_rendered() {
     let stats = bench.json("x.json");
     let build = number(&stats["seconds"]["kd_build"]);
     assert!(build > 0.0 && build <= number(&stats["seconds"]["render"]), "{stats:#}");
-    assert!(stats["passes"]["accumulate_tree"].is_number(), "{stats:#}");
+    assert!(stats["passes"]["gather_tree"].is_number(), "{stats:#}");
 }
 
 #[test]

@@ -3,7 +3,7 @@
 //!
 //! The middle of the square is +z, its corners are -z. The diamond |u| + |v| = 1 about the
 //! middle is the equator, where u to the right points along +x and v downward along +y.
-//! shaders/include/light_image.glsl has the same in fp32.
+//! shaders/include/light/light_image.glsl has the same in fp32.
 
 use std::f64::consts::{FRAC_PI_4, PI};
 

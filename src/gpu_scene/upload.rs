@@ -8,7 +8,7 @@ use crate::kernels::{
     RevolutionPiece, RevolutionSegment, SceneBindings, SceneInfo, TextureNode, Triangle, TriangleNormals, TriangleUvs,
 };
 
-/// The scene's arrays, in the order of `shaders/include/scene.glsl`.
+/// The scene's arrays, in the order of `shaders/include/scene/scene.glsl`.
 pub struct GpuScene {
     scene_info: Texels<SceneInfo>,
     bvh_pairs: Texels<BvhPair>,

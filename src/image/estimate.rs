@@ -2,7 +2,7 @@
 
 use crate::image::film::{Image, LUMINANCE, Window};
 
-/// Sums are in units of 2^-56 of [`Estimate::unit`]: `shaders/include/sum.glsl`.
+/// Sums are in units of 2^-56 of [`Estimate::unit`]: `shaders/include/math/sum.glsl`.
 const FRACTION_BITS: i32 = 56;
 /// The weight of a pixel's relative error falls where it is darker than this part of the
 /// image's typical luminance.

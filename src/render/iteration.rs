@@ -210,7 +210,7 @@ impl Passes {
                 continue; // with a smaller batch
             };
             progress.schedule.observe(end - first, start.elapsed());
-            let deposited = self.lookup.accumulate(on, recorded, &mut progress.schedule)?;
+            let deposited = self.lookup.gather(on, recorded, &mut progress.schedule)?;
             progress.tally.merge(&deposited);
             first = end;
         }

@@ -71,10 +71,10 @@ impl Lookup {
     ///
     /// # Errors
     /// The device fails, or the driver ends the pass early.
-    pub fn accumulate(&self, on: Stage<'_>, recorded: u32, schedule: &mut Schedule) -> Result<Tally, RenderError> {
+    pub fn gather(&self, on: Stage<'_>, recorded: u32, schedule: &mut Schedule) -> Result<Tally, RenderError> {
         match self {
-            Self::Grid(grid) => grid.accumulate(on, recorded, &mut schedule.paces.gather),
-            Self::Tree(tree) => tree.accumulate(on, recorded, schedule),
+            Self::Grid(grid) => grid.gather(on, recorded, &mut schedule.paces.gather),
+            Self::Tree(tree) => tree.gather(on, recorded, schedule),
         }
     }
 

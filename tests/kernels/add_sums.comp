@@ -1,8 +1,8 @@
 // add_sums: 128-bit sums of any bits.
 #version 460
 #extension GL_GOOGLE_include_directive : require
-#include "invocation.glsl"
-#include "sum.glsl"
+#include "kernel/invocation.glsl"
+#include "math/sum.glsl"
 
 layout(std430, set = 1, binding = 0) readonly buffer LeftBlock { uvec4 data[]; } left;
 layout(std430, set = 1, binding = 1) readonly buffer RightBlock { uvec4 data[]; } right;

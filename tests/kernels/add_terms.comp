@@ -1,8 +1,8 @@
 // add_terms: radiances to terms, and each term added to a sum.
 #version 460
 #extension GL_GOOGLE_include_directive : require
-#include "invocation.glsl"
-#include "sum.glsl"
+#include "kernel/invocation.glsl"
+#include "math/sum.glsl"
 
 layout(std430, set = 1, binding = 0) readonly buffer ValueBlock { float data[]; } values;
 layout(std430, set = 1, binding = 1) readonly buffer SumBlock { uvec4 data[]; } sums;

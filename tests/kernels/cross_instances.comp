@@ -1,14 +1,14 @@
 // cross_instances: rays to surfaces through the hierarchy, and others that leave from there.
 #version 460
 #extension GL_GOOGLE_include_directive : require
-#include "invocation.glsl"
-#include "scene.glsl"
-#include "random.glsl"
-#include "sampling.glsl"
-#include "intersect.glsl"
-#include "surface.glsl"
-#include "texture.glsl"
-#include "alpha.glsl"
+#include "kernel/invocation.glsl"
+#include "scene/scene.glsl"
+#include "math/random.glsl"
+#include "math/sampling.glsl"
+#include "geometry/intersect.glsl"
+#include "geometry/surface.glsl"
+#include "material/texture.glsl"
+#include "geometry/alpha.glsl"
 
 struct CrossingRay {
     vec3 origin;

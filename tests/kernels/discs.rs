@@ -92,7 +92,7 @@ impl Flux {
     }
 }
 
-/// The octahedral map of `shaders/include/normal.glsl` in f64.
+/// The octahedral map of `shaders/include/geometry/normal.glsl` in f64.
 fn unpack_normal(packed: u32) -> DVec3 {
     let snorm = |bits: u32| (f64::from(bits as u16 as i16) / 32767.0).max(-1.0);
     let (x, y) = (snorm(packed), snorm(packed >> 16));

@@ -1,8 +1,8 @@
 // draw_pairs: random numbers of given coordinates.
 #version 460
 #extension GL_GOOGLE_include_directive : require
-#include "invocation.glsl"
-#include "random.glsl"
+#include "kernel/invocation.glsl"
+#include "math/random.glsl"
 
 struct Place {
     uint seed;

@@ -1,8 +1,8 @@
 // draw_samples: points and directions from given uniform numbers.
 #version 460
 #extension GL_GOOGLE_include_directive : require
-#include "invocation.glsl"
-#include "sampling.glsl"
+#include "kernel/invocation.glsl"
+#include "math/sampling.glsl"
 
 struct Draw {
     vec2 u;

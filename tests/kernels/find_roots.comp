@@ -1,9 +1,9 @@
 // find_roots: every root of a ray and a body with t_min < t < t_max; one piece per invocation.
 #version 460
 #extension GL_GOOGLE_include_directive : require
-#include "invocation.glsl"
-#include "scene.glsl"
-#include "intersect.glsl"
+#include "kernel/invocation.glsl"
+#include "scene/scene.glsl"
+#include "geometry/intersect.glsl"
 
 struct BodyRay {
     vec3 origin;

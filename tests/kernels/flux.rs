@@ -1,6 +1,6 @@
-//! Fixed-point sums: to_fixed and from_fixed, and accumulate_grid's exact sums over photons.
+//! Fixed-point sums: to_fixed and from_fixed, and gather_grid's exact sums over photons.
 
-use goblet::kernels::{AccumulateGrid, AccumulateGridPush, Cell, PhotonRecord, Specialization, VisiblePoint};
+use goblet::kernels::{Cell, GatherGrid, GatherGridPush, PhotonRecord, Specialization, VisiblePoint};
 
 use crate::bench::{Bench, EPS, Rng};
 use crate::discs::Flux;
@@ -91,7 +91,7 @@ fn accumulate(weights: &[[f32; 3]], low: u32, high: u32) -> Sums {
     // A table of one cell, which every cell of the grid therefore shares.
     let cells = bench.upload(&[Cell { first: 0, count: weights.len() as u32 }]);
     let flux = Flux::of(&bench, [(); 3].map(|()| vec![[low, high]]));
-    let kernel = AccumulateGrid {
+    let kernel = GatherGrid {
         visible_points: &bench.upload_texels(&[VisiblePoint { position, normal: 0 }]),
         visible_radii2: &bench.upload_texels(&[0.01_f32]),
         max_radius2: &bench.upload(&[0.01_f32.to_bits()]),
@@ -110,7 +110,7 @@ fn accumulate(weights: &[[f32; 3]], low: u32, high: u32) -> Sums {
         let mut frame = device.frame().expect("a frame");
         frame.clear(&flux.counters);
         let push =
-            AccumulateGridPush { width: 1, height: 1, cell_mask: 0, resumed: u32::min(resumed, 1), offset: 0, two: 2 };
+            GatherGridPush { width: 1, height: 1, cell_mask: 0, resumed: u32::min(resumed, 1), offset: 0, two: 2 };
         frame.dispatch(&pass, push, 32);
         frame.run().expect("a run");
         let counted = bench.read(&flux.counters)[0];

@@ -1,11 +1,11 @@
 // fresnel: reflectances of boundaries.
 #version 460
 #extension GL_GOOGLE_include_directive : require
-#include "invocation.glsl"
-#include "types.glsl"
-#include "specialization.glsl"
-#include "sampling.glsl"
-#include "bsdf.glsl"
+#include "kernel/invocation.glsl"
+#include "scene/types.glsl"
+#include "scene/specialization.glsl"
+#include "math/sampling.glsl"
+#include "material/bsdf.glsl"
 
 struct Boundary {
     float cos_i;

@@ -1,8 +1,8 @@
-//! grid_* and accumulate_grid: points find exactly the photons that a search of all finds.
+//! grid_* and gather_grid: points find exactly the photons that a search of all finds.
 
 use goblet::kernels::{
-    AccumulateGrid, AccumulateGridPush, Cell, GridCount, GridCountPush, GridFill, GridFillPush, GridReserve,
-    GridReservePush, Specialization,
+    Cell, GatherGrid, GatherGridPush, GridCount, GridCountPush, GridFill, GridFillPush, GridReserve, GridReservePush,
+    Specialization,
 };
 
 use crate::bench::{Bench, Rng};
@@ -35,7 +35,7 @@ fn accumulate(points: &[Disc], width: u32, photons: &[Disc], cells: u32, workgro
     let reserve = pass!(GridReserve { grid_filled: &bench.upload(&[0_u32]), cells: &table });
     let fill = GridFill { photons: &records, max_radius2: &max_radius2, cells: &table, grid_photons: &grid_photons };
     let fill = pass!(fill);
-    let add = pass!(AccumulateGrid {
+    let add = pass!(GatherGrid {
         visible_points: &bench.upload_texels(&discs::visible(points)),
         visible_radii2: &bench.upload_texels(&discs::radii2(points)),
         max_radius2: &max_radius2,
@@ -53,7 +53,7 @@ fn accumulate(points: &[Disc], width: u32, photons: &[Disc], cells: u32, workgro
     frame.dispatch(&reserve, GridReservePush { cell_count: cells }, cells.into());
     frame.dispatch(&fill, GridFillPush { recorded, cell_mask }, recorded.into());
     frame.run().expect("a run");
-    let push = |resumed| AccumulateGridPush { width, height, cell_mask, resumed, offset: 0, two: 2 };
+    let push = |resumed| GatherGridPush { width, height, cell_mask, resumed, offset: 0, two: 2 };
     let dispatches = flux.add_all(&bench, |frame, resumed| frame.dispatch(&add, push(resumed), invocations));
     Gathered { counts: flux.counts(&bench), dispatches }
 }

@@ -1,9 +1,9 @@
 // hit_quadrics: one ray in object space against one sphere or disk per invocation.
 #version 460
 #extension GL_GOOGLE_include_directive : require
-#include "invocation.glsl"
-#include "scene.glsl"
-#include "intersect.glsl"
+#include "kernel/invocation.glsl"
+#include "scene/scene.glsl"
+#include "geometry/intersect.glsl"
 
 struct ObjectRay {
     vec3 origin;

@@ -1,12 +1,12 @@
 // hit_revolutions: rays through the hierarchy, and how glass sends each on.
 #version 460
 #extension GL_GOOGLE_include_directive : require
-#include "invocation.glsl"
-#include "scene.glsl"
-#include "sampling.glsl"
-#include "intersect.glsl"
-#include "surface.glsl"
-#include "bsdf.glsl"
+#include "kernel/invocation.glsl"
+#include "scene/scene.glsl"
+#include "math/sampling.glsl"
+#include "geometry/intersect.glsl"
+#include "geometry/surface.glsl"
+#include "material/bsdf.glsl"
 
 struct BodyRay {
     vec3 origin;

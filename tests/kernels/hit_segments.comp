@@ -2,9 +2,9 @@
 // the classical solver.
 #version 460
 #extension GL_GOOGLE_include_directive : require
-#include "invocation.glsl"
-#include "scene.glsl"
-#include "intersect.glsl"
+#include "kernel/invocation.glsl"
+#include "scene/scene.glsl"
+#include "geometry/intersect.glsl"
 
 struct SegmentRay {
     vec3 origin;

@@ -1,15 +1,15 @@
 // invert_smoothstep: quantiles of the falloff of a spot light.
 #version 460
 #extension GL_GOOGLE_include_directive : require
-#include "invocation.glsl"
-#include "scene.glsl"
-#include "random.glsl"
-#include "sampling.glsl"
-#include "intersect.glsl"
-#include "surface.glsl"
-#include "texture.glsl"
-#include "light.glsl"
-#include "emission.glsl"
+#include "kernel/invocation.glsl"
+#include "scene/scene.glsl"
+#include "math/random.glsl"
+#include "math/sampling.glsl"
+#include "geometry/intersect.glsl"
+#include "geometry/surface.glsl"
+#include "material/texture.glsl"
+#include "light/light.glsl"
+#include "light/emission.glsl"
 
 layout(std430, set = 1, binding = 0) readonly buffer UniformBlock { float data[]; } uniforms;
 layout(std430, set = 1, binding = 1) buffer QuantileBlock { float data[]; } quantiles;

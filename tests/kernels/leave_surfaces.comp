@@ -2,11 +2,11 @@
 // again, or on the far side only.
 #version 460
 #extension GL_GOOGLE_include_directive : require
-#include "invocation.glsl"
-#include "scene.glsl"
-#include "sampling.glsl"
-#include "intersect.glsl"
-#include "surface.glsl"
+#include "kernel/invocation.glsl"
+#include "scene/scene.glsl"
+#include "math/sampling.glsl"
+#include "geometry/intersect.glsl"
+#include "geometry/surface.glsl"
 
 struct Arrival {
     vec3 origin;

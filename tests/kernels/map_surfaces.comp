@@ -1,11 +1,11 @@
 // map_surfaces: a ray meets a primitive; texture coordinates and tangent there.
 #version 460
 #extension GL_GOOGLE_include_directive : require
-#include "invocation.glsl"
-#include "scene.glsl"
-#include "sampling.glsl"
-#include "intersect.glsl"
-#include "surface.glsl"
+#include "kernel/invocation.glsl"
+#include "scene/scene.glsl"
+#include "math/sampling.glsl"
+#include "geometry/intersect.glsl"
+#include "geometry/surface.glsl"
 
 struct MappedRay {
     vec3 origin;

@@ -1,14 +1,14 @@
 // meet_skies: radiance from infinitely far away, in given directions.
 #version 460
 #extension GL_GOOGLE_include_directive : require
-#include "invocation.glsl"
-#include "scene.glsl"
-#include "random.glsl"
-#include "sampling.glsl"
-#include "intersect.glsl"
-#include "surface.glsl"
-#include "texture.glsl"
-#include "light.glsl"
+#include "kernel/invocation.glsl"
+#include "scene/scene.glsl"
+#include "math/random.glsl"
+#include "math/sampling.glsl"
+#include "geometry/intersect.glsl"
+#include "geometry/surface.glsl"
+#include "material/texture.glsl"
+#include "light/light.glsl"
 
 struct Escape {
     vec3 direction;

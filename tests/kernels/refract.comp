@@ -1,11 +1,11 @@
 // refract: light meets a surface, and goes back the way it came.
 #version 460
 #extension GL_GOOGLE_include_directive : require
-#include "invocation.glsl"
-#include "types.glsl"
-#include "specialization.glsl"
-#include "sampling.glsl"
-#include "bsdf.glsl"
+#include "kernel/invocation.glsl"
+#include "scene/types.glsl"
+#include "scene/specialization.glsl"
+#include "math/sampling.glsl"
+#include "material/bsdf.glsl"
 
 struct Incidence {
     vec3 wo;

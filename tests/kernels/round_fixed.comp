@@ -1,8 +1,8 @@
 // round_fixed: weights to fixed point and back.
 #version 460
 #extension GL_GOOGLE_include_directive : require
-#include "invocation.glsl"
-#include "flux.glsl"
+#include "kernel/invocation.glsl"
+#include "lookup/flux.glsl"
 
 layout(std430, set = 1, binding = 0) readonly buffer WeightBlock { float data[]; } weights;
 layout(std430, set = 1, binding = 1) buffer FixedBlock { uvec2 data[]; } fixed_points;

@@ -1,8 +1,8 @@
 // round_normals: unit vectors to 32 bits and back.
 #version 460
 #extension GL_GOOGLE_include_directive : require
-#include "invocation.glsl"
-#include "normal.glsl"
+#include "kernel/invocation.glsl"
+#include "geometry/normal.glsl"
 
 layout(std430, set = 1, binding = 0) readonly buffer NormalBlock { vec4 data[]; } normals;
 layout(std430, set = 1, binding = 1) buffer BackBlock { vec4 data[]; } back;

@@ -1,12 +1,12 @@
 // run_textures: textures at given points of surfaces.
 #version 460
 #extension GL_GOOGLE_include_directive : require
-#include "invocation.glsl"
-#include "scene.glsl"
-#include "sampling.glsl"
-#include "intersect.glsl"
-#include "surface.glsl"
-#include "texture.glsl"
+#include "kernel/invocation.glsl"
+#include "scene/scene.glsl"
+#include "math/sampling.glsl"
+#include "geometry/intersect.glsl"
+#include "geometry/surface.glsl"
+#include "material/texture.glsl"
 
 struct TexturedPoint {
     vec3 position;

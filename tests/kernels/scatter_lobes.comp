@@ -1,12 +1,12 @@
 // scatter_lobes: a direction from a material, and what the material says of a direction.
 #version 460
 #extension GL_GOOGLE_include_directive : require
-#include "invocation.glsl"
-#include "types.glsl"
-#include "specialization.glsl"
-#include "sampling.glsl"
-#include "bsdf.glsl"
-#include "glossy.glsl"
+#include "kernel/invocation.glsl"
+#include "scene/types.glsl"
+#include "scene/specialization.glsl"
+#include "math/sampling.glsl"
+#include "material/bsdf.glsl"
+#include "material/glossy.glsl"
 
 struct Meeting {
     vec3 wo;

@@ -1,10 +1,10 @@
 // simulate: many iterations of one pixel, as update adds them to its sum and its radius.
 #version 460
 #extension GL_GOOGLE_include_directive : require
-#include "invocation.glsl"
-#include "types.glsl"
-#include "sum.glsl"
-#include "shrink.glsl"
+#include "kernel/invocation.glsl"
+#include "scene/types.glsl"
+#include "math/sum.glsl"
+#include "lookup/shrink.glsl"
 
 TEXELS(1, 0, uvec4, iterations) // photons; bits of radiance
 layout(std430, set = 1, binding = 1) readonly buffer AlphaBlock { float data[]; } alphas;

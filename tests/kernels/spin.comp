@@ -1,8 +1,8 @@
 // spin: loops as often as asked, and says whether the driver let it.
 #version 460
 #extension GL_GOOGLE_include_directive : require
-#include "invocation.glsl"
-#include "interruption.glsl"
+#include "kernel/invocation.glsl"
+#include "kernel/interruption.glsl"
 
 struct SpinState {
     uint rounds;      // asked for, then gone

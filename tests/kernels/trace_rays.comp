@@ -1,9 +1,9 @@
 // trace_rays: rays through the hierarchy.
 #version 460
 #extension GL_GOOGLE_include_directive : require
-#include "invocation.glsl"
-#include "scene.glsl"
-#include "intersect.glsl"
+#include "kernel/invocation.glsl"
+#include "scene/scene.glsl"
+#include "geometry/intersect.glsl"
 
 struct TracedRay {
     vec3 origin;

@@ -1,6 +1,6 @@
-//! tree_fill and accumulate_tree: photons find exactly the points that a search of all finds.
+//! tree_fill and gather_tree: photons find exactly the points that a search of all finds.
 
-use goblet::kernels::{AccumulateTree, AccumulateTreePush, Specialization, TreeFill, TreeFillPush};
+use goblet::kernels::{GatherTree, GatherTreePush, Specialization, TreeFill, TreeFillPush};
 use goblet::render::lookup::kd_tree;
 
 use crate::bench::{Bench, Rng};
@@ -29,7 +29,7 @@ fn accumulate(points: &[Disc], photons: &[Disc], invocations: u32) -> Deposits {
         tree_points: &tree_points,
     };
     let flux = Flux::new(&bench, points.len());
-    let add = AccumulateTree {
+    let add = GatherTree {
         photons: &bench.upload_texels(&discs::records(photons)),
         max_radius2: &bench.upload(&[discs::max_radius2(points)]),
         tree_points: &tree_points,
@@ -43,7 +43,7 @@ fn accumulate(points: &[Disc], photons: &[Disc], invocations: u32) -> Deposits {
     let fill = device.pass(&fill, &Specialization::default(), 64).expect("a pass");
     let add = device.pass(&add, &Specialization::default(), 64).expect("a pass");
     let recorded = photons.len() as u32;
-    let push = |resumed| AccumulateTreePush { recorded, stride: invocations, node_count, resumed, offset: 0, two: 2 };
+    let push = |resumed| GatherTreePush { recorded, stride: invocations, node_count, resumed, offset: 0, two: 2 };
     let mut frame = device.frame().expect("a frame");
     frame.dispatch(&fill, TreeFillPush { node_count }, node_count.into());
     frame.run().expect("a run");

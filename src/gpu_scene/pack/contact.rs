@@ -1,5 +1,5 @@
 //! Which surfaces of different bodies are in contact: they coincide within the error of positions,
-//! as the underside of a glass and the table that it stands on. `shaders/include/contact.glsl`
+//! as the underside of a glass and the table that it stands on. `shaders/include/geometry/contact.glsl`
 //! has rays meet them in an order that no rounding decides; this gives each of them its layer.
 //!
 //! Only contacts whose order can be seen count: of dielectrics, lamps, and surfaces that let light

@@ -1,5 +1,5 @@
 //! Whole segments of profiles, for the classical solver of bodies of revolution.
-//! `shaders/include/revolution_newton.glsl` says what it does with them.
+//! `shaders/include/revolution/newton.glsl` says what it does with them.
 
 use std::fmt;
 use std::ops::RangeInclusive;

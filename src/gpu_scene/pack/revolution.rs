@@ -1,5 +1,5 @@
 //! Bodies of revolution: profiles in unit space, cut into the pieces that are intersected.
-//! `shaders/include/revolution.glsl` says what each number is for.
+//! `shaders/include/revolution/revolution.glsl` says what each number is for.
 
 use bytemuck::Zeroable;
 use glam::{DAffine3, DVec2, DVec3, Vec3A};

@@ -1,4 +1,4 @@
-//! Textures as runs of nodes, and materials that use them. `shaders/include/texture.glsl` runs
+//! Textures as runs of nodes, and materials that use them. `shaders/include/material/texture.glsl` runs
 //! the nodes.
 
 use std::collections::HashMap;

@@ -5,7 +5,7 @@ use goblet_host::{Buffer, Device, Frame, Pass};
 
 use super::deposit;
 use crate::kernels::{
-    AccumulateGrid, AccumulateGridPush, Cell, GridCount, GridCountPush, GridFill, GridFillPush, GridPlace, GridReserve,
+    Cell, GatherGrid, GatherGridPush, GridCount, GridCountPush, GridFill, GridFillPush, GridPlace, GridReserve,
     GridReservePush, Specialization,
 };
 use crate::render::buffers::{Buffers, invocations_by_tile};
@@ -24,7 +24,7 @@ pub struct HashGrid {
     count: Pass<GridCountPush>,
     reserve: Pass<GridReservePush>,
     fill: Pass<GridFillPush>,
-    accumulate: Pass<AccumulateGridPush>,
+    gather: Pass<GatherGridPush>,
 }
 
 impl HashGrid {
@@ -51,7 +51,7 @@ impl HashGrid {
             count: pass!(GridCount { photons, max_radius2, cells: &cells }),
             reserve: pass!(GridReserve { grid_filled: &grid_filled, cells: &cells }),
             fill: pass!(GridFill { photons, max_radius2, cells: &cells, grid_photons }),
-            accumulate: pass!(AccumulateGrid {
+            gather: pass!(GatherGrid {
                 visible_points,
                 visible_radii2,
                 max_radius2,
@@ -75,14 +75,14 @@ impl HashGrid {
         frame.dispatch(&self.count, Zeroable::zeroed(), 1);
         frame.dispatch(&self.reserve, Zeroable::zeroed(), 1);
         frame.dispatch(&self.fill, Zeroable::zeroed(), 1);
-        frame.dispatch(&self.accumulate, Zeroable::zeroed(), 1);
+        frame.dispatch(&self.gather, Zeroable::zeroed(), 1);
     }
 
     /// Indexes `recorded` photons, and adds them to the points that they reach.
     ///
     /// # Errors
     /// The device fails, or the driver ends the pass early.
-    pub fn accumulate(&self, on: Stage<'_>, recorded: u32, pace: &mut Pace) -> Result<Tally, RenderError> {
+    pub fn gather(&self, on: Stage<'_>, recorded: u32, pace: &mut Pace) -> Result<Tally, RenderError> {
         // No more cells than photons: the others would be empty.
         let cell_count = u64::from(recorded).next_power_of_two().min(self.cells.len()) as u32;
         let cell_mask = cell_count - 1;
@@ -95,7 +95,7 @@ impl HashGrid {
         frame.run()?;
 
         let [width, height] = on.settings.resolution;
-        let push = |offset, resumed| AccumulateGridPush { width, height, cell_mask, resumed, offset, two: 2 };
-        deposit(on, ("accumulate_grid", &self.accumulate), invocations_by_tile([width, height]) / POINTS, pace, push)
+        let push = |offset, resumed| GatherGridPush { width, height, cell_mask, resumed, offset, two: 2 };
+        deposit(on, ("gather_grid", &self.gather), invocations_by_tile([width, height]) / POINTS, pace, push)
     }
 }

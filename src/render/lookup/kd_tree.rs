@@ -2,7 +2,7 @@
 //!
 //! A left-balanced tree fills all levels but the last, and that from the left. In heap
 //! order, the children of node i are nodes 2i + 1 and 2i + 2, so that it needs no pointers,
-//! and whoever walks it no more memory than a few words (`shaders/accumulate_tree.comp`).
+//! and whoever walks it no more memory than a few words (`shaders/passes/gather_tree.comp`).
 //!
 //! The host builds it. Where the device is the CPU, the cores are the same ones; a build on
 //! the device (Wald 2022, "GPU-friendly, Parallel, and (Almost-)In-Place Construction of

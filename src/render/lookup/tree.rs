@@ -6,7 +6,7 @@ use bytemuck::Zeroable;
 use goblet_host::{Buffer, Device, Frame, Pass};
 
 use super::deposit;
-use crate::kernels::{AccumulateTree, AccumulateTreePush, Specialization, TreeFill, TreeFillPush, TreePlace};
+use crate::kernels::{GatherTree, GatherTreePush, Specialization, TreeFill, TreeFillPush, TreePlace};
 use crate::render::buffers::Buffers;
 use crate::render::counters::Tally;
 use crate::render::iteration::Stage;
@@ -22,7 +22,7 @@ pub struct KdTree {
     /// Pixel and axis of each node.
     nodes: Buffer<u32>,
     fill: Pass<TreeFillPush>,
-    accumulate: Pass<AccumulateTreePush>,
+    gather: Pass<GatherTreePush>,
     node_count: u32,
     host_time: Duration,
 }
@@ -49,7 +49,7 @@ impl KdTree {
         }
         Ok(Self {
             fill: pass!(TreeFill { visible_points, visible_radii2, tree_nodes: &nodes, tree_points }),
-            accumulate: pass!(AccumulateTree {
+            gather: pass!(GatherTree {
                 photons,
                 max_radius2,
                 tree_points,
@@ -70,7 +70,7 @@ impl KdTree {
     /// dispatch.
     pub fn warm_up(&self, frame: &mut Frame<'_>) {
         frame.dispatch(&self.fill, Zeroable::zeroed(), 1);
-        frame.dispatch(&self.accumulate, Zeroable::zeroed(), 1);
+        frame.dispatch(&self.gather, Zeroable::zeroed(), 1);
     }
 
     /// Indexes the visible points, which are `new` or have other radii only: the tree does
@@ -101,11 +101,11 @@ impl KdTree {
     ///
     /// # Errors
     /// The device fails, or the driver ends the pass early.
-    pub fn accumulate(&self, on: Stage<'_>, recorded: u32, schedule: &mut Schedule) -> Result<Tally, RenderError> {
+    pub fn gather(&self, on: Stage<'_>, recorded: u32, schedule: &mut Schedule) -> Result<Tally, RenderError> {
         let stride = recorded.div_ceil(schedule.per_invocation() as u32).min(MAX_INVOCATIONS);
         let node_count = self.node_count;
-        let push = |offset, resumed| AccumulateTreePush { recorded, stride, node_count, resumed, offset, two: 2 };
-        deposit(on, ("accumulate_tree", &self.accumulate), stride.into(), &mut schedule.paces.gather, push)
+        let push = |offset, resumed| GatherTreePush { recorded, stride, node_count, resumed, offset, two: 2 };
+        deposit(on, ("gather_tree", &self.gather), stride.into(), &mut schedule.paces.gather, push)
     }
 
     /// Time that the host has spent on trees so far, to read the points and to write the

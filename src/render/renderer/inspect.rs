@@ -56,7 +56,7 @@ impl Renderer {
     }
 }
 
-/// As `shaders/include/normal.glsl` has it.
+/// As `shaders/include/geometry/normal.glsl` has it.
 fn unpack_normal(packed: u32) -> [f32; 3] {
     let coordinate = |bits: u32| f32::from(bits as u16 as i16) / 32767.0;
     let v = Vec2::new(coordinate(packed), coordinate(packed >> 16));

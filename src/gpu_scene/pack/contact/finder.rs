@@ -325,7 +325,7 @@ impl<'a> Finder<'a> {
         }
     }
 
-    /// The error of a position on a primitive, as shaders/include/surface.glsl bounds it.
+    /// The error of a position on a primitive, as shaders/include/geometry/surface.glsl bounds it.
     fn error(&self, standing: Standing) -> f64 {
         let index = (standing.reference & INDEX_MASK) as usize;
         let largest = |point: DVec3| point.abs().max_element();

@@ -4,9 +4,9 @@
 // (atomic).
 #version 460
 #extension GL_GOOGLE_include_directive : require
-#include "invocation.glsl"
-#include "types.glsl"
-#include "grid.glsl"
+#include "kernel/invocation.glsl"
+#include "scene/types.glsl"
+#include "lookup/grid.glsl"
 
 TEXELS(1, 0, PhotonRecord, photons)
 layout(std430, set = 1, binding = 1) readonly buffer MaxRadiusBlock { uint value; } max_radius2;

@@ -5,20 +5,20 @@
 // photon. Jensen 1996.
 #version 460
 #extension GL_GOOGLE_include_directive : require
-#include "invocation.glsl"
-#include "scene.glsl"
-#include "random.glsl"
-#include "sampling.glsl"
-#include "intersect.glsl"
-#include "surface.glsl"
-#include "texture.glsl"
-#include "alpha.glsl"
-#include "bsdf.glsl"
-#include "material.glsl"
-#include "light.glsl"
-#include "emission.glsl"
-#include "normal.glsl"
-#include "interruption.glsl"
+#include "kernel/invocation.glsl"
+#include "scene/scene.glsl"
+#include "math/random.glsl"
+#include "math/sampling.glsl"
+#include "geometry/intersect.glsl"
+#include "geometry/surface.glsl"
+#include "material/texture.glsl"
+#include "geometry/alpha.glsl"
+#include "material/bsdf.glsl"
+#include "material/material.glsl"
+#include "light/light.glsl"
+#include "light/emission.glsl"
+#include "geometry/normal.glsl"
+#include "kernel/interruption.glsl"
 
 STORED_TEXELS(1, 0, PhotonRecord, photons)
 layout(std430, set = 1, binding = 2) buffer CounterBlock { Counters value; } counters;

@@ -1,6 +1,6 @@
 // Rays against the scene: one hierarchy over every kind of primitive.
 
-#include "contact.glsl"
+#include "geometry/contact.glsl"
 
 struct Hit {
     float t;          // in lengths of the ray's direction
@@ -9,13 +9,13 @@ struct Hit {
     uint instance;    // that it is in, or NONE
 };
 
-#include "quadric.glsl"
-#include "instance.glsl"
+#include "geometry/quadric.glsl"
+#include "geometry/instance.glsl"
 #ifdef WITHOUT_HAS_REVOLUTIONS
-#include "revolution_absent.glsl"
+#include "revolution/absent.glsl"
 #else
-#include "revolution.glsl"
-#include "revolution_newton.glsl"
+#include "revolution/revolution.glsl"
+#include "revolution/newton.glsl"
 #endif
 
 // A ray as triangles see it: where it is the z axis, in a shear along the longest axis of its

@@ -1,4 +1,4 @@
-// accumulate_tree: add each photon's weight to the visible points whose disc it is inside,
+// gather_tree: add each photon's weight to the visible points whose disc it is inside,
 // found by the kd-tree.
 // Each invocation takes every stride-th recorded photon; one that has met many points
 // leaves its place in `places` and counts as unfinished, so that no dispatch is long. Reads
@@ -6,11 +6,11 @@
 // Hachisuka and Jensen 2009, eq. 5.
 #version 460
 #extension GL_GOOGLE_include_directive : require
-#include "invocation.glsl"
-#include "types.glsl"
-#include "normal.glsl"
-#include "interruption.glsl"
-#include "tree.glsl"
+#include "kernel/invocation.glsl"
+#include "scene/types.glsl"
+#include "geometry/normal.glsl"
+#include "kernel/interruption.glsl"
+#include "lookup/tree.glsl"
 
 TEXELS(1, 0, PhotonRecord, photons)
 layout(std430, set = 1, binding = 2) readonly buffer MaxRadiusBlock { uint value; } max_radius2;
@@ -18,7 +18,7 @@ TEXELS(1, 3, TreePoint, tree_points)
 layout(std430, set = 1, binding = 7) buffer CounterBlock { Counters value; } counters;
 layout(std430, set = 1, binding = 8) buffer PlaceBlock { TreePlace data[]; } places; // of invocations that go on
 
-#include "deposit.glsl"
+#include "lookup/deposit.glsl"
 
 layout(push_constant) uniform Push {
     uint recorded;

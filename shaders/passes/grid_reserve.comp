@@ -3,8 +3,8 @@
 // an order, so that one atomic per occupied cell serves.
 #version 460
 #extension GL_GOOGLE_include_directive : require
-#include "invocation.glsl"
-#include "types.glsl"
+#include "kernel/invocation.glsl"
+#include "scene/types.glsl"
 
 layout(std430, set = 1, binding = 0) buffer FilledBlock { uint value; } grid_filled; // entries handed out
 layout(std430, set = 1, binding = 1) buffer CellBlock { Cell data[]; } cells;

@@ -215,7 +215,7 @@ float k_of(RevolutionRay ray, float t) {
     return (t - ray.t_offset) * ray.size;
 }
 
-#include "revolution_rings.glsl"
+#include "revolution/rings.glsl"
 
 bool inside(vec2 range, float x) {
     return (x - range.x) * (x - range.y) <= 0.0; // false for no number

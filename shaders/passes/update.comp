@@ -9,12 +9,12 @@
 // its iterations, whatever made their radii (as Knaus and Zwicker 2011, section 3, say it).
 #version 460
 #extension GL_GOOGLE_include_directive : require
-#include "invocation.glsl"
-#include "types.glsl"
-#include "filter.glsl"
-#include "flux_sums.glsl"
-#include "sum.glsl"
-#include "shrink.glsl"
+#include "kernel/invocation.glsl"
+#include "scene/types.glsl"
+#include "camera/filter.glsl"
+#include "lookup/flux_sums.glsl"
+#include "math/sum.glsl"
+#include "lookup/shrink.glsl"
 
 TEXELS(1, 0, float, visible_radii2)
 TEXELS(1, 1, vec4, visible_throughputs)

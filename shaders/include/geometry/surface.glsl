@@ -21,7 +21,7 @@ float normal_error(Surface surface) {
     return dot(abs(surface.normal), vec3(surface.error));
 }
 
-#include "surface_contact.glsl"
+#include "geometry/surface_contact.glsl"
 
 vec3 any_perpendicular(vec3 n) {
     return abs(n.x) > abs(n.z) ? vec3(-n.y, n.x, 0.0) : vec3(0.0, -n.z, n.y);

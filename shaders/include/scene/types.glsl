@@ -328,7 +328,7 @@ struct Camera {
 
 // What happened, since it was last cleared. Each photon path ends in one of the five.
 struct Counters {
-    uint recorded;      // photons stored for accumulate
+    uint recorded;      // photons stored for the gather pass
     uint emitted;       // photon paths begun
     uint deposited;     // ended: absorbed where photons are stored
     uint absorbed;      // ended: absorbed at a specular surface or at emission
@@ -410,7 +410,7 @@ struct Cell {
     uint count;
 };
 
-// Where an invocation of accumulate_grid has got to. Those of a subgroup differ in the first
+// Where an invocation of gather_grid has got to. Those of a subgroup differ in the first
 // only.
 struct GridPlace {
     uint served; // 1 if its point has met all photons
@@ -433,7 +433,7 @@ struct TreePoint {
     uint pad1;
 };
 
-// Where an invocation of accumulate_tree has got to.
+// Where an invocation of gather_tree has got to.
 struct TreePlace {
     uint photon;
     uint node;    // to be taken next, counted from 1; 0 where the photon has none left

@@ -1,6 +1,6 @@
 // The flux of an iteration: fixed-point sums of each pixel, and how many photons are in them.
 // A buffer each, so that images may be large where a device binds no more than 128 MiB.
-#include "flux.glsl"
+#include "lookup/flux.glsl"
 
 // Low and high word of each pixel.
 layout(std430, set = 1, binding = 20) buffer FluxRedBlock { uint data[]; } flux_red;

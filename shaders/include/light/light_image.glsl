@@ -1,6 +1,6 @@
 // Images of lights: colours by direction, and directions by the power that comes from them.
 // src/octahedral.rs and src/scene/light_image.rs have the conventions.
-#include "equal_area.glsl"
+#include "math/equal_area.glsl"
 
 // A place in an image by the power that comes through it.
 struct ImageSample {

@@ -3,8 +3,8 @@
 // its place in the window is shown pixel by pixel, another one is interpolated.
 #version 460
 #extension GL_GOOGLE_include_directive : require
-#include "invocation.glsl"
-#include "types.glsl"
+#include "kernel/invocation.glsl"
+#include "scene/types.glsl"
 
 TEXELS(1, 0, vec4, shown) // linear RGB; w is unused
 layout(std430, set = 1, binding = 1) writeonly buffer PixelBlock { uint data[]; } pixels;

@@ -1,5 +1,5 @@
 // How surfaces scatter. Directions wo and wi point away from the surface.
-#include "microfacet.glsl"
+#include "material/microfacet.glsl"
 
 // What a path carries from the eye or from a light: radiance is compressed where it
 // enters glass, flux is not (Veach 1997, section 5.2).
@@ -54,7 +54,7 @@ vec3 fresnel_conductor(float cos_i, vec3 eta, vec3 k) {
     return 0.5 * (perpendicular + parallel);
 }
 
-#include "layers.glsl"
+#include "material/layers.glsl"
 
 // Whether a material of one lobe is no Lambertian one.
 bool is_specular(Material material) {

@@ -1,4 +1,4 @@
-// accumulate_grid: each visible point gathers the photons inside its disc, from the hash grid.
+// gather_grid: each visible point gathers the photons inside its disc, from the hash grid.
 // One invocation per POINTS pixels; those of a subgroup have a compact block of the image and
 // look at the same photons together: each loads one, and all test it. A subgroup that has met many photons
 // leaves its place in `places` and counts as unfinished, so that no dispatch is long. Reads
@@ -9,12 +9,12 @@
 #extension GL_KHR_shader_subgroup_basic : require
 #extension GL_KHR_shader_subgroup_ballot : require
 #extension GL_KHR_shader_subgroup_shuffle : require
-#include "invocation.glsl"
-#include "types.glsl"
-#include "grid.glsl"
-#include "normal.glsl"
-#include "tile.glsl"
-#include "interruption.glsl"
+#include "kernel/invocation.glsl"
+#include "scene/types.glsl"
+#include "lookup/grid.glsl"
+#include "geometry/normal.glsl"
+#include "kernel/tile.glsl"
+#include "kernel/interruption.glsl"
 
 TEXELS(1, 0, VisiblePoint, visible_points)
 TEXELS(1, 1, float, visible_radii2)
@@ -24,7 +24,7 @@ TEXELS(1, 4, PhotonRecord, grid_photons)
 layout(std430, set = 1, binding = 7) buffer CounterBlock { Counters value; } counters;
 layout(std430, set = 1, binding = 8) buffer PlaceBlock { GridPlace data[]; } places; // of invocations that go on
 
-#include "gather.glsl"
+#include "lookup/gather.glsl"
 
 layout(push_constant) uniform Push {
     uint width;

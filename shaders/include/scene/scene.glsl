@@ -1,6 +1,6 @@
 // The scene: set 0 of every kernel that traces rays.
-#include "types.glsl"
-#include "specialization.glsl"
+#include "scene/types.glsl"
+#include "scene/specialization.glsl"
 
 TEXELS(0, 0, SceneInfo, scene_info)
 // A kernel that asks for it reads it once, at its start: llvmpipe takes nothing out of loops.

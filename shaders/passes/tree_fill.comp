@@ -3,8 +3,8 @@
 // One invocation per node. Reads visible_*, tree_nodes. Writes tree_points.
 #version 460
 #extension GL_GOOGLE_include_directive : require
-#include "invocation.glsl"
-#include "types.glsl"
+#include "kernel/invocation.glsl"
+#include "scene/types.glsl"
 
 TEXELS(1, 0, VisiblePoint, visible_points)
 TEXELS(1, 1, float, visible_radii2)

@@ -6,8 +6,8 @@
 // Zwicker 2011, eq. 15).
 #version 460
 #extension GL_GOOGLE_include_directive : require
-#include "invocation.glsl"
-#include "types.glsl"
+#include "kernel/invocation.glsl"
+#include "scene/types.glsl"
 
 STORED_TEXELS(1, 0, float, visible_radii2) // squared radius, 0 if there is no point
 TEXELS(1, 1, vec4, visible_throughputs) // w: length of the path

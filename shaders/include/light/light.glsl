@@ -1,5 +1,5 @@
 // Light sources: radiance they emit, directions to them, photons from them.
-#include "light_image.glsl"
+#include "light/light_image.glsl"
 
 struct LightSample {
     vec3 target;   // the end of the shadow ray, offset from the light's own surface
