@@ -6,7 +6,7 @@ use super::compare::CompareError;
 use super::tessellate::TessellateError;
 use crate::image::file::ImageError;
 use crate::render::checkpoint::CheckpointError;
-use crate::render::renderer::RenderError;
+use crate::render::error::RenderError;
 use crate::scene::SceneError;
 use crate::study::measure::KnobError;
 
@@ -126,7 +126,11 @@ impl Failure {
             Self::Checkpoint { reason: CheckpointError::Write(_) | CheckpointError::Device(_), .. } => 1,
             Self::Checkpoint { .. } => 2,
             Self::Render(
-                RenderError::Device(_) | RenderError::Interrupted { .. } | RenderError::GivenUp | RenderError::Host(_),
+                RenderError::Device(_)
+                | RenderError::Memory { .. }
+                | RenderError::Interrupted { .. }
+                | RenderError::GivenUp
+                | RenderError::Host(_),
             )
             | Self::Device(_)
             | Self::Output(_)

@@ -13,8 +13,9 @@ use crate::gpu_scene::camera::pack_camera;
 use crate::gpu_scene::pack::{PackedScene, pack};
 use crate::kernels::{AREA, DISTANT, GONIOMETRIC, INFINITE, POINT, PROJECTION, SKY, SPOT, Specialization};
 use crate::render::buffers::Sizes;
+use crate::render::error::RenderError;
+use crate::render::memory::DeviceMemory;
 use crate::render::options::{Options, Resolved};
-use crate::render::renderer::RenderError;
 use crate::scene::{self, FilterKind, Projection, Scene, Survey};
 use text::describe;
 
@@ -132,6 +133,7 @@ impl Contents {
         let resolved = options.resolve(scene, size)?;
         let view = pack_camera(&scene.camera, &scene.film, resolved.window.full, &packed.space.from_world());
         let Resolved { resolution, photons, max_depth, .. } = resolved;
+        let memory = DeviceMemory::new(&packed, &Sizes::new(resolution, photons, max_depth), options.lookup);
         Ok(Self {
             scene: count(scene),
             bounds: (!packed.primitives.is_empty())
@@ -147,7 +149,7 @@ impl Contents {
                 seed: resolved.seed,
             },
             specialization: features(&view.specialize(packed.specialization)),
-            memory: Memory { scene: packed.bytes(), buffers: Sizes::new(resolution, photons, max_depth).bytes() },
+            memory: Memory { scene: memory.scene, buffers: memory.buffers },
         })
     }
 }

@@ -17,8 +17,9 @@ use crate::gpu_scene::pack::pack;
 use crate::image::compare::SizeMismatch;
 use crate::image::file;
 use crate::image::film::Image;
+use crate::render::error::RenderError;
 use crate::render::options::Options;
-use crate::render::renderer::{RenderError, Renderer, open_device};
+use crate::render::renderer::{Renderer, open_device};
 use crate::scene::Scene;
 use crate::study::machine::Machine;
 use crate::study::measure::{

@@ -25,7 +25,8 @@ use super::{Aov, Failure, terminal};
 use crate::image::estimate::Estimate;
 use crate::image::file::{self, Channel};
 use crate::render::checkpoint::{Checkpoint, CheckpointError, MadeBy};
-use crate::render::renderer::{RenderError, Renderer, open_device};
+use crate::render::error::RenderError;
+use crate::render::renderer::{Renderer, open_device};
 use crate::scene::Scene;
 
 /// How a render came to its end.

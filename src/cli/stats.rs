@@ -10,7 +10,8 @@ use serde::Serialize;
 use super::Failure;
 use crate::image::file::{self, Replacement};
 use crate::render::counters::Tally;
-use crate::render::renderer::{RenderError, Renderer};
+use crate::render::error::RenderError;
+use crate::render::renderer::Renderer;
 use crate::render::unsampled::Noise;
 use crate::scene::{Geometry, Light, Material, Scene};
 

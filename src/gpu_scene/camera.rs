@@ -26,6 +26,9 @@ pub struct View {
 }
 
 impl View {
+    /// Length of [`View::filter_table`].
+    pub const FILTER_TABLE: u32 = 2 * (EDGES + CELLS) as u32;
+
     /// Whether lines of sight are parallel.
     pub fn is_parallel(&self) -> bool {
         self.projection == Projection::Orthographic

@@ -1,10 +1,11 @@
-//! Every buffer of the algorithm, with its one size formula.
+//! The device arrays of a render. Each is declared once: its element, its length, and by that its
+//! bytes, so that what a render needs is known before anything is allocated.
 
-use goblet_host::{Buffer, Device, Frame, Texels};
+use goblet_host::{Device, Frame, Texels};
 
 use crate::gpu_scene::camera::View;
 use crate::image::estimate::Sum;
-use crate::kernels::{Camera, Cell, Counters, GridPlace, PhotonRecord, PixelState, VisiblePoint};
+use crate::kernels::{Camera, Counters, PhotonRecord, PixelState, VisiblePoint};
 
 /// The most photons that one batch can record: 32 MiB.
 const MAX_RECORDED: u64 = 1 << 20;
@@ -12,11 +13,46 @@ const MAX_RECORDED: u64 = 1 << 20;
 /// Pixels along an edge of the tiles by which invocations take pixels: `tile.glsl`.
 const TILE: u32 = 8;
 
-/// Sizes of a render's buffers.
+/// Declares a struct of device arrays, with `allocate` and `bytes` for given [`Sizes`]. A
+/// `Buffer` is an array of words, `Texels` one that kernels load as an image.
+macro_rules! device_arrays {
+    (
+        $(#[$attribute:meta])* $visibility:vis struct $Name:ident($sizes:ident) {
+            $($(#[$field_attribute:meta])* $field:ident: $Kind:ident<$Element:ty>[$length:expr],)*
+        }
+    ) => {
+        $(#[$attribute])*
+        $visibility struct $Name {
+            $($(#[$field_attribute])* pub $field: goblet_host::$Kind<$Element>,)*
+        }
+
+        impl $Name {
+            /// Allocates the arrays.
+            ///
+            /// # Errors
+            /// Out of device memory, or an array is larger than the device can bind.
+            pub fn allocate(device: &Device, $sizes: &$crate::render::buffers::Sizes) -> goblet_host::Result<Self> {
+                Ok(Self { $($field: device_arrays!(@allocate $Kind, device, stringify!($field), $length),)* })
+            }
+
+            /// Bytes of the arrays; a device rounds each up.
+            pub fn bytes($sizes: &$crate::render::buffers::Sizes) -> u64 {
+                0 $(+ u64::from($length) * size_of::<$Element>() as u64)*
+            }
+        }
+    };
+    (@allocate Buffer, $device:ident, $name:expr, $length:expr) => { $device.buffer($name, u64::from($length))? };
+    (@allocate Texels, $device:ident, $name:expr, $length:expr) => { $device.texels($name, u64::from($length))? };
+}
+pub(in crate::render) use device_arrays;
+
+/// Sizes that the lengths of arrays follow from.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Sizes {
-    /// Width and height of the image, which has a visible point per pixel.
-    pub resolution: [u32; 2],
+    /// Pixels of the image, each with a visible point.
+    pub pixels: u64,
+    /// Invocations that take pixels by tile: [`invocations_by_tile`].
+    pub by_tile: u64,
     /// Photons that a batch has room to record.
     pub recorded: u64,
 }
@@ -25,22 +61,17 @@ impl Sizes {
     /// Sizes for an image and an iteration. A path records at most one photon per segment.
     pub fn new(resolution: [u32; 2], photons_per_iteration: u64, max_depth: u32) -> Self {
         let most = photons_per_iteration.saturating_mul(u64::from(max_depth)).min(MAX_RECORDED);
-        Self { resolution, recorded: most.max(u64::from(max_depth)) }
+        Self {
+            pixels: resolution.map(u64::from).iter().product(),
+            by_tile: invocations_by_tile(resolution),
+            recorded: most.max(u64::from(max_depth)),
+        }
     }
 
-    /// Bytes of [`Buffers`] and of a hash grid, about; a device rounds up.
-    pub fn bytes(&self) -> u64 {
-        let pixels: u64 = self.resolution.map(u64::from).iter().product();
-        let of = |size: usize| size as u64;
-        let visible = of(size_of::<VisiblePoint>() + size_of::<f32>() + 2 * size_of::<[f32; 4]>());
-        let flux = of(7 * size_of::<u32>());
-        let kept = of(size_of::<PixelState>() + 4 * size_of::<Sum>());
-        let photons = self.recorded * of(2 * size_of::<PhotonRecord>());
-        let cells = self.recorded.next_power_of_two() * of(size_of::<Cell>());
-        pixels * (visible + flux + kept)
-            + invocations_by_tile(self.resolution) / 2 * of(size_of::<GridPlace>())
-            + photons
-            + cells
+    /// Whether an image of this size fits in arrays of these sizes.
+    pub fn fit(&self, resolution: [u32; 2]) -> bool {
+        let Self { pixels, by_tile, .. } = Self::new(resolution, 1, 1);
+        pixels <= self.pixels && by_tile <= self.by_tile
     }
 }
 
@@ -49,77 +80,60 @@ pub fn invocations_by_tile(resolution: [u32; 2]) -> u64 {
     resolution.map(|pixels| u64::from(pixels.next_multiple_of(TILE))).iter().product()
 }
 
-/// Device memory of a render; `shaders/` documents the contents. Arrays are split by field: a
-/// device may bind no more than 128 MiB of a buffer and 1 GiB of texels at once.
-pub struct Buffers {
-    /// Invocations that take pixels by tile, at most.
-    pub most_by_tile: u64,
-    pub camera: Texels<Camera>,
-    pub filter_table: Texels<f32>,
-    pub counters: Buffer<Counters>,
+device_arrays! {
+    /// The arrays that passes share; `shaders/` documents their contents. They are split by
+    /// field: a device may bind no more than 128 MiB of a buffer and 1 GiB of texels at once.
+    pub struct Buffers(sizes) {
+        camera: Texels<Camera>[1_u32],
+        /// Tables that the pixel filter is sampled by.
+        filter_table: Texels<f32>[View::FILTER_TABLE],
+        counters: Buffer<Counters>[1_u32],
 
-    // Visible points of this round, by pixel.
-    pub visible_points: Texels<VisiblePoint>,
-    pub visible_radii2: Texels<f32>,
-    pub visible_throughputs: Texels<[f32; 4]>,
-    pub visible_radiances: Texels<[f32; 4]>,
-    /// Bits of the largest squared radius.
-    pub max_radius2: Buffer<u32>,
+        // Visible points of this round, by pixel.
+        visible_points: Texels<VisiblePoint>[sizes.pixels],
+        visible_radii2: Texels<f32>[sizes.pixels],
+        visible_throughputs: Texels<[f32; 4]>[sizes.pixels],
+        visible_radiances: Texels<[f32; 4]>[sizes.pixels],
+        /// Bits of the largest squared radius.
+        max_radius2: Buffer<u32>[1_u32],
 
-    // Photons of this batch.
-    pub photons: Texels<PhotonRecord>,
+        /// Photons of this batch.
+        photons: Texels<PhotonRecord>[sizes.recorded],
 
-    // Fixed-point sums of this iteration, two words a pixel, and its photons.
-    pub flux_red: Buffer<u32>,
-    pub flux_green: Buffer<u32>,
-    pub flux_blue: Buffer<u32>,
-    pub flux_counts: Buffer<u32>,
+        // Fixed-point sums of this iteration, two words a pixel, and its photons.
+        flux_red: Buffer<u32>[2 * sizes.pixels],
+        flux_green: Buffer<u32>[2 * sizes.pixels],
+        flux_blue: Buffer<u32>[2 * sizes.pixels],
+        flux_counts: Buffer<u32>[sizes.pixels],
 
-    // What is kept between iterations, by pixel.
-    pub pixel_states: Texels<PixelState>,
-    pub sum_red: Texels<Sum>,
-    pub sum_green: Texels<Sum>,
-    pub sum_blue: Texels<Sum>,
-    pub sum_second: Texels<Sum>,
+        // Kept between iterations, by pixel.
+        pixel_states: Texels<PixelState>[sizes.pixels],
+        sum_red: Texels<Sum>[sizes.pixels],
+        sum_green: Texels<Sum>[sizes.pixels],
+        sum_blue: Texels<Sum>[sizes.pixels],
+        sum_second: Texels<Sum>[sizes.pixels],
+    }
 }
 
 impl Buffers {
-    /// Allocates them, and clears the sums.
+    /// Allocates the arrays, writes the view, and clears the sums.
     ///
     /// # Errors
-    /// Out of device memory, or the image is larger than the device can bind.
-    pub fn new(device: &Device, sizes: Sizes, view: &View) -> goblet_host::Result<Self> {
-        let Sizes { resolution, recorded } = sizes;
-        let pixels = resolution.map(u64::from).iter().product();
-        let buffers = Self {
-            most_by_tile: invocations_by_tile(resolution),
-            camera: device.upload_texels("camera", &[view.camera])?,
-            filter_table: device.upload_texels("filter_table", &view.filter_table)?,
-            counters: device.buffer("counters", 1)?,
-            visible_points: device.texels("visible_points", pixels)?,
-            visible_radii2: device.texels("visible_radii2", pixels)?,
-            visible_throughputs: device.texels("visible_throughputs", pixels)?,
-            visible_radiances: device.texels("visible_radiances", pixels)?,
-            max_radius2: device.buffer("max_radius2", 1)?,
-            photons: device.texels("photons", recorded)?,
-            flux_red: device.buffer("flux_red", 2 * pixels)?,
-            flux_green: device.buffer("flux_green", 2 * pixels)?,
-            flux_blue: device.buffer("flux_blue", 2 * pixels)?,
-            flux_counts: device.buffer("flux_counts", pixels)?,
-            pixel_states: device.texels("pixel_states", pixels)?,
-            sum_red: device.texels("sum_red", pixels)?,
-            sum_green: device.texels("sum_green", pixels)?,
-            sum_blue: device.texels("sum_blue", pixels)?,
-            sum_second: device.texels("sum_second", pixels)?,
-        };
+    /// As [`Buffers::allocate`].
+    pub fn new(device: &Device, sizes: &Sizes, view: &View) -> goblet_host::Result<Self> {
+        let buffers = Self::allocate(device, sizes)?;
+        buffers.set_view(device, view)?;
         buffers.clear(device)?;
         Ok(buffers)
     }
 
-    /// Whether an image of this size fits.
-    pub fn fit(&self, resolution: [u32; 2]) -> bool {
-        let pixels: u64 = resolution.map(u64::from).iter().product();
-        pixels <= self.flux_counts.len() && invocations_by_tile(resolution) <= self.most_by_tile
+    /// Writes the camera and the pixel filter.
+    ///
+    /// # Errors
+    /// The device fails.
+    pub fn set_view(&self, device: &Device, view: &View) -> goblet_host::Result<()> {
+        device.write_texels(&self.camera, &[view.camera])?;
+        device.write_texels(&self.filter_table, &view.filter_table)
     }
 
     /// Forgets all iterations.

@@ -4,6 +4,8 @@
 //! A file is a gzip stream, whose checksum tells a whole file from a torn one: one line of
 //! JSON, then the sums and states of the pixels as they are in memory, little-endian.
 
+pub(in crate::render) mod error;
+
 use std::collections::BTreeMap;
 use std::fmt;
 use std::io::{self, BufRead, BufReader, BufWriter, Read, Write};
@@ -15,6 +17,9 @@ use flate2::bufread::GzDecoder;
 use flate2::write::GzEncoder;
 use goblet_host::Device;
 use serde::{Deserialize, Serialize};
+
+pub use error::CheckpointError;
+use error::FORMAT;
 
 use crate::base::input::{self, Budget};
 use crate::image::estimate::{Estimate, Sum};
@@ -28,8 +33,6 @@ use crate::render::radius::FirstRadius;
 use crate::render::sequence::Shard;
 use crate::scene::shorten;
 
-/// The version of the format.
-const FORMAT: u32 = 2;
 /// The longest first line: enough for the counts of as many shards as there can be.
 const MAX_HEADER: u64 = 1 << 22;
 /// The largest image; its sums take 20 GiB.
@@ -40,53 +43,6 @@ const PIXEL_BYTES: u64 = 4 * size_of::<Sum>() as u64 + size_of::<PixelState>() a
 const MAX_EXPANSION: u64 = 64;
 /// The largest radius, render units: its square is a number.
 const MAX_RADIUS: f32 = 1e18;
-
-/// Why a checkpoint cannot be read, written or used.
-#[derive(Debug, thiserror::Error)]
-pub enum CheckpointError {
-    /// The file cannot be read.
-    #[error("cannot read the checkpoint: {0}")]
-    Read(io::Error),
-    /// The file cannot be written.
-    #[error("cannot write the checkpoint: {0}")]
-    Write(io::Error),
-    /// The file is something else, or not whole.
-    #[error("not a whole checkpoint of goblet: {0}")]
-    Format(String),
-    /// The file was written in another format.
-    #[error("a checkpoint of format {0}: expected format {FORMAT}; render anew, or use the goblet that wrote it")]
-    Version(u32),
-    /// The scene is not the one that was rendered.
-    #[error("{part} of the scene differ from what the checkpoint was made with")]
-    Scene {
-        /// Which part.
-        part: String,
-    },
-    /// An option is not as it was.
-    #[error("{name}: the checkpoint was made with {there}, and this is {here}")]
-    Option {
-        /// Which one.
-        name: String,
-        /// Its value now.
-        here: String,
-        /// Its value in the checkpoint.
-        there: String,
-    },
-    /// It has the iterations of other shards.
-    #[error("the checkpoint is of shard {there}, and this is shard {here}")]
-    Shard {
-        /// The one that is asked for.
-        here: String,
-        /// Those that it has.
-        there: String,
-    },
-    /// Two of the files to merge have the same iterations.
-    #[error("shard {0} is there twice")]
-    Twice(u32),
-    /// The device failed.
-    #[error(transparent)]
-    Device(#[from] goblet_host::Error),
-}
 
 /// Who made a checkpoint. Another maker's roundings may differ.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]

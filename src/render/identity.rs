@@ -10,7 +10,7 @@ use sha2::{Digest, Sha256};
 
 use crate::gpu_scene::camera::View;
 use crate::gpu_scene::pack::PackedScene;
-use crate::render::checkpoint::CheckpointError;
+use crate::render::checkpoint::error::CheckpointError;
 use crate::render::options::{Contribution, Options, Resolved};
 use crate::scene::{Scene, shorten};
 

@@ -9,16 +9,17 @@ use std::time::{Duration, Instant};
 
 use bytemuck::Pod;
 use goblet_host::{Device, Frame, Pass};
-use grid::HashGrid;
-use tree::KdTree;
+use grid::{GridArrays, HashGrid};
+use tree::{KdTree, TreeArrays};
 
 use crate::kernels::Specialization;
-use crate::render::buffers::Buffers;
+use crate::render::buffers::{Buffers, Sizes};
 use crate::render::counters::{Counted, Tally};
-use crate::render::iteration::{Stage, finished};
+use crate::render::error::RenderError;
 use crate::render::options::LookupKind;
-use crate::render::pacing::{Pace, Schedule};
-use crate::render::renderer::RenderError;
+use crate::render::pacing::Pace;
+use crate::render::progress::Progress;
+use crate::render::stage::{Stage, finished};
 
 /// One way or the other; both give the same sums.
 pub enum Lookup {
@@ -36,14 +37,27 @@ impl Lookup {
     pub fn new(
         device: &Device,
         buffers: &Buffers,
+        sizes: &Sizes,
         kind: LookupKind,
         specialization: &Specialization,
         workgroup_size: u32,
     ) -> goblet_host::Result<Self> {
         Ok(match kind {
-            LookupKind::HashGrid => Self::Grid(HashGrid::new(device, buffers, specialization, workgroup_size)?.into()),
-            LookupKind::KdTree => Self::Tree(KdTree::new(device, buffers, specialization, workgroup_size)?.into()),
+            LookupKind::HashGrid => {
+                Self::Grid(HashGrid::new(device, buffers, sizes, specialization, workgroup_size)?.into())
+            }
+            LookupKind::KdTree => {
+                Self::Tree(KdTree::new(device, buffers, sizes, specialization, workgroup_size)?.into())
+            }
         })
+    }
+
+    /// Bytes of the index, before it is allocated.
+    pub fn bytes(kind: LookupKind, sizes: &Sizes) -> u64 {
+        match kind {
+            LookupKind::HashGrid => GridArrays::bytes(sizes),
+            LookupKind::KdTree => TreeArrays::bytes(sizes),
+        }
     }
 
     /// Runs the passes once over nothing, since drivers may leave compilation to the first
@@ -55,27 +69,40 @@ impl Lookup {
         }
     }
 
-    /// Indexes the visible points, which are `new` or have other radii only. The grid is over
-    /// photons, and built when there are some.
+    /// Indexes the visible points, where the index is over them: `new` ones, or those of the last
+    /// call with other radii.
     ///
     /// # Errors
     /// The device fails.
-    pub fn build(&mut self, on: Stage<'_>, new: bool) -> Result<(), RenderError> {
+    pub fn index_points(&mut self, on: Stage<'_>, new: bool) -> Result<(), RenderError> {
         match self {
             Self::Grid(_) => Ok(()),
             Self::Tree(tree) => tree.build(on, new),
         }
     }
 
-    /// Adds `recorded` photons to the points that they reach.
+    /// Indexes the `recorded` photons of a batch, where the index is over them.
+    ///
+    /// # Errors
+    /// The device fails.
+    pub fn index_photons(&self, on: Stage<'_>, recorded: u32) -> Result<(), RenderError> {
+        match self {
+            Self::Grid(grid) => grid.build(on, recorded),
+            Self::Tree(_) => Ok(()),
+        }
+    }
+
+    /// Adds the `recorded` photons of a batch to the visible points on whose discs they are.
     ///
     /// # Errors
     /// The device fails, or the driver ends the pass early.
-    pub fn gather(&self, on: Stage<'_>, recorded: u32, schedule: &mut Schedule) -> Result<Tally, RenderError> {
-        match self {
-            Self::Grid(grid) => grid.gather(on, recorded, &mut schedule.paces.gather),
-            Self::Tree(tree) => tree.gather(on, recorded, schedule),
-        }
+    pub fn gather(&self, on: Stage<'_>, recorded: u32, progress: &mut Progress) -> Result<(), RenderError> {
+        let gathered = match self {
+            Self::Grid(grid) => grid.gather(on, recorded, &mut progress.schedule.paces.gather),
+            Self::Tree(tree) => tree.gather(on, recorded, &mut progress.schedule),
+        }?;
+        progress.tally.merge(&gathered);
+        Ok(())
     }
 
     /// Time that the host, rather than the device, has spent on indices so far.

@@ -4,8 +4,8 @@ use std::ops::RangeInclusive;
 
 use crate::gpu_scene::pack::RevolutionSolver;
 use crate::image::film::Window;
+use crate::render::error::RenderError;
 use crate::render::radius::RadiusSchedule;
-use crate::render::renderer::RenderError;
 use crate::render::sequence::{Sequence, Shard};
 use crate::scene::{self, Scene};
 

@@ -9,9 +9,9 @@ use std::time::{Duration, Instant};
 pub use aside::Aside;
 use goblet_host::{Device, DeviceKind, Instance};
 
-use crate::base::room::{self, NoRoom};
+use crate::base::room;
 use crate::gpu_scene::camera::{View, pack_camera};
-use crate::gpu_scene::pack::{PackError, RenderSpace, RevolutionSolver, pack};
+use crate::gpu_scene::pack::{RenderSpace, RevolutionSolver, pack};
 use crate::gpu_scene::upload::GpuScene;
 use crate::image::estimate::{Estimate, Sum};
 use crate::image::file;
@@ -20,42 +20,20 @@ use crate::kernels::{PixelState, REQUIREMENTS, Specialization};
 use crate::render::buffers::{Buffers, Sizes};
 use crate::render::checkpoint::{Checkpoint, CheckpointError, MadeBy};
 use crate::render::counters::Tally;
+use crate::render::error::RenderError;
 use crate::render::identity::Identity;
-use crate::render::iteration::{Passes, Progress, Settings, Stage};
+use crate::render::iteration;
+use crate::render::memory::DeviceMemory;
 use crate::render::options::{DirectLight, LookupKind, Options, Resolved};
 use crate::render::pacing::Schedule;
+use crate::render::passes::Passes;
+use crate::render::progress::Progress;
 use crate::render::radius::{FirstRadius, GlobalShrink};
 use crate::render::sequence::Sequence;
+use crate::render::settings::Settings;
+use crate::render::stage::Stage;
 use crate::render::unsampled::{Noise, of_one_photon, photons_matter};
 use crate::scene::Scene;
-
-/// Why a renderer cannot be made or cannot go on.
-#[derive(Debug, thiserror::Error)]
-pub enum RenderError {
-    /// The scene cannot be rendered.
-    #[error(transparent)]
-    Scene(#[from] PackError),
-    /// An option is out of range for this scene.
-    #[error("{0}")]
-    Option(String),
-    /// The driver ended a kernel before it was done.
-    #[error("the driver limits the loops of a kernel, and the {pass} pass of this scene needs more: expected {remedy}")]
-    Interrupted {
-        /// The pass.
-        pass: &'static str,
-        /// What would help.
-        remedy: &'static str,
-    },
-    /// The caller of [`Renderer::step_unless`] did not want the iteration any more.
-    #[error("the iteration was given up")]
-    GivenUp,
-    /// The device failed or is not enough.
-    #[error(transparent)]
-    Device(#[from] goblet_host::Error),
-    /// The host's memory is not enough.
-    #[error(transparent)]
-    Host(#[from] NoRoom),
-}
 
 /// Opens the device that `selector` names, or the first that fits; with `validation`, every
 /// Vulkan call is checked.
@@ -76,6 +54,8 @@ pub struct Renderer {
     settings: Settings,
     exposure: f64,
     identity: Identity,
+    /// Sizes that the buffers were made for.
+    sizes: Sizes,
     buffers: Buffers,
     passes: Passes,
     progress: Progress,
@@ -184,19 +164,21 @@ impl Renderer {
             is_plane: scene.is_plane(),
         };
         let (resolved, view) = base.resolve(scene, options)?;
-        let sizes = Sizes::new(resolved.resolution, resolved.photons, resolved.max_depth);
         let identity = Identity::new(scene, &packed, &view, options, &resolved);
-        // Before drivers and compilers run out of it, who do not say so.
-        let on_device = if device.info().kind == DeviceKind::Cpu { packed.bytes() + sizes.bytes() } else { 0 };
-        room::check("a render of this size", on_device + file::host_bytes(resolved.resolution))?;
+        let compiled = base.compiled(&device, options, &resolved, &view);
+        let sizes = Sizes::new(resolved.resolution, resolved.photons, resolved.max_depth);
+        let memory = DeviceMemory::new(&packed, &sizes, compiled.lookup);
+        memory.check(&device)?;
+        // Drivers and compilers end the process where the host has no memory left.
+        let on_host = if device.info().kind == DeviceKind::Cpu { memory.total() } else { 0 };
+        room::check("a render of this size", on_host + file::host_bytes(resolved.resolution))?;
         let gpu_scene = GpuScene::new(&device, &packed, resolved.max_depth, resolved.seed)?;
-        let buffers = Buffers::new(&device, sizes, &view)?;
+        let buffers = Buffers::new(&device, &sizes, &view)?;
         let build_time = start.elapsed();
 
         let start = Instant::now();
-        let compiled = base.compiled(&device, options, &resolved, &view);
         let Compiled { specialization, lookup, workgroup_size, .. } = &compiled;
-        let passes = Passes::new(&device, gpu_scene, &buffers, *lookup, specialization, *workgroup_size)?;
+        let passes = Passes::new(&device, gpu_scene, &buffers, &sizes, *lookup, specialization, *workgroup_size)?;
         Ok(Self {
             settings: base.settings(options, &resolved, &view),
             progress: base.progress(&device, options, &resolved, &view),
@@ -204,6 +186,7 @@ impl Renderer {
             base,
             compiled,
             identity,
+            sizes,
             buffers,
             passes,
             warnings: packed.contacts.warnings(),
@@ -223,11 +206,10 @@ impl Renderer {
     pub fn restart(&mut self, scene: &Scene, options: &Options) -> Result<bool, RenderError> {
         let (resolved, view) = self.base.resolve(scene, options)?;
         let compiled = self.base.compiled(&self.device, options, &resolved, &view);
-        if compiled != self.compiled || !self.buffers.fit(resolved.resolution) {
+        if compiled != self.compiled || !self.sizes.fit(resolved.resolution) {
             return Ok(false);
         }
-        self.device.write_texels(&self.buffers.camera, &[view.camera])?;
-        self.device.write_texels(&self.buffers.filter_table, &view.filter_table)?;
+        self.buffers.set_view(&self.device, &view)?;
         self.buffers.clear(&self.device)?;
         self.identity.set_view(scene, &view, options, &resolved);
         self.settings = self.base.settings(options, &resolved, &view);
@@ -257,7 +239,7 @@ impl Renderer {
     pub fn step_unless(&mut self, gives_up: &dyn Fn() -> bool) -> Result<bool, RenderError> {
         let tally = self.progress.tally;
         let stage = Stage { device: &self.device, buffers: &self.buffers, settings: &self.settings, gives_up };
-        let outcome = self.passes.run(stage, &mut self.progress);
+        let outcome = iteration::run(&mut self.passes, stage, &mut self.progress);
         let Err(error) = outcome else { return Ok(true) };
         // Its photons are not in the image, and its visible points may not be complete.
         self.progress.tally = tally;
@@ -307,7 +289,7 @@ impl Renderer {
             // After a checkpoint: what follows must not depend on where that was.
             let stage =
                 Stage { device: &self.device, buffers: &self.buffers, settings: &self.settings, gives_up: &|| false };
-            self.passes.measure(stage, &mut self.progress)?;
+            self.passes.eye.measure(stage, &mut self.progress)?;
         }
         let response = self.progress.response.unwrap_or_default();
         let flux = self.settings.mean_power / photons as f64;

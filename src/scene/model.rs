@@ -5,6 +5,7 @@
 //! the sRGB primaries. Lengths are in scene units, in the scene's world space.
 
 pub(in crate::scene) mod extent;
+mod input;
 pub(in crate::scene) mod missing_light;
 mod plane;
 pub(in crate::scene) mod texture;
@@ -14,23 +15,12 @@ use std::sync::Arc;
 
 use glam::{DAffine3, DMat3, DVec2, DVec3};
 
+pub use input::{Input, Rgb};
+
 use crate::base::input::Budget;
 use crate::geometry::bezier::Curve;
 use crate::image::film::{Image, Window};
-
 use crate::scene::model::texture::Texture;
-
-/// Linear RGB, sRGB primaries.
-pub type Rgb = DVec3;
-
-/// A value that may vary over a surface.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Input<T> {
-    /// The same everywhere.
-    Constant(T),
-    /// A texture: an index into [`Scene::textures`].
-    Texture(usize),
-}
 
 /// A scene that is ready to upload.
 #[derive(Clone, Debug)]

@@ -5,9 +5,9 @@ use std::ops::Range;
 use std::path::Path;
 
 use crate::scene::format::error::SceneError;
+use crate::scene::format::kind::Kind;
 use crate::scene::format::lexer::{Token, TokenKind, TokenStream};
 use crate::scene::format::params::{Param, ParamList};
-use crate::scene::format::registry::Kind;
 
 /// What to write for a scene that was read without an error.
 pub(crate) struct Rewrite<'a> {

@@ -10,9 +10,9 @@ mod data;
 pub(in crate::scene) mod files;
 
 use crate::scene::format::error::{Location, SceneError};
+use crate::scene::format::kind::Kind;
 use crate::scene::format::lexer::shorten;
 use crate::scene::format::params::Param;
-use crate::scene::format::registry::Kind;
 use crate::scene::format::version3;
 use crate::scene::model::Rgb;
 use crate::scene::spectrum::color_space::ColorSpace;

@@ -17,8 +17,8 @@ use serde::Serialize;
 pub use model::{Choice, Model, Parts};
 use probe::Probe;
 
+use crate::render::error::RenderError;
 use crate::render::options::Options;
-use crate::render::renderer::RenderError;
 use crate::scene::Scene;
 
 /// What a user wants.

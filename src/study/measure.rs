@@ -23,7 +23,7 @@ use std::time::Duration;
 use goblet_host::Device;
 
 use crate::image::film::{Image, Window};
-use crate::render::renderer::RenderError;
+use crate::render::error::RenderError;
 use crate::scene::Scene;
 
 /// The budget is spent in so many slices.

@@ -3,7 +3,7 @@
 use crate::cli::outputs::{AN_IMAGE, Files, THE_STATISTICS};
 use crate::cli::stats::{Stats, write_json};
 use crate::cli::{Failure, RenderArgs, terminal};
-use crate::render::renderer::RenderError;
+use crate::render::error::RenderError;
 use crate::scene::Scene;
 
 /// Shows a scene until the window is closed.

@@ -1,8 +1,9 @@
 //! What the window can show of a render.
 
 use crate::image::estimate::Estimate;
+use crate::render::error::RenderError;
 use crate::render::options::Contribution;
-use crate::render::renderer::{RenderError, Renderer};
+use crate::render::renderer::Renderer;
 
 /// Something that each pixel has.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]

@@ -11,8 +11,9 @@ use super::rendering::{Kept, Render};
 use super::shared::{Loaded, Save, Shared, Target, Wish};
 use crate::cli::outputs::{AN_IMAGE, Files};
 use crate::cli::{Failure, RenderArgs};
+use crate::render::error::RenderError;
 use crate::render::options::Options;
-use crate::render::renderer::{RenderError, Renderer, open_device};
+use crate::render::renderer::{Renderer, open_device};
 use crate::scene::{Camera, Scene};
 
 /// After the camera has come to rest, coarse images are enough for so long.

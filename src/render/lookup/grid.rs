@@ -1,26 +1,35 @@
 //! The hash grid over photons.
 
 use bytemuck::Zeroable;
-use goblet_host::{Buffer, Device, Frame, Pass};
+use goblet_host::{Device, Frame, Pass};
 
 use super::deposit;
 use crate::kernels::{
     Cell, GatherGrid, GatherGridPush, GridCount, GridCountPush, GridFill, GridFillPush, GridPlace, GridReserve,
-    GridReservePush, Specialization,
+    GridReservePush, PhotonRecord, Specialization,
 };
-use crate::render::buffers::{Buffers, invocations_by_tile};
+use crate::render::buffers::{Buffers, Sizes, device_arrays, invocations_by_tile};
 use crate::render::counters::Tally;
-use crate::render::iteration::Stage;
+use crate::render::error::RenderError;
 use crate::render::pacing::Pace;
-use crate::render::renderer::RenderError;
+use crate::render::stage::Stage;
 
 /// Pixels of an invocation that gathers.
 const POINTS: u64 = 2;
 
+device_arrays! {
+    /// The grid's arrays, for as many photons as a batch may record.
+    pub struct GridArrays(sizes) {
+        cells: Buffer<Cell>[sizes.recorded.next_power_of_two()],
+        grid_filled: Buffer<u32>[1_u32],
+        grid_photons: Texels<PhotonRecord>[sizes.recorded],
+        places: Buffer<GridPlace>[sizes.by_tile / POINTS],
+    }
+}
+
 /// A hash grid, and the passes that build and use it.
 pub struct HashGrid {
-    cells: Buffer<Cell>,
-    filled: Buffer<u32>,
+    arrays: GridArrays,
     count: Pass<GridCountPush>,
     reserve: Pass<GridReservePush>,
     fill: Pass<GridFillPush>,
@@ -28,34 +37,33 @@ pub struct HashGrid {
 }
 
 impl HashGrid {
-    /// Compiles the passes and allocates the grid for as many photons as a batch may record.
+    /// Compiles the passes and allocates the grid.
     ///
     /// # Errors
     /// Out of memory, or the driver refuses a kernel.
     pub fn new(
         device: &Device,
         buffers: &Buffers,
+        sizes: &Sizes,
         specialization: &Specialization,
         workgroup_size: u32,
     ) -> goblet_host::Result<Self> {
         let Buffers { photons, visible_points, visible_radii2, max_radius2, .. } = buffers;
         let Buffers { flux_red, flux_green, flux_blue, flux_counts, counters, .. } = buffers;
-        let cells = device.buffer("cells", photons.len().next_power_of_two())?;
-        let grid_filled = device.buffer("grid_filled", 1)?;
-        let grid_photons = &device.texels("grid_photons", photons.len())?;
-        let places = &device.buffer::<GridPlace>("places", buffers.most_by_tile / POINTS)?;
+        let arrays = GridArrays::allocate(device, sizes)?;
+        let GridArrays { cells, grid_filled, grid_photons, places } = &arrays;
         macro_rules! pass {
             ($($kernel:tt)*) => { device.pass(&$($kernel)*, specialization, workgroup_size)? };
         }
         Ok(Self {
-            count: pass!(GridCount { photons, max_radius2, cells: &cells }),
-            reserve: pass!(GridReserve { grid_filled: &grid_filled, cells: &cells }),
-            fill: pass!(GridFill { photons, max_radius2, cells: &cells, grid_photons }),
+            count: pass!(GridCount { photons, max_radius2, cells }),
+            reserve: pass!(GridReserve { grid_filled, cells }),
+            fill: pass!(GridFill { photons, max_radius2, cells, grid_photons }),
             gather: pass!(GatherGrid {
                 visible_points,
                 visible_radii2,
                 max_radius2,
-                cells: &cells,
+                cells,
                 grid_photons,
                 counters,
                 places,
@@ -64,8 +72,7 @@ impl HashGrid {
                 flux_blue,
                 flux_counts
             }),
-            filled: grid_filled,
-            cells,
+            arrays,
         })
     }
 
@@ -78,24 +85,36 @@ impl HashGrid {
         frame.dispatch(&self.gather, Zeroable::zeroed(), 1);
     }
 
-    /// Indexes `recorded` photons, and adds them to the points that they reach.
+    /// Sorts `recorded` photons into cells.
+    ///
+    /// # Errors
+    /// The device fails.
+    pub fn build(&self, on: Stage<'_>, recorded: u32) -> Result<(), RenderError> {
+        let cell_count = self.cell_count(recorded);
+        let cell_mask = cell_count - 1;
+        let mut frame = on.device.frame()?;
+        frame.clear(&self.arrays.grid_filled);
+        frame.clear_first(&self.arrays.cells, cell_count.into());
+        frame.dispatch(&self.count, GridCountPush { recorded, cell_mask }, recorded.into());
+        frame.dispatch(&self.reserve, GridReservePush { cell_count }, cell_count.into());
+        frame.dispatch(&self.fill, GridFillPush { recorded, cell_mask }, recorded.into());
+        Ok(frame.run()?)
+    }
+
+    /// Adds the `recorded` photons in the grid to the visible points on whose discs they are.
     ///
     /// # Errors
     /// The device fails, or the driver ends the pass early.
     pub fn gather(&self, on: Stage<'_>, recorded: u32, pace: &mut Pace) -> Result<Tally, RenderError> {
-        // No more cells than photons: the others would be empty.
-        let cell_count = u64::from(recorded).next_power_of_two().min(self.cells.len()) as u32;
-        let cell_mask = cell_count - 1;
-        let mut frame = on.device.frame()?;
-        frame.clear(&self.filled);
-        frame.clear_first(&self.cells, cell_count.into());
-        frame.dispatch(&self.count, GridCountPush { recorded, cell_mask }, recorded.into());
-        frame.dispatch(&self.reserve, GridReservePush { cell_count }, cell_count.into());
-        frame.dispatch(&self.fill, GridFillPush { recorded, cell_mask }, recorded.into());
-        frame.run()?;
-
+        let cell_mask = self.cell_count(recorded) - 1;
         let [width, height] = on.settings.resolution;
         let push = |offset, resumed| GatherGridPush { width, height, cell_mask, resumed, offset, two: 2 };
         deposit(on, ("gather_grid", &self.gather), invocations_by_tile([width, height]) / POINTS, pace, push)
+    }
+
+    /// Cells of a grid over `recorded` photons: a power of two, and no more than there are
+    /// photons, since the others would be empty.
+    fn cell_count(&self, recorded: u32) -> u32 {
+        u64::from(recorded).next_power_of_two().min(self.arrays.cells.len()) as u32
     }
 }

@@ -3,24 +3,33 @@
 use std::time::{Duration, Instant};
 
 use bytemuck::Zeroable;
-use goblet_host::{Buffer, Device, Frame, Pass};
+use goblet_host::{Device, Frame, Pass};
 
 use super::deposit;
-use crate::kernels::{GatherTree, GatherTreePush, Specialization, TreeFill, TreeFillPush, TreePlace};
-use crate::render::buffers::Buffers;
+use crate::kernels::{GatherTree, GatherTreePush, Specialization, TreeFill, TreeFillPush, TreePlace, TreePoint};
+use crate::render::buffers::{Buffers, Sizes, device_arrays};
 use crate::render::counters::Tally;
-use crate::render::iteration::Stage;
+use crate::render::error::RenderError;
 use crate::render::lookup::kd_tree;
 use crate::render::pacing::Schedule;
-use crate::render::renderer::RenderError;
+use crate::render::stage::Stage;
 
 /// Invocations of one dispatch that adds photons, at most: each has a place to go on from.
 const MAX_INVOCATIONS: u32 = 1 << 18;
 
+device_arrays! {
+    /// The tree's arrays, for as many points as there are pixels.
+    pub struct TreeArrays(sizes) {
+        /// Pixel and axis of each node.
+        tree_nodes: Buffer<u32>[sizes.pixels],
+        tree_points: Texels<TreePoint>[sizes.pixels],
+        places: Buffer<TreePlace>[MAX_INVOCATIONS],
+    }
+}
+
 /// A left-balanced kd-tree, and the passes that fill and use it.
 pub struct KdTree {
-    /// Pixel and axis of each node.
-    nodes: Buffer<u32>,
+    arrays: TreeArrays,
     fill: Pass<TreeFillPush>,
     gather: Pass<GatherTreePush>,
     node_count: u32,
@@ -28,27 +37,26 @@ pub struct KdTree {
 }
 
 impl KdTree {
-    /// Compiles the passes and allocates the tree for as many points as there are pixels.
+    /// Compiles the passes and allocates the tree.
     ///
     /// # Errors
     /// Out of memory, or the driver refuses a kernel.
     pub fn new(
         device: &Device,
         buffers: &Buffers,
+        sizes: &Sizes,
         specialization: &Specialization,
         workgroup_size: u32,
     ) -> goblet_host::Result<Self> {
-        let pixels = buffers.visible_points.len();
-        let nodes = device.buffer("tree_nodes", pixels)?;
-        let places = &device.buffer::<TreePlace>("places", MAX_INVOCATIONS.into())?;
-        let tree_points = &device.texels("tree_points", pixels)?;
         let Buffers { visible_points, visible_radii2, max_radius2, counters, .. } = buffers;
         let Buffers { photons, flux_red, flux_green, flux_blue, flux_counts, .. } = buffers;
+        let arrays = TreeArrays::allocate(device, sizes)?;
+        let TreeArrays { tree_nodes, tree_points, places } = &arrays;
         macro_rules! pass {
             ($($kernel:tt)*) => { device.pass(&$($kernel)*, specialization, workgroup_size)? };
         }
         Ok(Self {
-            fill: pass!(TreeFill { visible_points, visible_radii2, tree_nodes: &nodes, tree_points }),
+            fill: pass!(TreeFill { visible_points, visible_radii2, tree_nodes, tree_points }),
             gather: pass!(GatherTree {
                 photons,
                 max_radius2,
@@ -60,7 +68,7 @@ impl KdTree {
                 flux_blue,
                 flux_counts
             }),
-            nodes,
+            arrays,
             node_count: 0,
             host_time: Duration::ZERO,
         })
@@ -86,7 +94,7 @@ impl KdTree {
             let radii2 = device.read_first_texels(&buffers.visible_radii2, settings.pixels())?;
             let positions = points.iter().map(|point| point.position);
             let nodes = kd_tree::build(positions.zip(radii2));
-            device.write(&self.nodes, &nodes)?;
+            device.write(&self.arrays.tree_nodes, &nodes)?;
             self.node_count = nodes.len() as u32;
             self.host_time += start.elapsed();
         }

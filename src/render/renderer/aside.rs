@@ -1,8 +1,9 @@
 //! A render that is put aside in memory and taken up again.
 
-use super::{RenderError, Renderer};
+use super::Renderer;
 use crate::kernels::VisiblePoint;
 use crate::render::checkpoint::{Checkpoint, CheckpointError};
+use crate::render::error::RenderError;
 
 /// A render as it stood, what its pixels have seen last included.
 pub struct Aside {

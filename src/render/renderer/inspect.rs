@@ -2,8 +2,9 @@
 
 use glam::Vec2;
 
-use super::{RenderError, Renderer};
+use super::Renderer;
 use crate::kernels::{PixelState, VisiblePoint};
+use crate::render::error::RenderError;
 
 impl Renderer {
     /// Lengths of the last iteration's eye paths to their visible points, scene units; 0 where

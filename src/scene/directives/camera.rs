@@ -4,8 +4,9 @@ use glam::{DAffine3, DMat4};
 
 use crate::scene::directives::transform;
 use crate::scene::format::error::SceneError;
+use crate::scene::format::kind::Kind;
 use crate::scene::format::params::ParamList;
-use crate::scene::format::registry::{Family, Kind, ParamSpec, full, ignored, not_yet, supported};
+use crate::scene::format::registry::{Family, ParamSpec, full, ignored, not_yet, supported};
 use crate::scene::model::{Camera, Projection};
 
 const FLOAT: &[Kind] = &[Kind::Float];

@@ -3,8 +3,9 @@
 use glam::DVec2;
 
 use crate::scene::format::error::SceneError;
+use crate::scene::format::kind::Kind;
 use crate::scene::format::params::ParamList;
-use crate::scene::format::registry::{Family, Kind, ParamSpec, full, ignored, later, not_yet, supported};
+use crate::scene::format::registry::{Family, ParamSpec, full, ignored, later, not_yet, supported};
 use crate::scene::model::{Film, FilterKind, Integrator, PixelFilter};
 
 const SIZE: &[Kind] = &[Kind::Integer];

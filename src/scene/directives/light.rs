@@ -12,15 +12,16 @@ use std::path::Path;
 use glam::{DAffine3, DVec3};
 
 use crate::image::film::LUMINANCE;
+use crate::scene::directives::emission::{emitted, positive};
 use crate::scene::directives::light_image;
 use crate::scene::directives::shape::MeshFiles;
 use crate::scene::directives::texture::Textures;
 use crate::scene::directives::transform;
 use crate::scene::format::error::{Location, SceneError};
+use crate::scene::format::kind::Kind;
 use crate::scene::format::params::ParamList;
-use crate::scene::format::registry::{Family, Kind, ParamSpec, full, ignored, later, supported};
+use crate::scene::format::registry::{Family, ParamSpec, full, ignored, later, supported};
 use crate::scene::model::{AreaLight, EmissionImage, Light, Rgb};
-use crate::scene::spectrum::{Spectrum, optional};
 
 const COLOUR: &[Kind] = &[Kind::Rgb, Kind::Spectrum, Kind::Blackbody];
 
@@ -224,25 +225,7 @@ fn direction(axis: DVec3, world_from_light: DAffine3, location: &Location) -> Re
     turned.ok_or_else(|| location.invalid("the transform takes the light's direction to 0; expected another one"))
 }
 
-/// The light's colour, `scale` included.
-pub(in crate::scene) fn emitted(params: &ParamList, name: &str) -> Result<Rgb, SceneError> {
-    let rgb = optional(params.get(name))?.map_or(Rgb::ONE, |s: Spectrum| s.light());
-    if let Some(param) = params.get(name).filter(|_| rgb.min_element() < 0.0) {
-        return Err(param.bad_value("channels of 0 or more"));
-    }
-    let emitted = rgb * params.not_negative("scale", 1.0)?;
-    match params.get(name).or(params.get("scale")) {
-        Some(param) if !emitted.is_finite() => Err(param.bad_value("a smaller value")),
-        _ => Ok(emitted),
-    }
-}
-
 /// The factor that takes a light of intensity 1 to the `power` asked for.
 fn power(params: &ParamList, directions: f64) -> Result<f64, SceneError> {
     Ok(positive(params, "power")?.map_or(1.0, |power| power / directions))
-}
-
-/// pbrt takes a value of 0 or less for none at all.
-pub(in crate::scene) fn positive(params: &ParamList, name: &str) -> Result<Option<f64>, SceneError> {
-    Ok(params.float(name)?.filter(|value| *value > 0.0))
 }

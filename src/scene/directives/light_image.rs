@@ -22,7 +22,7 @@ use crate::base::input::Budget;
 use crate::geometry::equal_area;
 use crate::image::file::{ImageError, Transfer, Use, read_layers};
 use crate::image::film::{Image, LUMINANCE};
-use crate::scene::directives::light::{emitted, positive};
+use crate::scene::directives::emission::{emitted, positive};
 use crate::scene::directives::shape::MeshFiles;
 use crate::scene::directives::transform;
 use crate::scene::format::error::{Location, SceneError};

@@ -2,8 +2,9 @@
 
 use crate::scene::directives::texture::Textures;
 use crate::scene::format::error::{Location, SceneError};
+use crate::scene::format::kind::Kind;
 use crate::scene::format::params::{Param, ParamList};
-use crate::scene::format::registry::{Family, Kind, ParamSpec, full, ignored, later, not_yet, supported};
+use crate::scene::format::registry::{Family, ParamSpec, full, ignored, later, not_yet, supported};
 use crate::scene::model::{Coat, Input, Material, Metal, Rgb, Roughness};
 use crate::scene::spectrum::{Spectrum, conductor, conductor_from_reflectance, copper, optional};
 

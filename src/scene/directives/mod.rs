@@ -1,6 +1,7 @@
 //! What each directive of a scene file means: parameters to parts of the model.
 
 pub(in crate::scene) mod camera;
+mod emission;
 pub(in crate::scene) mod film;
 pub(in crate::scene) mod light;
 pub(in crate::scene) mod light_image;

@@ -2,9 +2,9 @@
 
 use crate::scene::directives::state::Options;
 use crate::scene::format::error::{Location, SceneError};
+use crate::scene::format::kind::Kind;
 use crate::scene::format::lexer::{TokenStream, shorten};
 use crate::scene::format::params::{Param, ParamList};
-use crate::scene::format::registry::Kind;
 
 /// The options of pbrt-v4, with the types of their values.
 const OPTIONS: &[(&str, Kind)] = &[

@@ -17,8 +17,9 @@ use crate::geometry::bezier::{Curve, MAX_DEGREE};
 
 use crate::scene::directives::texture::Textures;
 use crate::scene::format::error::{Location, SceneError};
+use crate::scene::format::kind::Kind;
 use crate::scene::format::params::{Param, ParamList};
-use crate::scene::format::registry::{Family, Kind, ParamSpec, full, ignored, later, not_yet, supported};
+use crate::scene::format::registry::{Family, ParamSpec, full, ignored, later, not_yet, supported};
 use crate::scene::mesh::ply::{self, PlyError};
 use crate::scene::model::{Geometry, Input, Mesh, Profile};
 

@@ -8,8 +8,8 @@ use glam::{DVec2, DVec3};
 
 use crate::base::input::{Held, OverBudget};
 use crate::scene::format::error::{Location, SceneError};
+use crate::scene::format::kind::Kind;
 use crate::scene::format::lexer::{Token, TokenKind, TokenStream, shorten};
-use crate::scene::format::registry::Kind;
 use crate::scene::format::version3;
 use crate::scene::spectrum::color_space::ColorSpace;
 

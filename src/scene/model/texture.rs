@@ -5,7 +5,7 @@ use std::sync::Arc;
 use glam::{DAffine3, DVec3};
 
 use crate::image::film::Image;
-use crate::scene::model::{Input, Rgb};
+use crate::scene::model::input::{Input, Rgb};
 
 /// A value that varies over surfaces. A texture of numbers has its number in all channels.
 #[derive(Clone, Debug, PartialEq)]

@@ -6,8 +6,8 @@ use std::sync::Arc;
 use crate::base::input::Budget;
 use crate::scene::format::error::SceneError;
 use crate::scene::format::files::read_text;
+use crate::scene::format::kind::Kind;
 use crate::scene::format::params::ParamList;
-use crate::scene::format::registry::Kind;
 use crate::scene::spectrum::Spectrum;
 
 /// Reads the spectra that are in files.

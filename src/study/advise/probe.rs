@@ -9,8 +9,9 @@ use goblet_host::Device;
 use super::Length;
 use super::model::{Choice, Model, Seconds};
 use crate::image::estimate::dark_square;
+use crate::render::error::RenderError;
 use crate::render::options::Options;
-use crate::render::renderer::{RenderError, Renderer};
+use crate::render::renderer::Renderer;
 use crate::scene::Scene;
 
 /// Four renders of equal length give a model, and one that is so much longer corrects it.

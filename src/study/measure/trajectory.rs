@@ -9,8 +9,9 @@ use goblet_host::Device;
 use super::ErrorOf;
 use crate::image::compare::SizeMismatch;
 use crate::image::film::Image;
+use crate::render::error::RenderError;
 use crate::render::options::Options;
-use crate::render::renderer::{RenderError, Renderer};
+use crate::render::renderer::Renderer;
 use crate::scene::Scene;
 
 /// When a run ends: at least one iteration is rendered.

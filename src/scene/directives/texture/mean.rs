@@ -3,7 +3,6 @@
 use std::collections::HashMap;
 
 use crate::base::input::{Budget, OverBudget};
-use crate::scene::directives::texture::named::as_color;
 use crate::scene::model::texture::{Texture, TextureKind};
 use crate::scene::model::{Input, Rgb};
 
@@ -62,5 +61,13 @@ impl Means {
             }
             TextureKind::Scale { texture, factor } => self.mean(texture) * number(factor),
         })
+    }
+}
+
+/// A number as all channels.
+pub(in crate::scene) fn as_color(input: Input<f64>) -> Input<Rgb> {
+    match input {
+        Input::Constant(value) => Input::Constant(Rgb::splat(value)),
+        Input::Texture(index) => Input::Texture(index),
     }
 }

@@ -10,12 +10,12 @@ use glam::DAffine3;
 use crate::base::input::Budget;
 use crate::image::file::{ImageError, Transfer, Use, read_layers};
 use crate::image::film::Image;
-use crate::scene::directives::texture::mean::Means;
+use crate::scene::directives::texture::mean::{Means, as_color};
 use crate::scene::directives::texture::{FLOAT_FAMILY, Maker, SPECTRUM_FAMILY};
 use crate::scene::format::error::{Location, SceneError};
+use crate::scene::format::kind::Kind;
 use crate::scene::format::lexer::shorten;
 use crate::scene::format::params::{Param, ParamList};
-use crate::scene::format::registry::Kind;
 use crate::scene::model::texture::{ImageTexture, Mapping, Texture, TextureKind, Wrap};
 use crate::scene::model::{EmissionImage, Input, Rgb};
 use crate::scene::spectrum::Spectrum;
@@ -316,14 +316,6 @@ impl Textures {
         let image = Arc::new(image);
         self.images.insert(key, Arc::clone(&image));
         Ok(image)
-    }
-}
-
-/// A number as all channels.
-pub(in crate::scene) fn as_color(input: Input<f64>) -> Input<Rgb> {
-    match input {
-        Input::Constant(value) => Input::Constant(Rgb::splat(value)),
-        Input::Texture(index) => Input::Texture(index),
     }
 }
 

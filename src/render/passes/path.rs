@@ -9,9 +9,9 @@ use goblet_host::{Compiling, Device, Pass};
 use crate::gpu_scene::upload::GpuScene;
 use crate::kernels::{Counters, Eye, EyePush, Photon, PhotonPush, Specialization};
 use crate::render::buffers::Buffers;
-use crate::render::iteration::Stage;
+use crate::render::error::RenderError;
 use crate::render::pacing::Pace;
-use crate::render::renderer::RenderError;
+use crate::render::stage::Stage;
 
 /// Invocations of one dispatch of a resumable pass, at most: each has a place to go on from.
 /// Every workgroup size divides it.

@@ -1,0 +1,42 @@
+//! Device memory that a render needs, known before anything is allocated.
+
+use goblet_host::Device;
+
+use crate::gpu_scene::pack::PackedScene;
+use crate::render::buffers::{Buffers, Sizes};
+use crate::render::error::RenderError;
+use crate::render::lookup::Lookup;
+use crate::render::options::LookupKind;
+
+/// Device memory of a render, in bytes. A device rounds each array up.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct DeviceMemory {
+    /// Arrays of the scene.
+    pub scene: u64,
+    /// Arrays that a render writes to: visible points, photons, sums, and the index between them.
+    pub buffers: u64,
+}
+
+impl DeviceMemory {
+    /// Memory of a render of these sizes.
+    pub fn new(scene: &PackedScene, sizes: &Sizes, lookup: LookupKind) -> Self {
+        Self { scene: scene.bytes(), buffers: Buffers::bytes(sizes) + Lookup::bytes(lookup, sizes) }
+    }
+
+    /// Bytes of both.
+    pub fn total(&self) -> u64 {
+        self.scene.saturating_add(self.buffers)
+    }
+
+    /// Checks that it fits in what the device has free.
+    ///
+    /// # Errors
+    /// It does not; the error has both numbers.
+    pub fn check(&self, device: &Device) -> Result<(), RenderError> {
+        let available = device.info().memory_bytes.saturating_sub(device.allocated_bytes());
+        if self.total() <= available {
+            return Ok(());
+        }
+        Err(RenderError::Memory { needed: self.total(), available, scene: self.scene })
+    }
+}

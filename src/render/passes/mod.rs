@@ -1,0 +1,84 @@
+//! The passes of an iteration, compiled for a scene and bound to its buffers. One file per pass,
+//! named as its kernel; those that build and read an index are in `lookup`.
+
+mod eye;
+mod path;
+mod photon;
+mod radius;
+mod update;
+
+use std::sync::Arc;
+use std::time::Duration;
+
+use eye::EyePass;
+use goblet_host::Device;
+use path::PathKernels;
+use photon::PhotonPass;
+use radius::RadiusPass;
+use update::UpdatePass;
+
+use crate::gpu_scene::upload::GpuScene;
+use crate::kernels::Specialization;
+use crate::render::buffers::{Buffers, Sizes};
+use crate::render::lookup::Lookup;
+use crate::render::options::LookupKind;
+
+/// The passes of an iteration.
+pub struct Passes {
+    /// Eye paths to visible points.
+    pub eye: EyePass,
+    /// Radii of visible points.
+    pub radius: RadiusPass,
+    /// Photon paths to records.
+    pub photon: PhotonPass,
+    /// The index that photons and visible points are brought together by, and the gather pass.
+    pub lookup: Lookup,
+    /// The iteration's image into the mean.
+    pub update: UpdatePass,
+}
+
+impl Passes {
+    /// Compiles the passes for a scene and runs each once without an invocation that works, since
+    /// drivers may leave compilation to the first dispatch.
+    ///
+    /// # Errors
+    /// The driver refuses a kernel, or the device is out of memory.
+    pub fn new(
+        device: &Device,
+        scene: GpuScene,
+        buffers: &Buffers,
+        sizes: &Sizes,
+        lookup: LookupKind,
+        specialization: &Specialization,
+        workgroup_size: u32,
+    ) -> goblet_host::Result<Self> {
+        let kernels = Arc::new(PathKernels { scene, specialization: *specialization, workgroup_size });
+        // The kernels that follow paths take the longest to compile: both start at once.
+        let eye = kernels.eye(device, buffers, false)?;
+        let photon = kernels.photon(device, buffers, false)?;
+        let passes = Self {
+            radius: RadiusPass::new(device, buffers, specialization, workgroup_size)?,
+            lookup: Lookup::new(device, buffers, sizes, lookup, specialization, workgroup_size)?,
+            update: UpdatePass::new(device, buffers, specialization, workgroup_size)?,
+            photon: PhotonPass::new(photon.finish()?, Arc::clone(&kernels)),
+            eye: EyePass::new(eye.finish()?, kernels),
+        };
+        passes.warm_up(device)?;
+        Ok(passes)
+    }
+
+    /// Time that the host, rather than the device, has spent on indices of visible points.
+    pub fn index_host_time(&self) -> Duration {
+        self.lookup.host_time()
+    }
+
+    fn warm_up(&self, device: &Device) -> goblet_host::Result<()> {
+        let mut frame = device.frame()?;
+        self.eye.warm_up(&mut frame);
+        self.radius.warm_up(&mut frame);
+        self.lookup.warm_up(&mut frame);
+        self.photon.warm_up(&mut frame);
+        self.update.warm_up(&mut frame);
+        frame.run()
+    }
+}

@@ -1,0 +1,81 @@
+//! The update pass: adds an iteration's image to the exact sums, and lets adaptive radii shrink,
+//! `shaders/passes/update.comp`.
+
+use bytemuck::Zeroable;
+use goblet_host::{Device, Frame, Pass};
+
+use crate::image::film::LUMINANCE;
+use crate::kernels::{Specialization, Update, UpdatePush};
+use crate::render::buffers::Buffers;
+use crate::render::counters::Counted;
+use crate::render::error::RenderError;
+use crate::render::options::Contribution;
+use crate::render::progress::Progress;
+use crate::render::radius::RadiusSchedule;
+use crate::render::sequence::Place;
+use crate::render::stage::Stage;
+
+/// The update pass.
+pub struct UpdatePass(Pass<UpdatePush>);
+
+impl UpdatePass {
+    pub(super) fn new(
+        device: &Device,
+        buffers: &Buffers,
+        specialization: &Specialization,
+        workgroup_size: u32,
+    ) -> goblet_host::Result<Self> {
+        let Buffers { visible_radii2, visible_throughputs, visible_radiances, pixel_states, counters, .. } = buffers;
+        let Buffers { sum_red, sum_green, sum_blue, sum_second, .. } = buffers;
+        let Buffers { flux_red, flux_green, flux_blue, flux_counts, .. } = buffers;
+        let kernel = Update {
+            visible_radii2,
+            visible_throughputs,
+            visible_radiances,
+            pixel_states,
+            sum_red,
+            sum_green,
+            sum_blue,
+            sum_second,
+            counters,
+            flux_red,
+            flux_green,
+            flux_blue,
+            flux_counts,
+        };
+        Ok(Self(device.pass(&kernel, specialization, workgroup_size)?))
+    }
+
+    pub(super) fn warm_up(&self, frame: &mut Frame<'_>) {
+        frame.dispatch(&self.0, Zeroable::zeroed(), 1);
+    }
+
+    /// Adds the iteration to the image.
+    ///
+    /// # Errors
+    /// The device fails.
+    pub fn run(&self, on: Stage<'_>, place: Place, progress: &mut Progress) -> Result<(), RenderError> {
+        let settings = on.settings;
+        let alpha = match settings.radius_schedule {
+            RadiusSchedule::Adaptive => settings.alpha,
+            RadiusSchedule::Global => 1.0,
+        };
+        let flux_scale = settings.mean_power / (settings.photons as f64 * std::f64::consts::PI * settings.unit);
+        let push = UpdatePush {
+            luminance: LUMINANCE.map(|weight| weight as f32),
+            pixel_count: settings.pixels() as u32,
+            alpha: alpha as f32,
+            per_unit: (1.0 / settings.unit) as f32,
+            flux_scale: flux_scale as f32,
+            half_of_rounds: place.half,
+        };
+        let counters = on.run_counted(|frame| {
+            if settings.contribution == Contribution::Photons {
+                frame.clear_texels(&on.buffers.visible_radiances);
+            }
+            frame.dispatch(&self.0, push, settings.pixels());
+        })?;
+        progress.tally.add(Counted::Update, &counters);
+        Ok(())
+    }
+}

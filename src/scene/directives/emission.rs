@@ -1,0 +1,24 @@
+//! Parameters that all lights have.
+
+use crate::scene::format::error::SceneError;
+use crate::scene::format::params::ParamList;
+use crate::scene::model::Rgb;
+use crate::scene::spectrum::{Spectrum, optional};
+
+/// The light's colour, `scale` included.
+pub(in crate::scene) fn emitted(params: &ParamList, name: &str) -> Result<Rgb, SceneError> {
+    let rgb = optional(params.get(name))?.map_or(Rgb::ONE, |s: Spectrum| s.light());
+    if let Some(param) = params.get(name).filter(|_| rgb.min_element() < 0.0) {
+        return Err(param.bad_value("channels of 0 or more"));
+    }
+    let emitted = rgb * params.not_negative("scale", 1.0)?;
+    match params.get(name).or(params.get("scale")) {
+        Some(param) if !emitted.is_finite() => Err(param.bad_value("a smaller value")),
+        _ => Ok(emitted),
+    }
+}
+
+/// pbrt takes a value of 0 or less for none at all.
+pub(in crate::scene) fn positive(params: &ParamList, name: &str) -> Result<Option<f64>, SceneError> {
+    Ok(params.float(name)?.filter(|value| *value > 0.0))
+}
