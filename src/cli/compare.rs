@@ -4,26 +4,13 @@ use std::path::Path;
 
 use serde::Serialize;
 
+use super::failure::CompareError;
 use super::outputs::{Files, Written};
 use super::{CompareArgs, Failure, terminal};
 use crate::base::input::Budget;
-use crate::image::compare::{Comparison, Gates, SizeMismatch, compare, difference_image};
+use crate::image::compare::{Comparison, Gates, compare, difference_image};
 use crate::image::file::{self, ImageError, Layers, Transfer, Use};
-use crate::image::film::{Apart, Image, Window, common_part};
-
-/// Why two images could not be compared.
-#[derive(Debug, thiserror::Error)]
-pub enum CompareError {
-    /// An image could not be read, or the difference not written.
-    #[error(transparent)]
-    Image(#[from] ImageError),
-    /// The images have different sizes.
-    #[error(transparent)]
-    Size(#[from] SizeMismatch),
-    /// The images are of different places.
-    #[error(transparent)]
-    Apart(#[from] Apart),
-}
+use crate::image::film::{Image, Window, common_part};
 
 /// What is printed.
 #[derive(Serialize)]

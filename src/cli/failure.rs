@@ -1,13 +1,15 @@
 //! What a command can fail with, and the exit code of each.
 
+use std::io;
 use std::path::{Path, PathBuf};
 
-use super::compare::CompareError;
-use super::tessellate::TessellateError;
+use crate::image::compare::SizeMismatch;
 use crate::image::file::ImageError;
+use crate::image::film::Apart;
 use crate::render::checkpoint::CheckpointError;
 use crate::render::error::RenderError;
 use crate::scene::SceneError;
+use crate::scene::mesh::tessellate::TooFine;
 use crate::study::measure::KnobError;
 
 /// A failed command; printed once, by `main`.
@@ -102,6 +104,53 @@ pub enum Failure {
     /// The validation layer had something to say.
     #[error("{} validation message(s), the first: {}", .0.len(), .0[0])]
     Validation(Vec<String>),
+}
+
+/// Why two images could not be compared.
+#[derive(Debug, thiserror::Error)]
+pub enum CompareError {
+    /// An image could not be read, or the difference not written.
+    #[error(transparent)]
+    Image(#[from] ImageError),
+    /// The images have different sizes.
+    #[error(transparent)]
+    Size(#[from] SizeMismatch),
+    /// The images are of different places.
+    #[error(transparent)]
+    Apart(#[from] Apart),
+}
+
+/// Why the bodies of a scene could not be replaced.
+#[derive(Debug, thiserror::Error)]
+pub enum TessellateError {
+    /// A path that the new scene must name is not Unicode.
+    #[error("{}: expected a path in Unicode, which a scene can name", .0.display())]
+    Name(PathBuf),
+    /// A mesh would be too large.
+    #[error("{location}: {reason}")]
+    TooFine {
+        /// `file:line:column` of the shape.
+        location: String,
+        /// How large, and what would fit.
+        reason: TooFine,
+    },
+    /// A body emits a given power.
+    #[error(
+        "{location}: this body's light has a \"float power\", which every triangle of a mesh would emit; \
+         expected its radiance by \"L\" and \"scale\""
+    )]
+    Power {
+        /// `file:line:column` of the shape.
+        location: String,
+    },
+    /// A file could not be created or written.
+    #[error("{}: cannot write: {reason}", .path.display())]
+    Write {
+        /// The file.
+        path: PathBuf,
+        /// What the operating system says.
+        reason: io::Error,
+    },
 }
 
 /// The other name of a file, if it has one.

@@ -9,7 +9,7 @@ use std::time::{Duration, Instant};
 use clap::Args;
 use goblet_host::Device;
 
-use super::compare::CompareError;
+use super::failure::CompareError;
 use super::outputs::{Files, Written};
 use super::values::{positive_u32, seconds};
 use super::{Failure, SceneMemory, terminal};

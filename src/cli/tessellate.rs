@@ -5,44 +5,12 @@ use std::fs;
 use std::io::{self, BufWriter, Write};
 use std::path::{Component, Path, PathBuf};
 
+use super::failure::TessellateError;
 use super::outputs::Files;
 use super::{Failure, TessellateArgs, terminal};
 use crate::image::file::Replacement;
-use crate::scene::mesh::tessellate::{Tessellation, TooFine};
+use crate::scene::mesh::tessellate::Tessellation;
 use crate::scene::{self, Geometry, Profile, Rewrite, Scene};
-
-/// Why the bodies of a scene could not be replaced.
-#[derive(Debug, thiserror::Error)]
-pub enum TessellateError {
-    /// A path that the new scene must name is not Unicode.
-    #[error("{}: expected a path in Unicode, which a scene can name", .0.display())]
-    Name(PathBuf),
-    /// A mesh would be too large.
-    #[error("{location}: {reason}")]
-    TooFine {
-        /// `file:line:column` of the shape.
-        location: String,
-        /// How large, and what would fit.
-        reason: TooFine,
-    },
-    /// A body emits a given power.
-    #[error(
-        "{location}: this body's light has a \"float power\", which every triangle of a mesh would emit; \
-         expected its radiance by \"L\" and \"scale\""
-    )]
-    Power {
-        /// `file:line:column` of the shape.
-        location: String,
-    },
-    /// A file could not be created or written.
-    #[error("{}: cannot write: {reason}", .path.display())]
-    Write {
-        /// The file.
-        path: PathBuf,
-        /// What the operating system says.
-        reason: io::Error,
-    },
-}
 
 /// Writes the meshes, then the scene, each whole or not at all.
 ///

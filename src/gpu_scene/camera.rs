@@ -27,7 +27,7 @@ pub struct View {
 
 impl View {
     /// Length of [`View::filter_table`].
-    pub const FILTER_TABLE: u32 = 2 * (EDGES + CELLS) as u32;
+    pub const FILTER_TABLE: u32 = 4 * EDGES as u32;
 
     /// Whether lines of sight are parallel.
     pub fn is_parallel(&self) -> bool {
@@ -123,7 +123,7 @@ impl ImagePlane {
 }
 
 fn filter_table(film: &Film) -> Vec<f32> {
-    let mut table = vec![0.0; 4 * EDGES];
+    let mut table = vec![0.0; View::FILTER_TABLE as usize];
     let (edges, weights) = table.split_at_mut(2 * EDGES);
     let axes = edges.chunks_exact_mut(EDGES).zip(weights.chunks_exact_mut(EDGES));
     for ((edges, weights), radius) in axes.zip(film.filter.radius.to_array()) {

@@ -5,4 +5,6 @@ mod alias;
 mod bvh;
 pub(crate) mod camera;
 pub mod pack;
+#[cfg(test)]
+mod tests;
 pub(crate) mod upload;

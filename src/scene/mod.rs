@@ -18,6 +18,7 @@ mod model;
 mod parser;
 mod rewrite;
 mod spectrum;
+mod survey;
 #[cfg(test)]
 mod tests;
 
@@ -31,9 +32,9 @@ pub use format::registry::{Family, ParamSpec, Support, TypeSpec};
 pub(crate) use model::extent::{PACKED_LIGHT, PACKED_TRIANGLE};
 pub use model::texture::*;
 pub use model::*;
-pub use parser::Survey;
 pub(crate) use parser::load_with_text;
 pub(crate) use rewrite::Rewrite;
+pub use survey::Survey;
 
 use crate::base::input::Budget;
 

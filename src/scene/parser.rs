@@ -18,6 +18,7 @@ use crate::scene::model::Scene;
 use crate::scene::rewrite::input_file;
 use crate::scene::spectrum::color_space::ColorSpace;
 use crate::scene::spectrum::files::read_spectra;
+use crate::scene::survey::Survey;
 
 /// The option that sets how much memory a scene may take.
 pub(in crate::scene) const SCENE_MEMORY: &str = "--scene-memory";
@@ -77,24 +78,6 @@ pub(crate) fn load_with_text(path: &Path, budget: Budget) -> Result<(Scene, Flat
     parser.directives()?;
     let text = parser.stream.flat_text();
     Ok((parser.scene.finish(parser.stream.end())?, text))
-}
-
-/// What a scene file holds, as far as it can be told.
-#[derive(Debug)]
-pub struct Survey {
-    /// The scene without what is wrong, if that makes one.
-    pub scene: Option<Scene>,
-    /// What is not supported; the first [`MOST_FAULTS`](Self::MOST_FAULTS) of it.
-    pub unsupported: Vec<SceneError>,
-    /// What else is wrong; as many.
-    pub errors: Vec<SceneError>,
-    /// How much more is wrong or not supported.
-    pub more: u64,
-}
-
-impl Survey {
-    /// Faults of either kind that are kept.
-    pub const MOST_FAULTS: usize = 100;
 }
 
 /// Reads the scene file at `path`, and goes on where something is wrong.

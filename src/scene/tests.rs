@@ -11,8 +11,6 @@ use super::*;
 mod format;
 mod material;
 mod objects;
-mod reading;
-mod texture;
 
 const SCENE: &str = "\
 Film \"rgb\" \"integer xresolution\" 200 \"integer yresolution\" 100 \"string filename\" \"a.exr\"

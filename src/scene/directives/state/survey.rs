@@ -3,7 +3,7 @@
 use crate::scene::directives::state::SceneBuilder;
 use crate::scene::format::error::{Location, SceneError};
 use crate::scene::model::Scene;
-use crate::scene::parser::Survey;
+use crate::scene::survey::Survey;
 
 /// What is wrong with a scene, in the order in which it was found.
 #[derive(Debug, Default)]

@@ -1,0 +1,4 @@
+//! Scene text in, packed arrays out.
+
+mod reading;
+mod texture;
