@@ -122,7 +122,7 @@ impl Buffers {
         pixels <= self.flux_counts.len() && invocations_by_tile(resolution) <= self.most_by_tile
     }
 
-    /// Forgets all iterations.
+    /// Forgets all iterations: no pixel has a visible point.
     ///
     /// # Errors
     /// The device fails.
@@ -130,6 +130,9 @@ impl Buffers {
         let mut frame = device.frame()?;
         self.clear_flux(&mut frame);
         frame.clear_texels(&self.pixel_states);
+        frame.clear_texels(&self.visible_points);
+        frame.clear_texels(&self.visible_radii2);
+        frame.clear_texels(&self.visible_throughputs);
         self.sums().into_iter().for_each(|sums| frame.clear_texels(sums));
         frame.run()
     }
