@@ -5,6 +5,8 @@
 //! kernel. A GLSL struct is thereby written once; renaming a binding or a field
 //! stops Rust from compiling.
 
+#[path = "build/commit.rs"]
+mod commit;
 #[path = "build/compile.rs"]
 mod compile;
 #[path = "build/generate.rs"]
@@ -47,6 +49,7 @@ fn main() {
 fn run() -> Result<(), Box<dyn Error>> {
     let root = PathBuf::from(env::var("CARGO_MANIFEST_DIR")?);
     let out = PathBuf::from(env::var("OUT_DIR")?);
+    commit::set(&root);
     let plain = SEPARATE.iter().map(|constants| [&[RESUMABLE], *constants].concat());
     let resumable = SEPARATE.iter().map(|constants| constants.to_vec()).filter(|constants| !constants.is_empty());
     let apart = SEPARATE.iter().map(|constants| [&[RESUMABLE, CONTACTS], *constants].concat());

@@ -32,7 +32,9 @@ use std::path::PathBuf;
 
 use clap::{Args, Parser, Subcommand};
 
-use values::{limit, output_path, scene_path, tolerance};
+use values::{aov, limit, output_path, scene_path, tolerance};
+
+use crate::render::aov::Aov;
 
 /// A progressive photon mapper that runs as Vulkan compute.
 #[derive(Debug, Parser)]
@@ -124,19 +126,12 @@ pub struct MergeArgs {
     pub checkpoint: Option<PathBuf>,
 
     /// Further channels of EXR outputs
-    #[arg(long, value_enum, value_name = "CHANNEL")]
-    pub aov: Vec<Aov>,
+    #[arg(long, value_parser = aov(Aov::is_of_estimate), value_name = "NAME")]
+    pub aov: Vec<&'static Aov>,
 
     /// Print errors only
     #[arg(short, long)]
     pub quiet: bool,
-}
-
-/// Channels of an EXR besides the image.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
-pub enum Aov {
-    /// Standard error of each pixel's luminance: channel standardError.Y
-    StandardError,
 }
 
 /// Arguments of `goblet compare`.

@@ -153,7 +153,7 @@ fn a_reference_can_be_rendered_first() {
     assert_eq!(run.code, 0, "{run:?}");
     assert!(run.stderr.contains("rendering a reference for 2 s"), "{run:?}");
     let report = String::from_utf8(bench.bytes("out/report.html")).expect("UTF-8");
-    assert!(report.contains("It is goblet's own"));
+    assert!(report.contains("goblet rendered it itself"));
     let results = bench.json("out/results.json");
     assert!(
         results["reference"]["own_iterations"].as_u64() > results["settings"][0]["points"][0]["iterations"].as_u64()

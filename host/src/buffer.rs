@@ -6,9 +6,9 @@ use std::sync::Arc;
 use ash::vk;
 use bytemuck::Pod;
 
-use crate::device::DeviceShared;
 use crate::error::{Context, Error, Result};
 use crate::memory::Memory;
+use crate::shared::DeviceShared;
 
 /// An array of `T` in device memory.
 pub struct Buffer<T> {

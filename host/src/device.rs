@@ -11,50 +11,45 @@ use bytemuck::Pod;
 
 use crate::buffer::{Buffer, RawBuffer};
 use crate::error::{Context, Error, Result};
-use crate::guard::{GUARD_BYTES, GUARD_ROWS, Guards};
-use crate::instance::{DeviceInfo, Instance};
-use crate::texels::RawTexels;
+use crate::frame::Frame;
+use crate::guard::{GUARD_BYTES, Guards};
+use crate::instance::Instance;
+use crate::kernel::{Compiling, Kernel, Pass};
+use crate::physical::{self, DeviceInfo, DeviceMemory, Requirements, compute_family};
+use crate::recording::Recorder;
+use crate::shared::DeviceShared;
+use crate::texels::{GUARD_ROWS, RawTexels, Texels};
 use crate::timing::Timer;
-use crate::{Compiling, Frame, Kernel, Pass, Texels};
 
 /// Bytes moved between host and device at once.
 const STAGING_BYTES: u64 = 16 << 20;
-
-pub(crate) struct DeviceShared {
-    pub raw: ash::Device,
-    pub info: DeviceInfo,
-    pub texels_per_row: u32,
-    pub queue: vk::Queue,
-    pub command_pool: vk::CommandPool,
-    pub memory: vk::PhysicalDeviceMemoryProperties,
-    pub nanoseconds_per_tick: Option<f32>,
-    pub allocated: AtomicU64,
-    pub instance: Instance,
-}
 
 /// An open device: makes buffers, passes and frames. It is neither `Send` nor `Sync`:
 /// its queue, command pool and staging memory are one thread's.
 pub struct Device {
     pub(crate) shared: Arc<DeviceShared>,
     staging: RawBuffer,
-    pub(crate) timer: Timer,
-    pub(crate) guards: Option<Guards>,
+    timer: Timer,
+    guards: Option<Guards>,
     _one_thread: PhantomData<*const ()>,
 }
 
-impl Device {
-    pub(crate) fn open(
-        instance: Instance,
-        physical: vk::PhysicalDevice,
-        info: DeviceInfo,
-        texels_per_row: u32,
-    ) -> Result<Self> {
-        let family = compute_family(&instance.shared.raw, physical)
+impl Instance {
+    /// Opens the device that `selector` names by its index or by a part of its name; without a
+    /// selector, the first one that has what `requirements` ask for.
+    ///
+    /// # Errors
+    /// There is no such device, or it lacks something of `requirements`.
+    pub fn open(&self, selector: Option<&str>, requirements: &Requirements) -> Result<Device> {
+        let (physical, info) = self.choose(selector, requirements)?;
+        let family = compute_family(&self.shared.raw, physical)
             .ok_or_else(|| Error::Unfit { device: info.name.clone(), reason: "it has no compute queue".into() })?;
-        Self::with_family(instance, physical, info, texels_per_row, family, &[])
+        Device::with_family(self.clone(), physical, info, requirements.texels_per_row, family, &[])
     }
+}
 
-    /// A device whose queue is of the family with that index and so many timestamp bits.
+impl Device {
+    /// Opens a device with one queue of a family, given by its index and its number of timestamp bits.
     pub(crate) fn with_family(
         instance: Instance,
         physical: vk::PhysicalDevice,
@@ -84,6 +79,7 @@ impl Device {
             nanoseconds_per_tick: (timestamp_bits > 0).then_some(properties.limits.timestamp_period),
             allocated: AtomicU64::new(0),
             raw,
+            physical,
             info,
             texels_per_row,
             queue,
@@ -135,7 +131,7 @@ impl Device {
         let guard = self.guards.as_ref().map_or(0, |_| GUARD_BYTES);
         let buffer = Buffer::new(&self.shared, name, length, guard)?;
         if let Some(guards) = &self.guards {
-            guards.watch_buffer(self, buffer.raw())?;
+            guards.watch_buffer(self.recorder(), buffer.raw())?;
         }
         Ok(buffer)
     }
@@ -160,9 +156,9 @@ impl Device {
         for (index, chunk) in bytes.chunks(STAGING_BYTES as usize).enumerate() {
             self.staging.map_write(chunk);
             let offset = index as u64 * STAGING_BYTES;
-            let mut frame = self.frame()?;
-            frame.copy(&self.staging, 0, buffer.raw(), offset, chunk.len() as u64);
-            frame.run()?;
+            let mut recording = self.recorder().begin()?;
+            recording.copy(&self.staging, 0, buffer.raw(), offset, chunk.len() as u64);
+            recording.submit()?;
         }
         Ok(())
     }
@@ -176,9 +172,9 @@ impl Device {
         let bytes: &mut [u8] = bytemuck::cast_slice_mut(&mut data);
         for (index, chunk) in bytes.chunks_mut(STAGING_BYTES as usize).enumerate() {
             let offset = index as u64 * STAGING_BYTES;
-            let mut frame = self.frame()?;
-            frame.copy(buffer.raw(), offset, &self.staging, 0, chunk.len() as u64);
-            frame.run()?;
+            let mut recording = self.recorder().begin()?;
+            recording.copy(buffer.raw(), offset, &self.staging, 0, chunk.len() as u64);
+            recording.submit()?;
             self.staging.map_read(chunk);
         }
         Ok(data)
@@ -191,11 +187,11 @@ impl Device {
     pub fn texels<T: Pod>(&self, name: &'static str, length: u64) -> Result<Texels<T>> {
         let guard_rows = self.guards.as_ref().map_or(0, |_| GUARD_ROWS);
         let texels = Texels::new(&self.shared, name, length, guard_rows)?;
-        let mut frame = self.frame()?;
-        frame.transition(texels.raw(), vk::ImageLayout::UNDEFINED, vk::ImageLayout::GENERAL);
-        frame.run()?;
+        let mut recording = self.recorder().begin()?;
+        recording.transition(texels.raw(), vk::ImageLayout::UNDEFINED, vk::ImageLayout::GENERAL);
+        recording.submit()?;
         if let Some(guards) = &self.guards {
-            guards.watch_texels(self, texels.raw())?;
+            guards.watch_texels(self.recorder(), texels.raw())?;
         }
         Ok(texels)
     }
@@ -220,9 +216,9 @@ impl Device {
         let bytes: &[u8] = bytemuck::cast_slice(data);
         for (index, chunk) in bytes.chunks((rows * texels.raw().row_bytes()) as usize).enumerate() {
             self.staging.map_write(chunk);
-            let mut frame = self.frame()?;
-            frame.copy_to_rows(&self.staging, texels.raw(), index as u64 * rows, chunk.len() as u64);
-            frame.run()?;
+            let mut recording = self.recorder().begin()?;
+            recording.copy_to_rows(&self.staging, texels.raw(), index as u64 * rows, chunk.len() as u64);
+            recording.submit()?;
         }
         Ok(())
     }
@@ -245,9 +241,9 @@ impl Device {
         let rows = staged_rows(texels.raw());
         let bytes: &mut [u8] = bytemuck::cast_slice_mut(&mut data);
         for (index, chunk) in bytes.chunks_mut((rows * texels.raw().row_bytes()) as usize).enumerate() {
-            let mut frame = self.frame()?;
-            frame.copy_from_rows(texels.raw(), index as u64 * rows, &self.staging, chunk.len() as u64);
-            frame.run()?;
+            let mut recording = self.recorder().begin()?;
+            recording.copy_from_rows(texels.raw(), index as u64 * rows, &self.staging, chunk.len() as u64);
+            recording.submit()?;
             self.staging.map_read(chunk);
         }
         Ok(data)
@@ -285,7 +281,11 @@ impl Device {
     /// # Errors
     /// Out of memory.
     pub fn frame(&self) -> Result<Frame<'_>> {
-        Frame::new(self)
+        Frame::new(self.recorder(), self.guards.as_ref())
+    }
+
+    fn recorder(&self) -> Recorder<'_> {
+        Recorder { device: &self.shared, timer: &self.timer }
     }
 
     /// Device time by kernel name since the device was opened; empty where the
@@ -294,7 +294,12 @@ impl Device {
         self.timer.totals()
     }
 
-    /// Bytes of device memory that buffers hold now.
+    /// Asks the device how much memory it has and how much of that is free now.
+    pub fn memory(&self) -> DeviceMemory {
+        physical::memory(&self.shared.instance.shared.raw, self.shared.physical, self.shared.info.kind)
+    }
+
+    /// Returns the bytes of device memory that buffers and texels hold now.
     pub fn allocated_bytes(&self) -> u64 {
         self.shared.allocated.load(Ordering::Relaxed)
     }
@@ -303,31 +308,4 @@ impl Device {
 /// Rows of texels that are moved at once.
 fn staged_rows(texels: &RawTexels) -> u64 {
     (STAGING_BYTES / texels.row_bytes()).max(1)
-}
-
-impl Drop for DeviceShared {
-    fn drop(&mut self) {
-        // SAFETY: buffers, passes and the timer hold this; they are gone; destroying a null
-        // handle does nothing.
-        unsafe {
-            self.raw.destroy_command_pool(self.command_pool, None);
-            self.raw.destroy_device(None);
-        }
-    }
-}
-
-/// The first queue family that computes, and its timestamp bits.
-pub(crate) fn compute_family(instance: &ash::Instance, physical: vk::PhysicalDevice) -> Option<(u32, u32)> {
-    // SAFETY: `physical` belongs to `instance`.
-    let families = unsafe { instance.get_physical_device_queue_family_properties(physical) };
-    let index = families.iter().position(|family| family.queue_flags.contains(vk::QueueFlags::COMPUTE))?;
-    Some((u32::try_from(index).ok()?, families[index].timestamp_valid_bits))
-}
-
-/// Bytes of the largest device-local heap.
-pub(crate) fn local_memory(instance: &ash::Instance, physical: vk::PhysicalDevice) -> u64 {
-    // SAFETY: `physical` belongs to `instance`.
-    let memory = unsafe { instance.get_physical_device_memory_properties(physical) };
-    let heaps = memory.memory_heaps_as_slice().iter();
-    heaps.filter(|heap| heap.flags.contains(vk::MemoryHeapFlags::DEVICE_LOCAL)).map(|heap| heap.size).max().unwrap_or(0)
 }

@@ -53,7 +53,7 @@ pub enum Error {
     },
     /// The device has not enough memory.
     #[error(
-        "out of device memory: buffer {buffer} needs {bytes} bytes more than the {held} bytes held already; the device has {total} bytes in all"
+        "out of device memory: buffer {buffer} needs {bytes} bytes more than the {held} bytes held already; {free} bytes were free when the device was opened"
     )]
     OutOfMemory {
         /// The buffer's name.
@@ -62,8 +62,8 @@ pub enum Error {
         bytes: u64,
         /// Bytes that other buffers hold.
         held: u64,
-        /// Bytes of the device's largest heap.
-        total: u64,
+        /// Bytes that were free when the device was opened: [`crate::DeviceMemory::free_bytes`].
+        free: u64,
     },
     /// The device does not show images in this kind of window.
     #[error("{0} cannot show images in a window; goblet render needs none")]

@@ -8,15 +8,13 @@ use std::sync::{Arc, Mutex, Weak};
 use ash::vk;
 
 use crate::buffer::RawBuffer;
-use crate::device::DeviceShared;
 use crate::error::Result;
-use crate::texels::RawTexels;
-use crate::{Device, Frame};
+use crate::recording::{Recorder, Recording};
+use crate::shared::DeviceShared;
+use crate::texels::{GUARD_ROWS, RawTexels};
 
 /// Bytes of a guard zone after a buffer.
 pub(crate) const GUARD_BYTES: u64 = 4096;
-/// Rows of a guard zone after texels, besides what is left of their last row.
-pub(crate) const GUARD_ROWS: u64 = 1;
 /// Bytes of guard zones that are looked at in one go.
 const SCRATCH_BYTES: u64 = 8 << 20;
 
@@ -53,19 +51,19 @@ impl Guards {
     }
 
     /// Fills a new buffer with the pattern, and watches its guard zone.
-    pub fn watch_buffer(&self, device: &Device, buffer: &Arc<RawBuffer>) -> Result<()> {
-        let mut frame = device.frame()?;
-        frame.fill(buffer, self.word);
-        frame.run()?;
+    pub fn watch_buffer(&self, recorder: Recorder<'_>, buffer: &Arc<RawBuffer>) -> Result<()> {
+        let mut recording = recorder.begin()?;
+        recording.fill(buffer, self.word);
+        recording.submit()?;
         self.watch(Guarded::Buffer(Arc::downgrade(buffer)));
         Ok(())
     }
 
     /// Fills new texels with the pattern, and watches their guard zone.
-    pub fn watch_texels(&self, device: &Device, texels: &Arc<RawTexels>) -> Result<()> {
-        let mut frame = device.frame()?;
-        frame.fill_texels(texels, [self.word; 4]);
-        frame.run()?;
+    pub fn watch_texels(&self, recorder: Recorder<'_>, texels: &Arc<RawTexels>) -> Result<()> {
+        let mut recording = recorder.begin()?;
+        recording.fill_texels(texels, [self.word; 4]);
+        recording.submit()?;
         self.watch(Guarded::Texels(Arc::downgrade(texels)));
         Ok(())
     }
@@ -77,8 +75,8 @@ impl Guards {
     }
 
     /// Makes the guard zone of texels whole again, of which all were filled with something else.
-    pub fn renew(&self, frame: &mut Frame<'_>, texels: &RawTexels) {
-        frame.copy_to_regions(&self.fresh, texels, &texels.guard_regions());
+    pub fn renew(&self, recording: &mut Recording<'_>, texels: &RawTexels) {
+        recording.copy_to_regions(&self.fresh, texels, &texels.guard_regions());
     }
 
     /// What has been found so far.
@@ -87,19 +85,19 @@ impl Guards {
     }
 
     /// Looks at all guard zones, after these passes. A broken one is watched no longer.
-    pub fn check(&self, device: &Device, passes: &[&'static str]) -> Result<()> {
+    pub fn check(&self, recorder: Recorder<'_>, passes: &[&'static str]) -> Result<()> {
         let (Ok(mut arrays), Ok(mut broken)) = (self.arrays.lock(), self.broken.lock()) else {
             return Ok(());
         };
         let zones: Vec<Zone> = arrays.drain(..).filter_map(Zone::of).collect();
         for zones in zones.chunks((SCRATCH_BYTES / self.fresh.bytes) as usize) {
-            let mut frame = device.frame()?;
+            let mut recording = recorder.begin()?;
             let mut end = 0;
             for zone in zones {
-                zone.copy(&mut frame, &self.scratch, end);
+                zone.copy(&mut recording, &self.scratch, end);
                 end += zone.bytes.next_multiple_of(ALIGNMENT);
             }
-            frame.submit()?;
+            recording.submit()?;
             let mut bytes = vec![0; end as usize];
             self.scratch.map_read(&mut bytes);
             let mut rest = &bytes[..];
@@ -155,35 +153,14 @@ impl Zone {
     }
 
     /// Copies it to a place in a buffer.
-    fn copy(&self, frame: &mut Frame<'_>, to: &RawBuffer, offset: u64) {
+    fn copy(&self, recording: &mut Recording<'_>, to: &RawBuffer, offset: u64) {
         match &self.array {
-            Array::Buffer(buffer) => frame.copy(buffer, buffer.guard_from, to, offset, self.bytes),
+            Array::Buffer(buffer) => recording.copy(buffer, buffer.guard_from, to, offset, self.bytes),
             Array::Texels(texels) => {
                 let moved = |region: vk::BufferImageCopy| region.buffer_offset(region.buffer_offset + offset);
                 let regions: Vec<_> = texels.guard_regions().into_iter().map(moved).collect();
-                frame.copy_from_regions(texels, to, &regions);
+                recording.copy_from_regions(texels, to, &regions);
             }
         }
     }
-}
-
-/// Where the guard zone of an image is, that has elements in its first `texels`: what is left of
-/// the row that they end in, then whole rows.
-pub(crate) fn regions(
-    texels: u64,
-    per_row: u32,
-    texel_bytes: u32,
-    region: impl Fn(vk::Offset3D, vk::Extent3D) -> vk::BufferImageCopy,
-) -> Vec<vk::BufferImageCopy> {
-    let used = (texels % u64::from(per_row)) as u32;
-    let rows = texels.div_ceil(u64::from(per_row)) as i32;
-    let rest = if used == 0 { 0 } else { per_row - used };
-    let part =
-        region(vk::Offset3D { x: used as i32, y: rows - 1, z: 0 }, vk::Extent3D { width: rest, height: 1, depth: 1 });
-    let whole = region(
-        vk::Offset3D { x: 0, y: rows, z: 0 },
-        vk::Extent3D { width: per_row, height: GUARD_ROWS as u32, depth: 1 },
-    );
-    let whole = whole.buffer_offset(u64::from(rest) * u64::from(texel_bytes));
-    [part, whole].into_iter().filter(|region| region.image_extent.width > 0).collect()
 }

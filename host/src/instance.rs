@@ -6,73 +6,15 @@ use std::sync::{Arc, Mutex};
 use ash::vk;
 
 use crate::error::{Context, Error, Result};
-use crate::memory::available_memory;
-use crate::{Device, device};
+use crate::physical::{API_VERSION, DeviceInfo, Requirements, describe};
 
 const VALIDATION_LAYER: &CStr = c"VK_LAYER_KHRONOS_validation";
-const API_VERSION: u32 = vk::API_VERSION_1_2;
-
-/// What a program needs of a device.
-#[derive(Clone, Copy, Debug)]
-pub struct Requirements {
-    /// Storage buffers bound to one kernel.
-    pub storage_buffers: u32,
-    /// Storage images bound to one kernel.
-    pub images: u32,
-    /// Texels in a row of them.
-    pub texels_per_row: u32,
-    /// Bytes of push constants.
-    pub push_constant_bytes: u32,
-    /// Descriptor sets bound at once.
-    pub descriptor_sets: u32,
-    /// Invocations in one workgroup.
-    pub workgroup_size: u32,
-}
-
-/// Where a device's processor is. In order of preference.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub enum DeviceKind {
-    /// A graphics card.
-    Discrete,
-    /// Shares memory with the CPU.
-    Integrated,
-    /// Passed through by a hypervisor.
-    Virtual,
-    /// Software, such as lavapipe.
-    Cpu,
-    /// Unknown to Vulkan.
-    Other,
-}
-
-/// One line of the list of devices.
-#[derive(Clone, Debug)]
-pub struct DeviceInfo {
-    /// Its place in the list; stable while the drivers are.
-    pub index: usize,
-    /// The device's own name.
-    pub name: String,
-    /// Driver name and version.
-    pub driver: String,
-    /// Kind of device.
-    pub kind: DeviceKind,
-    /// Bytes of its largest device-local heap; of a software device, of memory that is free now.
-    pub memory_bytes: u64,
-    /// Bytes that one storage buffer binding can have.
-    pub max_buffer_bytes: u64,
-    /// Rows that an image can have.
-    pub max_image_rows: u32,
-    /// Whether compute kernels can take a vote in a subgroup and read other invocations' values.
-    pub has_shuffle: bool,
-    /// Why it cannot be used, if it cannot.
-    pub unfit: Option<String>,
-}
 
 pub(crate) struct InstanceShared {
     pub raw: ash::Instance,
     debug: Option<(ash::ext::debug_utils::Instance, vk::DebugUtilsMessengerEXT)>,
     // The messenger holds a pointer to this: boxed, so that it stays where it is.
     messages: Box<Mutex<Vec<String>>>,
-    #[cfg_attr(not(feature = "present"), expect(dead_code, reason = "held, not used"))]
     pub entry: ash::Entry,
 }
 
@@ -137,16 +79,6 @@ impl Instance {
     /// The driver fails to list them.
     pub fn devices(&self, requirements: &Requirements) -> Result<Vec<DeviceInfo>> {
         Ok(self.ranked(requirements)?.into_iter().map(|(_, info)| info).collect())
-    }
-
-    /// Opens the device that `selector` names by index or by part of its name, or
-    /// the first fitting one.
-    ///
-    /// # Errors
-    /// No such device, or it lacks what `requirements` ask for.
-    pub fn open(&self, selector: Option<&str>, requirements: &Requirements) -> Result<Device> {
-        let (physical, info) = self.choose(selector, requirements)?;
-        Device::open(self.clone(), physical, info, requirements.texels_per_row)
     }
 
     /// The device that [`Instance::open`] opens.
@@ -245,72 +177,4 @@ unsafe extern "system" fn receive(
         }
     }
     vk::FALSE
-}
-
-fn describe(instance: &ash::Instance, physical: vk::PhysicalDevice, requirements: &Requirements) -> DeviceInfo {
-    let mut driver = vk::PhysicalDeviceDriverProperties::default();
-    let mut subgroup = vk::PhysicalDeviceSubgroupProperties::default();
-    let mut properties = vk::PhysicalDeviceProperties2::default().push_next(&mut driver).push_next(&mut subgroup);
-    // SAFETY: `physical` belongs to `instance`; instance version 1.2 has this call.
-    unsafe { instance.get_physical_device_properties2(physical, &mut properties) };
-    let properties = properties.properties;
-    let kind = match properties.device_type {
-        vk::PhysicalDeviceType::DISCRETE_GPU => DeviceKind::Discrete,
-        vk::PhysicalDeviceType::INTEGRATED_GPU => DeviceKind::Integrated,
-        vk::PhysicalDeviceType::VIRTUAL_GPU => DeviceKind::Virtual,
-        vk::PhysicalDeviceType::CPU => DeviceKind::Cpu,
-        _ => DeviceKind::Other,
-    };
-    let text = |name: &[c_char]| -> String {
-        let bytes: Vec<u8> = name.iter().take_while(|c| **c != 0).map(|c| c.cast_unsigned()).collect();
-        String::from_utf8_lossy(&bytes).into_owned()
-    };
-    let driver = format!("{} {}", text(&driver.driver_name), text(&driver.driver_info));
-    DeviceInfo {
-        index: 0,
-        name: text(&properties.device_name),
-        driver: driver.trim().to_owned(),
-        kind,
-        memory_bytes: match kind {
-            // Its heap has little to do with the machine's memory.
-            DeviceKind::Cpu => available_memory(),
-            _ => None,
-        }
-        .unwrap_or_else(|| device::local_memory(instance, physical)),
-        max_buffer_bytes: u64::from(properties.limits.max_storage_buffer_range),
-        has_shuffle: subgroup.supported_stages.contains(vk::ShaderStageFlags::COMPUTE)
-            && subgroup
-                .supported_operations
-                .contains(vk::SubgroupFeatureFlags::BALLOT | vk::SubgroupFeatureFlags::SHUFFLE),
-        max_image_rows: properties.limits.max_image_dimension2_d,
-        unfit: unfit(instance, physical, &properties, requirements),
-    }
-}
-
-/// Why a device cannot run the program, if it cannot.
-fn unfit(
-    instance: &ash::Instance,
-    physical: vk::PhysicalDevice,
-    properties: &vk::PhysicalDeviceProperties,
-    requirements: &Requirements,
-) -> Option<String> {
-    let limits = &properties.limits;
-    let needs = [
-        ("storage buffers per stage", limits.max_per_stage_descriptor_storage_buffers, requirements.storage_buffers),
-        ("storage images per stage", limits.max_per_stage_descriptor_storage_images, requirements.images),
-        ("texels in a row", limits.max_image_dimension2_d, requirements.texels_per_row),
-        ("bytes of push constants", limits.max_push_constants_size, requirements.push_constant_bytes),
-        ("descriptor sets", limits.max_bound_descriptor_sets, requirements.descriptor_sets),
-        ("invocations per workgroup", limits.max_compute_work_group_invocations, requirements.workgroup_size),
-    ];
-    if properties.api_version < API_VERSION {
-        return Some("it has no Vulkan 1.2".into());
-    }
-    if device::compute_family(instance, physical).is_none() {
-        return Some("it has no compute queue".into());
-    }
-    needs
-        .into_iter()
-        .find(|(_, has, needed)| has < needed)
-        .map(|(what, has, needed)| format!("it has {has} {what}, and {needed} are needed"))
 }

@@ -8,8 +8,8 @@ use ash::vk;
 use bytemuck::Pod;
 
 use crate::buffer::{Buffer, RawBuffer};
-use crate::device::DeviceShared;
 use crate::error::{Context, Error, Result};
+use crate::shared::DeviceShared;
 use crate::texels::{RawTexels, Texels};
 
 /// A kernel with its arrays. Implemented by generated code only.

@@ -16,9 +16,13 @@ mod frame;
 mod guard;
 mod instance;
 mod kernel;
+mod machine;
 mod memory;
+mod physical;
 #[cfg(feature = "present")]
 mod present;
+mod recording;
+mod shared;
 #[cfg(unix)]
 mod signal;
 mod texels;
@@ -28,9 +32,10 @@ pub use buffer::Buffer;
 pub use device::Device;
 pub use error::{Error, Result};
 pub use frame::Frame;
-pub use instance::{DeviceInfo, DeviceKind, Instance, Requirements};
+pub use instance::Instance;
 pub use kernel::{Binding, Code, Compiling, Kernel, Pass, SpecializationValues};
-pub use memory::machine_memory;
+pub use machine::total_memory as machine_memory;
+pub use physical::{DeviceInfo, DeviceKind, DeviceMemory, Requirements};
 #[cfg(feature = "present")]
 pub use present::{Interface, Screen};
 #[cfg(unix)]

@@ -1,13 +1,12 @@
 //! Device memory of one buffer or image.
 
-use std::fs;
 use std::sync::Arc;
 use std::sync::atomic::Ordering;
 
 use ash::vk;
 
-use crate::device::DeviceShared;
 use crate::error::{Error, Result};
+use crate::shared::DeviceShared;
 
 /// An allocation, freed on drop: after what is bound to it.
 pub(crate) struct Memory {
@@ -26,10 +25,10 @@ impl Memory {
     ) -> Result<Self> {
         let bytes = needs.size;
         let held = device.allocated.load(Ordering::Relaxed);
-        let out_of_memory =
-            || Error::OutOfMemory { buffer: name.to_owned(), bytes, held, total: device.info.memory_bytes };
-        // Of a software device too: memory that it promises and does not have ends the process.
-        if held + bytes > device.info.memory_bytes {
+        let free = device.info.memory.free_bytes;
+        let out_of_memory = || Error::OutOfMemory { buffer: name.to_owned(), bytes, held, free };
+        // A software device grants more memory than there is; the system then ends the process.
+        if held + bytes > free {
             return Err(out_of_memory());
         }
         let index = memory_type(device, needs.memory_type_bits, properties).ok_or_else(out_of_memory)?;
@@ -54,20 +53,4 @@ fn memory_type(device: &DeviceShared, allowed: u32, properties: vk::MemoryProper
     let types = device.memory.memory_types_as_slice();
     (0..types.len() as u32)
         .find(|index| allowed & (1 << index) != 0 && types[*index as usize].property_flags.contains(properties))
-}
-
-/// Bytes of memory that the machine has, where that is known (on Linux).
-pub fn machine_memory() -> Option<u64> {
-    memory_info("MemTotal:")
-}
-
-/// Bytes of memory that a process could have now, where that is known (on Linux).
-pub(crate) fn available_memory() -> Option<u64> {
-    memory_info("MemAvailable:")
-}
-
-fn memory_info(key: &str) -> Option<u64> {
-    let text = fs::read_to_string("/proc/meminfo").ok()?;
-    let line = text.lines().find_map(|line| line.strip_prefix(key))?;
-    line.trim().strip_suffix("kB")?.trim().parse::<u64>().ok()?.checked_mul(1024)
 }

@@ -7,25 +7,19 @@ mod swapchain;
 use std::sync::Arc;
 
 use ash::{khr, vk};
+pub use painter::Interface;
 use painter::Painter;
 use raw_window_handle::{HasDisplayHandle, HasWindowHandle};
 use surface::Surface;
 use swapchain::Swapchain;
 
-use crate::device::DeviceShared;
+use crate::buffer::Buffer;
+use crate::device::Device;
 use crate::error::{Context, Error, Result};
+use crate::instance::Instance;
+use crate::physical::Requirements;
+use crate::shared::DeviceShared;
 use crate::texels::WHOLE;
-use crate::{Buffer, Device, Instance, Requirements};
-
-/// What egui wants to be drawn.
-pub struct Interface {
-    /// Its shapes.
-    pub primitives: Vec<egui::ClippedPrimitive>,
-    /// Textures that they need, and those that nothing needs any more.
-    pub textures: egui::TexturesDelta,
-    /// Pixels of one of its units.
-    pub pixels_per_point: f32,
-}
 
 /// A window's surface, and a device that draws there. One frame is in flight.
 pub struct Screen {

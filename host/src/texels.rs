@@ -7,10 +7,12 @@ use std::sync::Arc;
 use ash::vk;
 use bytemuck::Pod;
 
-use crate::device::DeviceShared;
 use crate::error::{Context, Error, Result};
-use crate::guard;
 use crate::memory::Memory;
+use crate::shared::DeviceShared;
+
+/// Rows of a guard zone after texels, besides the rest of their last row.
+pub(crate) const GUARD_ROWS: u64 = 1;
 
 /// An array of `T` in an image, row by row. An element is one word of four bytes, or as many
 /// texels of four words as it fills.
@@ -145,7 +147,7 @@ impl RawTexels {
 
     /// The place of its guard zone.
     pub fn guard_regions(&self) -> Vec<vk::BufferImageCopy> {
-        guard::regions(self.texels, self.per_row, self.texel_bytes, place)
+        guard_regions(self.texels, self.per_row, self.texel_bytes)
     }
 
     /// Bytes of its guard zone.
@@ -160,6 +162,22 @@ impl RawTexels {
 fn place(offset: vk::Offset3D, extent: vk::Extent3D) -> vk::BufferImageCopy {
     let layers = vk::ImageSubresourceLayers::default().aspect_mask(vk::ImageAspectFlags::COLOR).layer_count(1);
     vk::BufferImageCopy::default().image_subresource(layers).image_offset(offset).image_extent(extent)
+}
+
+/// The guard zone of an image whose first `texels` texels have elements: the rest of the row in which
+/// they end, then whole rows.
+fn guard_regions(texels: u64, per_row: u32, texel_bytes: u32) -> Vec<vk::BufferImageCopy> {
+    let used = (texels % u64::from(per_row)) as u32;
+    let rows = texels.div_ceil(u64::from(per_row)) as i32;
+    let rest = if used == 0 { 0 } else { per_row - used };
+    let part =
+        place(vk::Offset3D { x: used as i32, y: rows - 1, z: 0 }, vk::Extent3D { width: rest, height: 1, depth: 1 });
+    let whole = place(
+        vk::Offset3D { x: 0, y: rows, z: 0 },
+        vk::Extent3D { width: per_row, height: GUARD_ROWS as u32, depth: 1 },
+    );
+    let whole = whole.buffer_offset(u64::from(rest) * u64::from(texel_bytes));
+    [part, whole].into_iter().filter(|region| region.image_extent.width > 0).collect()
 }
 
 /// All of an image.

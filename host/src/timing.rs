@@ -7,8 +7,8 @@ use std::time::Duration;
 use ash::vk;
 
 use crate::buffer::RawBuffer;
-use crate::device::DeviceShared;
 use crate::error::{Context, Result};
+use crate::shared::DeviceShared;
 
 /// Dispatches of one frame that are timed; later ones run untimed.
 pub(crate) const MAX_TIMED: u32 = 256;

@@ -3,4 +3,5 @@
 
 pub(crate) mod color;
 pub mod input;
+pub(crate) mod output;
 pub(crate) mod room;

@@ -23,10 +23,10 @@ pub fn run() -> Result<(), Failure> {
             DeviceKind::Cpu => "CPU",
             DeviceKind::Other => "other",
         };
-        let gib = device.memory_bytes as f64 / f64::from(1 << 30);
+        let gib = device.memory.free_bytes as f64 / f64::from(1 << 30);
         let verdict = device.unfit.map_or_else(|| "fits".to_owned(), |reason| format!("does not fit: {reason}"));
         text += &format!("{}  {}\n", device.index, device.name);
-        text += &format!("   {kind}; driver {}; {gib:.1} GiB; {verdict}\n", device.driver);
+        text += &format!("   {kind}; driver {}; {gib:.1} GiB free; {verdict}\n", device.driver);
     }
     terminal::print(&text)
 }

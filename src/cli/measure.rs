@@ -13,6 +13,7 @@ use super::failure::CompareError;
 use super::outputs::{Files, Written};
 use super::values::{positive_u32, seconds};
 use super::{Failure, SceneMemory, terminal};
+use crate::base::output::replace;
 use crate::gpu_scene::pack::pack;
 use crate::image::compare::SizeMismatch;
 use crate::image::file;
@@ -235,12 +236,12 @@ fn write(folder: &Path, measurement: &Measurement, conditions: Conditions) -> Re
     let save = |name: &str, text: Result<String, String>| {
         let path = folder.join(name);
         let text = text.map_err(|error| failed(folder, error))?;
-        file::replace(&path, text.as_bytes()).map_err(|reason| failed(&path, reason))
+        replace(&path, text.as_bytes()).map_err(|reason| failed(&path, reason))
     };
     let mut written = Written::default();
     let json = serde_json::to_string_pretty(&results).map(|json| json + "\n");
     written.note(save(RESULTS[0], json.map_err(|error| error.to_string())));
-    written.note(save(RESULTS[1], Ok(results.csv())));
+    written.note(save(RESULTS[1], results.csv().map_err(|error| error.to_string())));
     let mut differences = Vec::new();
     for (i, images) in measurement.images().enumerate() {
         let difference = match images {

@@ -4,6 +4,7 @@ use super::outputs::{AN_IMAGE, Files, THE_CHECKPOINT, Written};
 use super::render::{at, metadata, read_checkpoint, warn_of_other_maker, write_images};
 use super::{Failure, MergeArgs, terminal};
 use crate::image::file;
+use crate::render::aov;
 use crate::render::checkpoint::Checkpoint;
 
 /// Adds checkpoints, and writes every output.
@@ -44,7 +45,8 @@ pub fn run(args: &MergeArgs) -> Result<(), Failure> {
         written.note(sum.write(path).map_err(|reason| at(path, reason)));
     }
     let metadata = metadata(&sum.scene, &sum.made_by, &sum.estimate, sum.tally.emitted);
-    written.note(write_images(&args.output, &sum.estimate, &args.aov, &metadata, args.quiet));
+    let channels = aov::channels(&args.aov, &sum.estimate, None)?;
+    written.note(write_images(&args.output, &sum.estimate, &channels, &metadata, args.quiet));
     written.end()
 }
 

@@ -21,9 +21,10 @@ use signal::Signals;
 
 use super::outputs::{AN_IMAGE, Files, THE_CHECKPOINT, THE_STATISTICS, Written};
 use super::stats::Stats;
-use super::{Aov, Failure, terminal};
+use super::{Failure, terminal};
 use crate::image::estimate::Estimate;
 use crate::image::file::{self, Channel};
+use crate::render::aov;
 use crate::render::checkpoint::{Checkpoint, CheckpointError, MadeBy};
 use crate::render::error::RenderError;
 use crate::render::renderer::{Renderer, open_device};
@@ -113,7 +114,11 @@ fn write(
     let made_by = MadeBy::new(renderer.device());
     let metadata = metadata(&scene_name(&args.scene), &made_by, &estimate, renderer.photons());
     let mut written = Written::default();
-    written.note(write_images(outputs, &estimate, &args.aov, &metadata, args.quiet));
+    let channels = aov::channels(&args.aov, &estimate, Some(renderer)).unwrap_or_else(|error| {
+        written.note(Err(error.into()));
+        Vec::new()
+    });
+    written.note(write_images(outputs, &estimate, &channels, &metadata, args.quiet));
     written.note(write_stats(args, scene, renderer, &estimate, begin, times));
     written.end()
 }
@@ -284,37 +289,26 @@ pub fn metadata(scene: &str, made_by: &MadeBy, estimate: &Estimate, photons: u64
     .to_vec()
 }
 
-/// Writes the image of an estimate, with the channels that are asked for. A file that cannot be
-/// written stops none of the others.
+/// Writes the image of an estimate, with further channels. A file that cannot be written stops none of
+/// the others.
 ///
 /// # Errors
 /// A file cannot be written.
 pub fn write_images(
     paths: &[PathBuf],
     estimate: &Estimate,
-    aovs: &[Aov],
+    channels: &[Channel],
     metadata: &[(String, String)],
     quiet: bool,
 ) -> Result<(), Failure> {
-    let channels: Vec<Channel> = aovs.iter().map(|aov| channel(estimate, *aov)).collect();
     let image = estimate.image();
     let mut written = Written::default();
     for path in paths {
-        let outcome = file::write_part(path, &image, &estimate.window, &channels, metadata);
+        let outcome = file::write_part(path, &image, &estimate.window, channels, metadata);
         if outcome.is_ok() && !quiet {
             terminal::say(format_args!("wrote {}", path.display()));
         }
         written.note(outcome.map_err(Failure::from));
     }
     written.end()
-}
-
-fn channel(estimate: &Estimate, aov: Aov) -> Channel {
-    match aov {
-        // Before both halves of the rounds have begun, nothing is known about the error.
-        Aov::StandardError => Channel {
-            name: "standardError.Y".to_owned(),
-            values: estimate.standard_error().unwrap_or_else(|| vec![f32::INFINITY; estimate.second_half.len()]),
-        },
-    }
 }

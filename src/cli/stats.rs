@@ -8,7 +8,7 @@ use std::time::Duration;
 use serde::Serialize;
 
 use super::Failure;
-use crate::image::file::{self, Replacement};
+use crate::base::output::{Replacement, replace};
 use crate::render::counters::Tally;
 use crate::render::error::RenderError;
 use crate::render::renderer::Renderer;
@@ -191,7 +191,7 @@ fn percent(share: f64) -> String {
 pub(crate) fn write_json(path: &Path, stats: &impl Serialize) -> Result<(), Failure> {
     let mut text = serde_json::to_string_pretty(stats).map_err(|error| failed(path, error.into()))?;
     text.push('\n');
-    file::replace(path, text.as_bytes()).map_err(|reason| failed(path, reason))
+    replace(path, text.as_bytes()).map_err(|reason| failed(path, reason))
 }
 
 fn failed(path: &Path, reason: io::Error) -> Failure {

@@ -8,7 +8,7 @@ use std::path::{Component, Path, PathBuf};
 use super::failure::TessellateError;
 use super::outputs::Files;
 use super::{Failure, TessellateArgs, terminal};
-use crate::image::file::Replacement;
+use crate::base::output::Replacement;
 use crate::scene::mesh::tessellate::Tessellation;
 use crate::scene::{self, Geometry, Profile, Rewrite, Scene};
 
@@ -44,7 +44,7 @@ fn write(output: &Path, text: &str, files: &[PathBuf], meshes: &[Tessellation]) 
         write_mesh(path, mesh).map_err(|reason| cannot_write(path, reason))?;
         terminal::say(format_args!("wrote {}: {} triangles", path.display(), mesh.triangle_count()));
     }
-    let written = scene.file.write_all(text.as_bytes()).and_then(|()| scene.commit());
+    let written = scene.write_all(text.as_bytes()).and_then(|()| scene.commit());
     written.map_err(|reason| cannot_write(output, reason))?;
     let copy = if meshes.is_empty() { ", a copy: the scene has no Shape \"revolution\"" } else { "" };
     terminal::say(format_args!("wrote {}{copy}", output.display()));
@@ -131,8 +131,8 @@ fn way(from: &Path, to: &Path) -> PathBuf {
 }
 
 fn write_mesh(path: &Path, mesh: &Tessellation) -> io::Result<()> {
-    let replacement = Replacement::create(path)?;
-    let mut out = BufWriter::new(&replacement.file);
+    let mut replacement = Replacement::create(path)?;
+    let mut out = BufWriter::new(&mut replacement);
     mesh.write_ply(&mut out)?;
     out.flush()?;
     drop(out);

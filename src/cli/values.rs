@@ -7,14 +7,22 @@ use std::path::PathBuf;
 use std::str::FromStr;
 use std::time::Duration;
 
-use clap::builder::{PossibleValuesParser, TypedValueParser};
+use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 
 use crate::image::file;
+use crate::render::aov::{AOVS, Aov};
 use crate::render::options::Options;
 use crate::scene::mesh::tessellate as mesh;
 
 pub fn workgroup_sizes() -> impl TypedValueParser<Value = u32> {
     PossibleValuesParser::new(["32", "64", "128"]).try_map(|size| size.parse::<u32>())
+}
+
+/// One of those that a command can write.
+pub fn aov(is_offered: fn(&Aov) -> bool) -> impl TypedValueParser<Value = &'static Aov> {
+    let offered = AOVS.iter().filter(|aov| is_offered(aov));
+    PossibleValuesParser::new(offered.map(|aov| PossibleValue::new(aov.name).help(aov.help())))
+        .try_map(|name| Aov::named(&name).ok_or("no such name"))
 }
 
 pub fn output_path(text: &str) -> Result<PathBuf, String> {

@@ -92,6 +92,12 @@ impl Estimate {
         Some(self.errors()?.map(|[_, variance]| (variance.sqrt() * self.unit) as f32).collect())
     }
 
+    /// As [`Estimate::standard_error`], and infinite for all pixels where that is `None`: no error is too
+    /// large for what is unknown.
+    pub fn standard_error_or_infinite(&self) -> Vec<f32> {
+        self.standard_error().unwrap_or_else(|| vec![f32::INFINITY; self.second_half.len()])
+    }
+
     /// Luminance of each pixel, in units, by each half alone: two numbers of the same mean, with
     /// independent noise. `None` before both halves have an iteration.
     pub fn half_luminances(&self) -> Option<impl Iterator<Item = [f64; 2]>> {

@@ -1,20 +1,14 @@
 //! Images to files and back; the file's extension chooses the format.
 //!
-//! EXR keeps the linear floats and the metadata, PNG is for looking at. A file is
-//! written beside its final place and renamed into it, so that an interrupted or
-//! failed write never destroys the previous image. The same image and metadata
-//! give the same bytes.
+//! EXR keeps the linear floats and the metadata, PNG is for looking at. A file is replaced as a
+//! whole, so that a write that fails or is interrupted leaves the previous image as it was. The same
+//! image and metadata give the same bytes.
 
 mod read;
 
 use std::collections::BTreeMap;
-use std::fs::{self, File, OpenOptions};
-use std::hash::{DefaultHasher, Hash, Hasher};
-use std::io::{self, Cursor, Write};
+use std::io::{self, Cursor};
 use std::path::{Path, PathBuf};
-use std::sync::LazyLock;
-use std::sync::atomic::{AtomicU64, Ordering};
-use std::time::{SystemTime, UNIX_EPOCH};
 
 use exr::meta::attribute::AttributeValue;
 use exr::prelude::{
@@ -23,6 +17,7 @@ use exr::prelude::{
 };
 use image::{ExtendedColorType, ImageEncoder, codecs::png::PngEncoder};
 
+use crate::base::output::{Replacement, replace};
 use crate::base::room;
 use crate::image::estimate::Sum;
 use crate::image::film::{Image, Window, picture};
@@ -277,132 +272,6 @@ pub(crate) fn encode_png(image: &Image) -> Result<Vec<u8>, String> {
         .write_image(&picture(image), image.width, image.height, ExtendedColorType::Rgb8)
         .map_err(|error| error.to_string())?;
     Ok(file)
-}
-
-/// Writes a file, atomically: `path` holds the old file or the whole new one.
-pub(crate) fn replace(path: &Path, bytes: &[u8]) -> io::Result<()> {
-    let mut replacement = Replacement::create(path)?;
-    replacement.file.write_all(bytes)?;
-    replacement.commit()
-}
-
-/// A new file beside its final place; removed again unless it is committed. It has the mode of the
-/// file that it replaces, and where possible its owner and group.
-pub(crate) struct Replacement {
-    /// What is to take the place, still empty.
-    pub file: File,
-    temporary: PathBuf,
-    target: PathBuf,
-}
-
-impl Replacement {
-    /// The directory of `path` must exist, and `path` not be a folder or read-only.
-    pub fn create(path: &Path) -> io::Result<Self> {
-        // Through a link, so that the file behind it is replaced and not the link.
-        let target = fs::canonicalize(path).unwrap_or_else(|_| path.to_owned());
-        let existing = fs::metadata(&target).ok();
-        if let Some(existing) = &existing {
-            if existing.is_dir() {
-                return Err(io::Error::other("it exists and is a directory, not a file"));
-            }
-            if !existing.is_file() {
-                return Err(io::Error::other("it exists and is not a file"));
-            }
-            // A rename would replace it all the same.
-            if existing.permissions().readonly() {
-                return Err(io::Error::other("it exists and is read-only"));
-            }
-        }
-        let directory = match target.parent() {
-            Some(parent) if !parent.as_os_str().is_empty() => parent,
-            _ => Path::new("."),
-        };
-        let (file, temporary) = create_temporary(directory, &target, existing.is_some()).map_err(|reason| {
-            let directory = directory.display();
-            io::Error::new(reason.kind(), format!("directory {directory}: {reason}"))
-        })?;
-        let replacement = Self { file, temporary, target };
-        if let Some(existing) = existing {
-            replacement.be_like(&existing)?;
-        }
-        Ok(replacement)
-    }
-
-    /// Takes over who may do what with a file.
-    fn be_like(&self, existing: &fs::Metadata) -> io::Result<()> {
-        #[cfg(unix)]
-        {
-            use std::os::unix::fs::{MetadataExt, fchown};
-            // Only the superuser gives files away; a group may be any of one's own.
-            let _ = fchown(&self.file, Some(existing.uid()), Some(existing.gid()))
-                .or_else(|_| fchown(&self.file, None, Some(existing.gid())));
-        }
-        // Some file systems have no modes.
-        match self.file.set_permissions(existing.permissions()) {
-            Err(reason) if reason.kind() != io::ErrorKind::Unsupported => Err(reason),
-            _ => Ok(()),
-        }
-    }
-
-    /// Puts the file, once written, in its place.
-    pub fn commit(self) -> io::Result<()> {
-        // Without this, a power cut after the rename could leave an empty file.
-        self.file.sync_all()?;
-        fs::rename(&self.temporary, &self.target)
-    }
-}
-
-impl Drop for Replacement {
-    fn drop(&mut self) {
-        // After a commit there is nothing left to remove, and that is no error.
-        let _ = fs::remove_file(&self.temporary);
-    }
-}
-
-/// Creates a file to be renamed to `target`. Its name has a hash of the target and says which
-/// process it is of, so that nobody else writes to it, however many share the directory. A
-/// private one is of its owner alone until it is given another mode.
-fn create_temporary(directory: &Path, target: &Path, is_private: bool) -> io::Result<(File, PathBuf)> {
-    /// Tells this process from others with its number: containers begin at 1 again.
-    static BEGUN: LazyLock<u128> =
-        LazyLock::new(|| SystemTime::now().duration_since(UNIX_EPOCH).map_or(0, |time| time.as_nanos()));
-    static CREATED: AtomicU64 = AtomicU64::new(0);
-
-    let mut hash = DefaultHasher::new();
-    target.file_name().hash(&mut hash);
-    let prefix = format!(".goblet-{:016x}-", hash.finish());
-    let own = format!("{}-{:x}-", std::process::id(), *BEGUN);
-    remove_leftovers(directory, &prefix, &own);
-    let number = CREATED.fetch_add(1, Ordering::Relaxed);
-    let path = directory.join(format!("{prefix}{own}{number}.tmp"));
-    let mut options = OpenOptions::new();
-    #[cfg(unix)]
-    if is_private {
-        std::os::unix::fs::OpenOptionsExt::mode(&mut options, 0o600);
-    }
-    let file = options.write(true).create_new(true).open(&path)?;
-    Ok((file, path))
-}
-
-/// Removes what killed processes have left of the same target: a job that is preempted again
-/// and again would fill the directory. Who still runs is known on Linux; elsewhere files stay.
-///
-/// A process of another machine looks dead as well. It then fails to put its file in the
-/// place that two contend for, and nothing else is harmed.
-fn remove_leftovers(directory: &Path, prefix: &str, own: &str) {
-    let processes = Path::new("/proc");
-    let known = processes.join("self").exists();
-    let is_dead = |process: &str| {
-        let (id, own_id) = (process.split('-').next(), own.split('-').next());
-        !process.starts_with(own) && (id == own_id || (known && id.is_some_and(|id| !processes.join(id).exists())))
-    };
-    let Ok(entries) = fs::read_dir(directory) else { return };
-    for entry in entries.flatten() {
-        if entry.file_name().to_str().and_then(|name| name.strip_prefix(prefix)).is_some_and(is_dead) {
-            // Another process may have been faster.
-            let _ = fs::remove_file(entry.path());
-        }
-    }
 }
 
 #[cfg(test)]

@@ -136,7 +136,7 @@ impl Buffers {
         device.write_texels(&self.filter_table, &view.filter_table)
     }
 
-    /// Forgets all iterations.
+    /// Forgets all iterations: no pixel has a visible point.
     ///
     /// # Errors
     /// The device fails.
@@ -144,6 +144,9 @@ impl Buffers {
         let mut frame = device.frame()?;
         self.clear_flux(&mut frame);
         frame.clear_texels(&self.pixel_states);
+        frame.clear_texels(&self.visible_points);
+        frame.clear_texels(&self.visible_radii2);
+        frame.clear_texels(&self.visible_throughputs);
         self.sums().into_iter().for_each(|sums| frame.clear_texels(sums));
         frame.run()
     }

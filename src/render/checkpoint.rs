@@ -22,8 +22,8 @@ pub use error::CheckpointError;
 use error::FORMAT;
 
 use crate::base::input::{self, Budget};
+use crate::base::output::Replacement;
 use crate::image::estimate::{Estimate, Sum};
-use crate::image::file::Replacement;
 use crate::image::film::Window;
 use crate::kernels::PixelState;
 use crate::render::counters::Tally;
@@ -219,8 +219,8 @@ impl Checkpoint {
     /// # Errors
     /// The file cannot be written.
     pub fn write(&self, path: &Path) -> Result<(), CheckpointError> {
-        let replacement = Replacement::create(path).map_err(CheckpointError::Write)?;
-        self.encode(BufWriter::new(&replacement.file))
+        let mut replacement = Replacement::create(path).map_err(CheckpointError::Write)?;
+        self.encode(BufWriter::new(&mut replacement))
             .and_then(|()| replacement.commit())
             .map_err(CheckpointError::Write)
     }

@@ -1,6 +1,7 @@
 //! Renders: options, iterations, lookups, counters, checkpoints. [`renderer::Renderer`] is what
 //! callers use, `iteration.rs` is the algorithm.
 
+pub mod aov;
 pub(crate) mod buffers;
 pub mod checkpoint;
 pub(crate) mod counters;

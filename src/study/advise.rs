@@ -5,55 +5,21 @@
 //! and blur, how each depends on the settings, and what an iteration takes. The settings that
 //! the model likes best are then rendered for a moment, to correct what it says of them.
 
+mod goal;
 mod model;
 mod probe;
 
 use std::rc::Rc;
-use std::time::Duration;
 
 use goblet_host::Device;
-use serde::Serialize;
 
-pub use model::{Choice, Model, Parts};
+pub use goal::{Goal, Length};
+pub use model::{Choice, Expected, Model, Parts};
 use probe::Probe;
 
 use crate::render::error::RenderError;
 use crate::render::options::Options;
 use crate::scene::Scene;
-
-/// What a user wants.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Goal {
-    /// The least error after so many seconds of iterations.
-    Time(f64),
-    /// A relative error, as soon as possible.
-    Error(f64),
-}
-
-/// How long a probe is.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Length {
-    /// About so long in all.
-    Time(Duration),
-    /// Iterations of each of its renders, an even number from 2. What is expected of settings does
-    /// not depend on how fast the device is, then.
-    Iterations(u32),
-}
-
-/// What to expect of settings.
-#[derive(Clone, Copy, Debug, Serialize)]
-pub struct Expected {
-    /// To be rendered.
-    pub iterations: u32,
-    /// Seconds of iterations.
-    pub seconds: f64,
-    /// The root mean square over pixels of the error over the luminance, of noise and blur;
-    /// dark pixels count as in [`crate::image::estimate::Estimate::relative_error`], and the 0.1 % worst
-    /// are left out, as in [`crate::image::compare::Gates`].
-    pub error: f64,
-    /// Shares of the squared error.
-    pub parts: Parts,
-}
 
 /// Settings, and what to expect of them.
 #[derive(Clone, Debug)]

@@ -73,7 +73,7 @@ impl<'a> Measurement<'a> {
         if turn % 2 == 1 {
             waiting.reverse();
         }
-        let room = self.device.info().memory_bytes / MEMORY_SHARE;
+        let room = self.device.info().memory.free_bytes / MEMORY_SHARE;
         while !waiting.is_empty() {
             // As many as fit run side by side.
             let mut group = Vec::new();

@@ -152,7 +152,8 @@ impl Keys {
 
 /// What a plain key asks for.
 fn command(key: Key) -> Option<Command> {
-    let shown = DIGITS.iter().position(|digit| *digit == key).map(|place| Command::Show(Quantity::ALL[place]));
+    let shown = DIGITS.iter().position(|digit| *digit == key).and_then(|place| Quantity::ALL.get(place));
+    let shown = shown.map(|quantity| Command::Show(*quantity));
     shown.or_else(|| PLAIN.iter().find(|(other, _)| *other == key).map(|(_, command)| *command))
 }
 
@@ -181,7 +182,8 @@ mod tests {
     fn every_plain_key_has_its_command() {
         let mut keys = Keys::default();
         let commands: Vec<_> = every_key().map(|key| keys.take(down(key, PLAIN_KEY), FREE)).collect();
-        let shown = Quantity::ALL.map(|quantity| Some(Command::Show(quantity)));
+        let shown = Quantity::ALL.iter().take(DIGITS.len()).map(|quantity| Some(Command::Show(*quantity)));
+        let shown: Vec<_> = shown.collect();
         let plain = PLAIN.map(|(_, command)| Some(command));
         assert_eq!(commands, [&shown[..], &plain, &[None; 6]].concat());
     }
@@ -226,7 +228,7 @@ mod tests {
         assert_eq!(keys.flight(false), DVec3::ZERO);
         let dragging = Busy { with_drag: true, ..FREE };
         assert_eq!(keys.take(down(Key::Escape, PLAIN_KEY), dragging), None, "it ends the drag");
-        assert_eq!(keys.take(down(Key::Num4, PLAIN_KEY), dragging), Some(Command::Show(Quantity::Radius)));
+        assert_eq!(keys.take(down(Key::Num4, PLAIN_KEY), dragging), Some(Command::Show(Quantity::ALL[3])));
     }
 
     #[test]

@@ -128,6 +128,7 @@ mod tests {
     use crate::render::options::Options;
 
     const MOST: u32 = 5;
+    const AOV: Quantity = Quantity::ALL[3];
 
     fn target(photons: u64) -> Target {
         Target { loads: 1, camera: None, options: Options { photons: Some(photons), ..Options::default() } }
@@ -148,7 +149,7 @@ mod tests {
     fn each_standing(check: impl Fn(&Wish, &Standing<'_>, bool)) {
         let [wished, other] = [target(1), target(2)];
         let renders = [None, Some(&wished), Some(&other)];
-        let shown = [None, Some((1, Quantity::Image)), Some((MOST, Quantity::Depth)), Some((MOST, Quantity::Image))];
+        let shown = [None, Some((1, Quantity::Image)), Some((MOST, AOV)), Some((MOST, Quantity::Image))];
         let saves = [vec![], vec![save(1)], vec![save(2)], vec![save(3), save(1)]];
         for (render, failed) in renders.iter().flat_map(|render| renders.map(|failed| (render, failed))) {
             for (coarseness, iterations, shown) in [1, 4]
@@ -253,7 +254,7 @@ mod tests {
         let coarse = Standing { render: Some(render), ..nothing };
         assert_eq!(next(&wish, &coarse, false), Next::Aim(4));
         assert_eq!(next(&wish, &coarse, true), Next::Iterate);
-        let looks = Wish { quantity: Quantity::Depth, ..wish.clone() };
+        let looks = Wish { quantity: AOV, ..wish.clone() };
         assert_eq!(next(&looks, &coarse, true), Next::Show, "at once, and not after an iteration");
     }
 }

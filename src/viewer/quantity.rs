@@ -1,6 +1,7 @@
-//! What the window can show of a render.
+//! What the window can show of a render: the image, two parts of it, and every AOV.
 
 use crate::image::estimate::Estimate;
+use crate::render::aov::{AOVS, Aov};
 use crate::render::error::RenderError;
 use crate::render::options::Contribution;
 use crate::render::renderer::Renderer;
@@ -11,113 +12,125 @@ pub enum Quantity {
     /// The image.
     #[default]
     Image,
-    /// What eye paths bring of it.
+    /// The light that eye paths bring.
     Direct,
-    /// What photons bring of it.
+    /// The light that photons bring.
     Photons,
-    /// Radius of its disc.
-    Radius,
-    /// Photons per area.
-    Density,
-    /// Standard error of its luminance.
-    StandardError,
-    /// Normal of its visible point.
-    Normal,
-    /// Length of its eye path.
-    Depth,
+    /// An AOV.
+    Aov(&'static Aov),
 }
 
-/// Numbers to be shown, and how.
+/// An image for the screen.
 pub struct Picture {
-    /// Width and height.
+    /// Width and height in pixels.
     pub size: [u32; 2],
-    /// Row by row; the fourth is unused.
+    /// Row by row, the top row first; the fourth number is unused.
     pub pixels: Vec<[f32; 4]>,
-    /// Of what is no light: the value that is shown as white, and nothing where it is a direction.
+    /// Of an AOV that is a number: the value that is shown as white; infinite where no value is known.
     pub white: Option<f32>,
     /// Whether it is light, and tone curves apply.
     pub is_light: bool,
 }
 
-/// Values above those of so many pixels are shown as white.
+/// Values above those of this part of the pixels are shown as white.
 const BRIGHT: f64 = 0.99;
 
 impl Quantity {
-    /// All, as they are listed.
-    pub const ALL: [Self; 8] = [
-        Self::Image,
-        Self::Direct,
-        Self::Photons,
-        Self::Radius,
-        Self::Density,
-        Self::StandardError,
-        Self::Normal,
-        Self::Depth,
-    ];
+    /// All of them, in the order of the window's list.
+    pub const ALL: [Self; 3 + AOVS.len()] = {
+        let mut all = [Self::Image; 3 + AOVS.len()];
+        all[1] = Self::Direct;
+        all[2] = Self::Photons;
+        let mut index = 0;
+        while index < AOVS.len() {
+            all[3 + index] = Self::Aov(&AOVS[index]);
+            index += 1;
+        }
+        all
+    };
 
-    /// For people.
-    pub fn name(self) -> &'static str {
+    /// Returns the name that the window shows.
+    pub fn name(self) -> String {
         match self {
-            Self::Image => "image",
-            Self::Direct => "direct light",
-            Self::Photons => "light of photons",
-            Self::Radius => "radius",
-            Self::Density => "photon density",
-            Self::StandardError => "standard error",
-            Self::Normal => "normal",
-            Self::Depth => "depth",
+            Self::Image => "image".to_owned(),
+            Self::Direct => "direct light".to_owned(),
+            Self::Photons => "light of photons".to_owned(),
+            Self::Aov(aov) => aov.title(),
         }
     }
 
-    /// What has to be rendered for it.
+    /// Returns the part of the light that has to be rendered.
     pub fn contribution(self) -> Contribution {
         match self {
             Self::Direct => Contribution::Direct,
             Self::Photons => Contribution::Photons,
-            _ => Contribution::All,
+            Self::Image | Self::Aov(_) => Contribution::All,
         }
     }
 
-    /// What it is now.
+    /// Returns the picture of it after the iterations so far; `estimate` is that of `renderer`.
     ///
     /// # Errors
     /// The device fails.
     pub fn picture(self, renderer: &Renderer, estimate: &Estimate) -> Result<Picture, RenderError> {
         let size = estimate.resolution;
-        let values = match self {
-            Self::Image | Self::Direct | Self::Photons => {
-                let pixels = estimate.image().pixels.into_iter().map(|[r, g, b]| [r, g, b, 0.0]).collect();
-                return Ok(Picture { size, pixels, white: None, is_light: true });
-            }
-            Self::Normal => {
-                let shown = |normal: [f32; 3]| {
-                    let [x, y, z] = if normal == [0.0; 3] { normal } else { normal.map(|axis| 0.5 + 0.5 * axis) };
-                    [x, y, z, 0.0]
-                };
-                let pixels = renderer.normals()?.into_iter().map(shown).collect();
-                return Ok(Picture { size, pixels, white: None, is_light: false });
-            }
-            Self::Radius => renderer.radii()?,
-            Self::Density => renderer.photon_densities()?,
-            Self::StandardError => match estimate.standard_error() {
-                Some(errors) => errors,
-                // Not known yet: as in an EXR, no error is too large for it.
-                None => {
-                    let pixels = vec![[1.0, 1.0, 1.0, 0.0]; estimate.second_half.len()];
-                    return Ok(Picture { size, pixels, white: Some(f32::INFINITY), is_light: false });
-                }
-            },
-            Self::Depth => renderer.path_lengths()?,
+        let Self::Aov(aov) = self else {
+            let pixels = estimate.image().pixels.into_iter().map(|[r, g, b]| [r, g, b, 0.0]).collect();
+            return Ok(Picture { size, pixels, white: None, is_light: true });
         };
-        let white = bright(values.clone());
-        let pixels = values.into_iter().map(|value| [value / white, value / white, value / white, 0.0]).collect();
-        Ok(Picture { size, pixels, white: Some(white), is_light: false })
+        let planes = aov.planes(estimate, Some(renderer))?.unwrap_or_default();
+        let (pixels, white) = match &planes[..] {
+            [x, y, z] => (directions([x, y, z]), None),
+            [values, ..] => {
+                let white = bright(values.clone());
+                (numbers(values, white), Some(white))
+            }
+            [] => (Vec::new(), None),
+        };
+        Ok(Picture { size, pixels, white, is_light: false })
     }
 }
 
-/// A value that few are above.
+/// Directions as colours: -1 to 1 is 0 to 1, and no direction is black.
+fn directions([x, y, z]: [&Vec<f32>; 3]) -> Vec<[f32; 4]> {
+    let shown = |direction: [f32; 3]| {
+        let [x, y, z] = if direction == [0.0; 3] { direction } else { direction.map(|axis| 0.5 + 0.5 * axis) };
+        [x, y, z, 0.0]
+    };
+    x.iter().zip(y).zip(z).map(|((x, y), z)| shown([*x, *y, *z])).collect()
+}
+
+/// Numbers as shares of the one that is white; infinite ones are white, too.
+fn numbers(values: &[f32], white: f32) -> Vec<[f32; 4]> {
+    let shown = |value: f32| if value.is_finite() { value / white } else { 1.0 };
+    values.iter().map(|value| [shown(*value), shown(*value), shown(*value), 0.0]).collect()
+}
+
+/// Returns a value that few are above: infinite where that one is, and 1 where it is 0.
 fn bright(mut values: Vec<f32>) -> f32 {
-    let place = ((values.len() - 1) as f64 * BRIGHT) as usize;
+    let place = (values.len().saturating_sub(1) as f64 * BRIGHT) as usize;
+    if values.is_empty() {
+        return 1.0;
+    }
     let (_, value, _) = values.select_nth_unstable_by(place, f32::total_cmp);
-    if *value > 0.0 && value.is_finite() { *value } else { 1.0 }
+    if *value > 0.0 { *value } else { 1.0 }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn numbers_are_shown_up_to_white_and_the_unknown_is_white() {
+        let of = |values: &[f32]| {
+            let white = bright(values.to_vec());
+            (white, numbers(values, white).into_iter().map(|[r, ..]| r).collect::<Vec<_>>())
+        };
+        assert_eq!(of(&[0.0, 1.0, 2.0, 4.0]), (2.0, vec![0.0, 0.5, 1.0, 2.0]));
+        assert_eq!(of(&[f32::INFINITY; 2]), (f32::INFINITY, vec![1.0; 2]));
+        assert_eq!(of(&[0.0; 2]), (1.0, vec![0.0; 2]));
+        let axis = |value: f32| vec![value];
+        assert_eq!(directions([&axis(-1.0), &axis(0.0), &axis(1.0)]), [[0.0, 0.5, 1.0, 0.0]]);
+        assert_eq!(directions([&axis(0.0), &axis(0.0), &axis(0.0)]), [[0.0; 4]]);
+    }
 }

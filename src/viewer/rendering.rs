@@ -8,6 +8,7 @@ use super::quantity::Quantity;
 use super::shared::{Save, Shared, Status, Target, View};
 use crate::cli::render::{at, metadata, save_checkpoint, scene_name, write_images};
 use crate::cli::{Failure, RenderArgs};
+use crate::render::aov;
 use crate::render::checkpoint::MadeBy;
 use crate::render::options::{Contribution, Options};
 use crate::render::renderer::{Aside, Renderer};
@@ -183,7 +184,8 @@ impl Render {
         } else {
             let estimate = renderer.estimate()?;
             let metadata = metadata(&scene, &MadeBy::new(renderer.device()), &estimate, renderer.photons());
-            write_images(std::slice::from_ref(path), &estimate, &args.aov, &metadata, true)?;
+            let channels = aov::channels(&args.aov, &estimate, Some(renderer))?;
+            write_images(std::slice::from_ref(path), &estimate, &channels, &metadata, true)?;
         }
         self.tell(shared, *quantity, "rendering", Some(wrote(path, &self.target, renderer.iterations())))
     }

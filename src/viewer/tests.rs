@@ -127,9 +127,9 @@ fn every_quantity_has_a_picture() {
             let has_white = view.picture.white.is_some();
             view.picture.size == [24, 16]
                 && view.picture.is_light == is_light
-                && has_white == (!is_light && quantity != Quantity::Normal)
+                && has_white == (!is_light && quantity.name() != "normal")
         };
-        let view = rendering.wait(quantity.name(), |news| news.view.take_if(|view| is_wanted(view)));
+        let view = rendering.wait(&quantity.name(), |news| news.view.take_if(|view| is_wanted(view)));
         assert_eq!(view.picture.pixels.len(), 24 * 16);
         assert!(view.picture.pixels.iter().flatten().all(|value| value.is_finite()), "{quantity:?}");
         assert!(largest(&view) > 0.0, "{quantity:?}");

@@ -5,10 +5,19 @@ use std::mem;
 use ash::vk;
 use egui_ash_renderer::{Options, Renderer, RendererError};
 
-use super::Interface;
 use super::swapchain::Swapchain;
-use crate::device::DeviceShared;
 use crate::error::{Error, Result};
+use crate::shared::DeviceShared;
+
+/// What egui wants to be drawn.
+pub struct Interface {
+    /// Its shapes.
+    pub primitives: Vec<egui::ClippedPrimitive>,
+    /// Textures that they need, and those that nothing needs any more.
+    pub textures: egui::TexturesDelta,
+    /// Pixels of one of its units.
+    pub pixels_per_point: f32,
+}
 
 pub(super) struct Painter {
     renderer: Renderer,

@@ -5,8 +5,9 @@ use std::sync::Arc;
 use ash::{khr, vk};
 use raw_window_handle::{HasDisplayHandle, HasWindowHandle, RawDisplayHandle};
 
-use crate::Instance;
 use crate::error::{Context, Error, Result};
+use crate::instance::Instance;
+use crate::physical;
 
 /// A window as Vulkan knows it.
 pub(super) struct Surface {
@@ -41,13 +42,8 @@ impl Surface {
         let vulkan = &self.instance.shared.raw;
         let wanted = vk::QueueFlags::COMPUTE | vk::QueueFlags::GRAPHICS;
         // SAFETY: `physical` belongs to the instance.
-        let (families, extensions) = unsafe {
-            (
-                vulkan.get_physical_device_queue_family_properties(physical),
-                vulkan.enumerate_device_extension_properties(physical).context("listing device extensions")?,
-            )
-        };
-        if !extensions.iter().any(|extension| extension.extension_name_as_c_str() == Ok(khr::swapchain::NAME)) {
+        let families = unsafe { vulkan.get_physical_device_queue_family_properties(physical) };
+        if !physical::has_extension(vulkan, physical, khr::swapchain::NAME) {
             return Ok(None);
         }
         for (index, family) in (0..).zip(families) {

@@ -5,8 +5,8 @@ use std::sync::Arc;
 use ash::{khr, vk};
 
 use super::surface::Surface;
-use crate::device::DeviceShared;
 use crate::error::{Context, Error, Result};
+use crate::shared::DeviceShared;
 use crate::texels::WHOLE;
 
 /// Formats whose bytes are colours as a screen takes them. Pixels are copied, so that it does

@@ -5,12 +5,13 @@ use std::time::Duration;
 
 use clap::Args;
 
+use crate::cli::SceneMemory;
 use crate::cli::values::{
-    Radius, alpha, cell_scale, eye_paths, output_path, photons, positive_u32, radius, resolution, seconds, seed,
+    Radius, alpha, aov, cell_scale, eye_paths, output_path, photons, positive_u32, radius, resolution, seconds, seed,
     target_error, workgroup_sizes,
 };
-use crate::cli::{Aov, SceneMemory};
 use crate::gpu_scene::pack::RevolutionSolver;
+use crate::render::aov::Aov;
 use crate::render::options::{Contribution, DirectLight, Integrator, LookupKind, Options, Sampler};
 use crate::render::radius::RadiusSchedule;
 use crate::render::sequence::Shard;
@@ -91,8 +92,8 @@ pub struct RenderArgs {
     pub resolution: Option<[u32; 2]>,
 
     /// Further channels of EXR outputs
-    #[arg(long, value_enum, value_name = "CHANNEL")]
-    pub aov: Vec<Aov>,
+    #[arg(long, value_parser = aov(|_| true), value_name = "NAME")]
+    pub aov: Vec<&'static Aov>,
 
     /// When new eye paths are traced
     #[arg(long, value_enum, default_value_t, help_heading = "Algorithm")]

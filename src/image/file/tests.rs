@@ -1,5 +1,7 @@
 //! What images are as files, and how files are replaced.
 
+use std::fs;
+
 use super::*;
 use crate::base::input::Budget;
 use crate::image::film::srgb_encode;
@@ -138,28 +140,4 @@ fn an_output_that_cannot_be_written_is_refused_before_the_render() {
     assert!(error.to_string().ends_with("supported are .exr and .png"));
     check_writable(&directory.path().join("new.png")).unwrap();
     assert_eq!(fs::read_dir(directory.path()).unwrap().count(), 2);
-}
-
-#[cfg(unix)]
-#[test]
-fn a_mode_survives_its_file() {
-    use std::os::unix::fs::PermissionsExt;
-    let directory = tempfile::tempdir().unwrap();
-    let path = directory.path().join("x.exr");
-    let mode = |path: &Path| fs::metadata(path).unwrap().permissions().mode() & 0o7777;
-    let beside = directory.path().join("beside");
-    fs::write(&beside, "").unwrap();
-    write(&path, &extreme_image(), &[]).unwrap();
-    assert_eq!(mode(&path), mode(&beside), "a new file has the usual mode");
-    for private in [0o640, 0o600, 0o664, 0o755] {
-        fs::set_permissions(&path, fs::Permissions::from_mode(private)).unwrap();
-        write(&path, &extreme_image(), &[]).unwrap();
-        assert_eq!(mode(&path), private, "{private:o}");
-    }
-    // While it is written, nobody else may read what is to be private.
-    let replacement = Replacement::create(&path).unwrap();
-    assert_eq!(mode(&replacement.temporary), 0o755);
-    drop(replacement);
-    let (_, temporary) = create_temporary(directory.path(), &path, true).unwrap();
-    assert_eq!(mode(&temporary) & 0o077, 0);
 }

@@ -2,7 +2,7 @@
 
 use serde::Serialize;
 
-use super::{Expected, Goal};
+use super::goal::Goal;
 use crate::render::radius::GlobalShrink;
 
 /// Settings, relative to those of the probe.
@@ -39,6 +39,21 @@ pub struct Parts {
     pub photons: f64,
     /// Blur, where photons are gathered from too far.
     pub blur: f64,
+}
+
+/// What to expect of settings.
+#[derive(Clone, Copy, Debug, Serialize)]
+pub struct Expected {
+    /// To be rendered.
+    pub iterations: u32,
+    /// Seconds of iterations.
+    pub seconds: f64,
+    /// The root mean square over pixels of the error over the luminance, of noise and blur;
+    /// dark pixels count as in [`crate::image::estimate::Estimate::relative_error`], and the 0.1 % worst
+    /// are left out, as in [`crate::image::compare::Gates`].
+    pub error: f64,
+    /// Shares of the squared error.
+    pub parts: Parts,
 }
 
 impl Parts {

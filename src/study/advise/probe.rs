@@ -6,7 +6,7 @@ use std::time::{Duration, Instant};
 
 use goblet_host::Device;
 
-use super::Length;
+use super::goal::Length;
 use super::model::{Choice, Model, Seconds};
 use crate::image::estimate::dark_square;
 use crate::render::error::RenderError;

@@ -1,7 +1,7 @@
 //! What was measured, as `results.json` and `results.csv` have it.
 
 use std::collections::BTreeMap;
-use std::fmt::Write;
+use std::error::Error;
 
 use serde::Serialize;
 
@@ -192,30 +192,53 @@ impl Results {
         Self { conditions, settings }
     }
 
-    /// A line for each point of each setting.
-    pub fn csv(&self) -> String {
-        let mut text =
-            "setting,iterations,photons,seconds,relmse,relmse_trimmed,energy_ratio,flip,bias,noise,on_front\n"
-                .to_owned();
+    /// Returns the points of all settings as CSV: a line for each, after a line of names.
+    ///
+    /// # Errors
+    /// The writer fails; into memory it does not.
+    pub fn csv(&self) -> Result<String, Box<dyn Error>> {
+        let mut writer = csv::Writer::from_writer(Vec::new());
         for setting in &self.settings {
-            for p in &setting.points {
-                let separated = p.separated.map_or_else(|| ",".to_owned(), |it| format!("{},{}", it.bias, it.noise));
-                let _ = writeln!(
-                    text,
-                    "\"{}\",{},{},{},{},{},{},{},{separated},{}",
-                    setting.label.replace('"', "\"\""),
-                    p.iterations,
-                    p.photons,
-                    p.seconds,
-                    p.relmse,
-                    p.relmse_trimmed,
-                    p.energy_ratio,
-                    p.flip,
-                    p.on_front
-                );
+            for point in &setting.points {
+                writer.serialize(Line::new(setting, point))?;
             }
         }
-        text
+        Ok(String::from_utf8(writer.into_inner()?)?)
+    }
+}
+
+/// A line of `results.csv`. Its fields are those of [`Point`].
+#[derive(Serialize)]
+struct Line<'a> {
+    setting: &'a str,
+    iterations: u32,
+    photons: u64,
+    seconds: f64,
+    relmse: f64,
+    relmse_trimmed: f64,
+    energy_ratio: f64,
+    flip: f64,
+    /// Empty for a single turn, as is `noise`.
+    bias: Option<f64>,
+    noise: Option<f64>,
+    on_front: bool,
+}
+
+impl<'a> Line<'a> {
+    fn new(setting: &'a Measured, point: &Point) -> Self {
+        Self {
+            setting: &setting.label,
+            iterations: point.iterations,
+            photons: point.photons,
+            seconds: point.seconds,
+            relmse: point.relmse,
+            relmse_trimmed: point.relmse_trimmed,
+            energy_ratio: point.energy_ratio,
+            flip: point.flip,
+            bias: point.separated.map(|separated| separated.bias),
+            noise: point.separated.map(|separated| separated.noise),
+            on_front: point.on_front,
+        }
     }
 }
 
@@ -228,5 +251,43 @@ mod tests {
         let Bias { bias, noise } = Bias::new(5.0, 2.0, 4).unwrap();
         assert_eq!((bias, noise), (1.0, 4.0));
         assert!(Bias::new(1.0, 1.0, 1).is_none());
+    }
+
+    #[test]
+    fn the_table_has_a_line_for_each_point_and_quotes_names() {
+        let point = |separated| Point {
+            iterations: 2,
+            photons: 3,
+            seconds: 0.5,
+            relmse: 0.25,
+            relmse_trimmed: 0.125,
+            energy_ratio: 1.0,
+            flip: 0.75,
+            separated,
+            on_front: true,
+            runs: Vec::new(),
+        };
+        let setting = Measured {
+            label: "a \"b\", c".to_owned(),
+            knobs: BTreeMap::new(),
+            options: String::new(),
+            start_seconds: 0.0,
+            device_memory_bytes: 0,
+            passes: BTreeMap::new(),
+            points: vec![point(None), point(Some(Bias { bias: 0.0625, noise: 4.0 }))],
+            on_front: true,
+        };
+        let results = Results { conditions: conditions(), settings: vec![setting] };
+        let expected = "setting,iterations,photons,seconds,relmse,relmse_trimmed,energy_ratio,flip,bias,noise,on_front\n\
+                        \"a \"\"b\"\", c\",2,3,0.5,0.25,0.125,1.0,0.75,,,true\n\
+                        \"a \"\"b\"\", c\",2,3,0.5,0.25,0.125,1.0,0.75,0.0625,4.0,true\n";
+        assert_eq!(results.csv().unwrap(), expected);
+    }
+
+    fn conditions() -> Conditions {
+        let text = || "x".to_owned();
+        let machine = Machine { goblet: "0", commit: None, date: text(), device: text(), driver: text(), cpus: None };
+        let reference = Source { path: text(), resolution: [1, 1], own_iterations: None, own_relative_error: None };
+        Conditions { machine, command: text(), scene: text(), reference, budget: 1.0, repeat: 1 }
     }
 }

@@ -6,7 +6,7 @@ use exr::meta::{MetaData, header::Header};
 use exr::prelude::{ReadChannels, ReadLayers, ReadSpecificChannel, Text, Vec2};
 use glam::DVec2;
 
-use super::{Layers, RGBA_BYTES, Source, convert, with_alpha};
+use super::source::{Layers, RGBA_BYTES, Source, convert, opaque, with_alpha};
 use crate::base::color::{Primaries, srgb_from_xyz};
 use crate::image::film::{Image, Window};
 
@@ -177,7 +177,7 @@ fn decode_one(bytes: &[u8], name: &Text) -> Result<Layers, String> {
         .all_attributes()
         .non_parallel()
         .from_buffered(Cursor::new(bytes))
-        .map(|file| super::opaque(file.layer_data.channel_data.pixels))
+        .map(|file| opaque(file.layer_data.channel_data.pixels))
         .map_err(|error| error.to_string())
 }
 

@@ -3,7 +3,7 @@
 use glam::{DMat3, DVec2};
 use image::ImageFormat;
 
-use super::{Source, Use, convert, decode_with_image_crate};
+use super::source::{Source, Use, convert, decode_with_image_crate};
 use crate::base::color::{Primaries, srgb_from_xyz};
 use crate::image::film::Image;
 

@@ -1,0 +1,191 @@
+//! Physical devices: what each one is, its memory, and whether it has what a program needs.
+
+use std::ffi::c_char;
+
+use ash::{ext, vk};
+
+use crate::machine;
+
+/// The Vulkan version that every device must have.
+pub(crate) const API_VERSION: u32 = vk::API_VERSION_1_2;
+
+/// What a program needs of a device.
+#[derive(Clone, Copy, Debug)]
+pub struct Requirements {
+    /// Storage buffers bound to one kernel.
+    pub storage_buffers: u32,
+    /// Storage images bound to one kernel.
+    pub images: u32,
+    /// Texels in a row of them.
+    pub texels_per_row: u32,
+    /// Bytes of push constants.
+    pub push_constant_bytes: u32,
+    /// Descriptor sets bound at once.
+    pub descriptor_sets: u32,
+    /// Invocations in one workgroup.
+    pub workgroup_size: u32,
+}
+
+/// Where a device's processor is. In order of preference.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum DeviceKind {
+    /// A graphics card.
+    Discrete,
+    /// Shares memory with the CPU.
+    Integrated,
+    /// Passed through by a hypervisor.
+    Virtual,
+    /// Software, such as lavapipe.
+    Cpu,
+    /// Unknown to Vulkan.
+    Other,
+}
+
+/// One line of the list of devices.
+#[derive(Clone, Debug)]
+pub struct DeviceInfo {
+    /// Its place in the list; stable while the drivers are.
+    pub index: usize,
+    /// The device's own name.
+    pub name: String,
+    /// Driver name and version.
+    pub driver: String,
+    /// Kind of device.
+    pub kind: DeviceKind,
+    /// Its memory, when the list was made.
+    pub memory: DeviceMemory,
+    /// Bytes that one storage buffer binding can have.
+    pub max_buffer_bytes: u64,
+    /// Rows that an image can have.
+    pub max_image_rows: u32,
+    /// Whether compute kernels can take a vote in a subgroup and read other invocations' values.
+    pub has_shuffle: bool,
+    /// Why it cannot be used, if it cannot.
+    pub unfit: Option<String>,
+}
+
+/// Memory of a device: of the heap that holds buffers and texels.
+///
+/// A software device allocates from the machine's memory, so both numbers are the machine's where
+/// the system tells them (on Linux).
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct DeviceMemory {
+    /// Bytes of the heap.
+    pub total_bytes: u64,
+    /// Bytes that this process could still allocate when the device was asked: by
+    /// `VK_EXT_memory_budget`, or all bytes of a GPU's heap where the driver does not have that
+    /// extension.
+    pub free_bytes: u64,
+}
+
+pub(crate) fn describe(
+    instance: &ash::Instance,
+    physical: vk::PhysicalDevice,
+    requirements: &Requirements,
+) -> DeviceInfo {
+    let mut driver = vk::PhysicalDeviceDriverProperties::default();
+    let mut subgroup = vk::PhysicalDeviceSubgroupProperties::default();
+    let mut properties = vk::PhysicalDeviceProperties2::default().push_next(&mut driver).push_next(&mut subgroup);
+    // SAFETY: `physical` belongs to `instance`, whose version 1.2 has this function.
+    unsafe { instance.get_physical_device_properties2(physical, &mut properties) };
+    let properties = properties.properties;
+    let kind = match properties.device_type {
+        vk::PhysicalDeviceType::DISCRETE_GPU => DeviceKind::Discrete,
+        vk::PhysicalDeviceType::INTEGRATED_GPU => DeviceKind::Integrated,
+        vk::PhysicalDeviceType::VIRTUAL_GPU => DeviceKind::Virtual,
+        vk::PhysicalDeviceType::CPU => DeviceKind::Cpu,
+        _ => DeviceKind::Other,
+    };
+    let text = |name: &[c_char]| -> String {
+        let bytes: Vec<u8> = name.iter().take_while(|c| **c != 0).map(|c| c.cast_unsigned()).collect();
+        String::from_utf8_lossy(&bytes).into_owned()
+    };
+    let driver = format!("{} {}", text(&driver.driver_name), text(&driver.driver_info));
+    DeviceInfo {
+        index: 0,
+        name: text(&properties.device_name),
+        driver: driver.trim().to_owned(),
+        kind,
+        memory: memory(instance, physical, kind),
+        max_buffer_bytes: u64::from(properties.limits.max_storage_buffer_range),
+        has_shuffle: subgroup.supported_stages.contains(vk::ShaderStageFlags::COMPUTE)
+            && subgroup
+                .supported_operations
+                .contains(vk::SubgroupFeatureFlags::BALLOT | vk::SubgroupFeatureFlags::SHUFFLE),
+        max_image_rows: properties.limits.max_image_dimension2_d,
+        unfit: unfit(instance, physical, &properties, requirements),
+    }
+}
+
+/// Why a device cannot run the program, if it cannot.
+fn unfit(
+    instance: &ash::Instance,
+    physical: vk::PhysicalDevice,
+    properties: &vk::PhysicalDeviceProperties,
+    requirements: &Requirements,
+) -> Option<String> {
+    let limits = &properties.limits;
+    let needs = [
+        ("storage buffers per stage", limits.max_per_stage_descriptor_storage_buffers, requirements.storage_buffers),
+        ("storage images per stage", limits.max_per_stage_descriptor_storage_images, requirements.images),
+        ("texels in a row", limits.max_image_dimension2_d, requirements.texels_per_row),
+        ("bytes of push constants", limits.max_push_constants_size, requirements.push_constant_bytes),
+        ("descriptor sets", limits.max_bound_descriptor_sets, requirements.descriptor_sets),
+        ("invocations per workgroup", limits.max_compute_work_group_invocations, requirements.workgroup_size),
+    ];
+    if properties.api_version < API_VERSION {
+        return Some("it has no Vulkan 1.2".into());
+    }
+    if compute_family(instance, physical).is_none() {
+        return Some("it has no compute queue".into());
+    }
+    needs
+        .into_iter()
+        .find(|(_, has, needed)| has < needed)
+        .map(|(what, has, needed)| format!("it has {has} {what}, and {needed} are needed"))
+}
+
+/// The first queue family that computes, and its timestamp bits.
+pub(crate) fn compute_family(instance: &ash::Instance, physical: vk::PhysicalDevice) -> Option<(u32, u32)> {
+    // SAFETY: `physical` belongs to `instance`.
+    let families = unsafe { instance.get_physical_device_queue_family_properties(physical) };
+    let index = families.iter().position(|family| family.queue_flags.contains(vk::QueueFlags::COMPUTE))?;
+    Some((u32::try_from(index).ok()?, families[index].timestamp_valid_bits))
+}
+
+/// Asks a device how much memory it has, and how much of that is free.
+pub(crate) fn memory(instance: &ash::Instance, physical: vk::PhysicalDevice, kind: DeviceKind) -> DeviceMemory {
+    let mut budgets = vk::PhysicalDeviceMemoryBudgetPropertiesEXT::default();
+    let mut properties = vk::PhysicalDeviceMemoryProperties2::default();
+    let has_budgets = has_extension(instance, physical, ext::memory_budget::NAME);
+    if has_budgets {
+        properties = properties.push_next(&mut budgets);
+    }
+    // SAFETY: `physical` belongs to `instance`, whose version 1.2 has this function, and has the
+    // extension of what is chained.
+    unsafe { instance.get_physical_device_memory_properties2(physical, &mut properties) };
+    let properties = properties.memory_properties;
+    let heap = local_heap(&properties);
+    let total = properties.memory_heaps[heap].size;
+    let budget = has_budgets.then(|| budgets.heap_budget[heap].saturating_sub(budgets.heap_usage[heap]));
+    let heap = DeviceMemory { total_bytes: total, free_bytes: budget.unwrap_or(total).min(total) };
+    match (kind, machine::total_memory(), machine::available_memory()) {
+        // The heap that a software device reports can be larger than what is free.
+        (DeviceKind::Cpu, Some(total_bytes), Some(free_bytes)) => DeviceMemory { total_bytes, free_bytes },
+        _ => heap,
+    }
+}
+
+/// The heap of the first device-local memory type. Vulkan lists types with fewer properties first,
+/// so that this is not the small heap that the host sees as well.
+fn local_heap(memory: &vk::PhysicalDeviceMemoryProperties) -> usize {
+    let local = |kind: &&vk::MemoryType| kind.property_flags.contains(vk::MemoryPropertyFlags::DEVICE_LOCAL);
+    memory.memory_types_as_slice().iter().find(local).map_or(0, |kind| kind.heap_index as usize)
+}
+
+/// Whether a device has an extension; not, if it does not list them.
+pub(crate) fn has_extension(instance: &ash::Instance, physical: vk::PhysicalDevice, name: &std::ffi::CStr) -> bool {
+    // SAFETY: `physical` belongs to `instance`.
+    let extensions = unsafe { instance.enumerate_device_extension_properties(physical) }.unwrap_or_default();
+    extensions.iter().any(|extension| extension.extension_name_as_c_str() == Ok(name))
+}
