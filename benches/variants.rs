@@ -23,7 +23,7 @@ type Result<T> = std::result::Result<T, Box<dyn Error>>;
 const SCENES: [[&str; 2]; 3] = [
     ["tests/reference/cornell-caustic.pbrt", "tests/reference/cornell-caustic.exr"],
     ["tests/reference/caustic-point.pbrt", "tests/reference/caustic-point.exr"],
-    ["scenes/wine-cup.pbrt", "tests/variants/wine-cup.exr"],
+    ["tests/reference/wine-cup.pbrt", "tests/variants/wine-cup.exr"],
 ];
 const PHOTONS: u64 = 65_536;
 /// Iterations of a round of progressive photon mapping.

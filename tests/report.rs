@@ -140,7 +140,7 @@ fn the_report_of_wine_cup_opens_in_a_browser() {
     let reference = format!("{}/tests/variants/wine-cup.exr", env!("CARGO_MANIFEST_DIR"));
     // Shown as large as the reference.
     let vary = ["--vary", "resolution=64x64,32x32", "--vary", "iterations=2", "--repeat", "2"];
-    let report = measure(&bench, "scenes/wine-cup.pbrt", &[&["--reference", &reference], &vary[..]].concat());
+    let report = measure(&bench, "tests/reference/wine-cup.pbrt", &[&["--reference", &reference], &vary[..]].concat());
     assert_report(&bench, &report, 2);
 }
 

@@ -101,7 +101,7 @@ fn a_flat_body_shines_as_a_disk_does() {
 
 /// The showpiece, with lengths times `factor` and moved by `shift` of the new unit.
 fn wine_cup(factor: f64, shift: DVec3) -> Scene {
-    let path = support::root().join("scenes/wine-cup.pbrt");
+    let path = support::root().join("tests/reference/wine-cup.pbrt");
     let text = std::fs::read_to_string(path).expect("a scene");
     let [x, y, z] = (shift * factor).to_array();
     let place = format!("WorldBegin\nTranslate {x:?} {y:?} {z:?}\nScale {factor:?} {factor:?} {factor:?}\n");
@@ -148,7 +148,7 @@ fn a_tessellated_scene_has_the_same_energy() {
     let output = folder.path().join("meshes.pbrt");
     let status = Command::new(env!("CARGO_BIN_EXE_goblet"))
         .arg("tessellate")
-        .arg(support::root().join("scenes/wine-cup.pbrt"))
+        .arg(support::root().join("tests/reference/wine-cup.pbrt"))
         .args(["--tolerance", "1e-4", "-o"])
         .arg(&output)
         .status()

@@ -83,7 +83,7 @@ fn a_covering_half_of_the_variants_converges_on_a_mirror_and_a_glass_ball() {
 #[test]
 fn a_covering_half_of_the_variants_converges_on_the_wine_cup() {
     let case = Case {
-        scene: "scenes/wine-cup.pbrt",
+        scene: "tests/reference/wine-cup.pbrt",
         reference: "tests/variants/wine-cup.exr",
         factor: 2,
         radius: 0.08,
@@ -220,7 +220,7 @@ fn write_the_reference_of_the_wine_cup() {
 }
 
 fn wine_cup(device: &Rc<Device>, variant: Variant) -> Image {
-    let scene = variants::boxed_scene(&root("scenes/wine-cup.pbrt"));
+    let scene = variants::boxed_scene(&root("tests/reference/wine-cup.pbrt"));
     let base = Options {
         resolution: Some([96; 2]),
         photons: Some(65_536),

@@ -10,7 +10,7 @@ use serde::Serialize;
 use super::Result;
 use super::measure::{Run, Times};
 
-const SCENES: [&str; 3] = ["scenes/cornell-caustic.pbrt", "scenes/caustic-point.pbrt", "scenes/wine-cup.pbrt"];
+const SCENES: [&str; 3] = ["scenes/cornell-caustic.pbrt", "scenes/caustic-point.pbrt", "tests/reference/wine-cup.pbrt"];
 pub const SIDE: u32 = 512;
 pub const PHOTONS: u64 = 262_144;
 
