@@ -261,7 +261,6 @@ impl Passes {
             offset,
             resumed,
             spread,
-            two: 2,
         };
         let invocations = invocations_by_tile(on.settings.resolution);
         let resumable = || self.path_kernels.eye(on.device, on.buffers, true)?.finish();
@@ -322,7 +321,6 @@ impl Passes {
             offset,
             resumed,
             spread,
-            two: 2,
         };
         let resumable = || self.path_kernels.photon(on.device, on.buffers, true)?.finish();
         let counters = self.photon.run(on, stride, &mut progress.schedule.paces.photon, resumable, push)?;

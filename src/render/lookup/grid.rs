@@ -95,7 +95,7 @@ impl HashGrid {
         frame.run()?;
 
         let [width, height] = on.settings.resolution;
-        let push = |offset, resumed| GatherGridPush { width, height, cell_mask, resumed, offset, two: 2 };
+        let push = |offset, resumed| GatherGridPush { width, height, cell_mask, resumed, offset };
         deposit(on, ("gather_grid", &self.gather), invocations_by_tile([width, height]) / POINTS, pace, push)
     }
 }
