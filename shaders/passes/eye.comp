@@ -1,8 +1,13 @@
-// eye: follow camera paths of each pixel to the first diffuse surface, the last one's visible
-// point.
-// One invocation per pixel. Writes visible_*; visible_radiances holds the mean of all paths'
-// emission and direct light, which are noisier than what photons bring, and cheaper.
-// Hachisuka and Jensen 2009, section 3.
+// eye: traces camera paths through each pixel to the first diffuse surface.
+//
+// Invocations: one per pixel, in tiles of 8 x 8. Each traces `paths` paths.
+// Reads: the scene (set 0), camera, filter_table; places and visible_radiances where it resumes.
+// Writes: visible_points, visible_throughputs (where the last path ended), visible_radiances (mean of
+//   all paths' emission and direct light, which are noisier than the photons' light and cheaper to
+//   sample), counters (atomic), places where IS_RESUMABLE.
+// Units: lengths in render units, radiance in W/(m^2 sr); throughputs are the path's throughput times
+//   the BSDF, 1/sr.
+// Source: Hachisuka and Jensen, "Stochastic Progressive Photon Mapping", 2009, section 3.
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #include "kernel/invocation.glsl"
@@ -27,7 +32,7 @@
 TEXELS(1, 0, Camera, camera)
 TEXELS(1, 6, float, filter_table)
 STORED_TEXELS(1, 1, VisiblePoint, visible_points)
-STORED_TEXELS(1, 3, vec4, visible_throughputs) // bsdf times throughput; w: length of the path, 0 if there is no point
+STORED_TEXELS(1, 3, vec4, visible_throughputs) // BSDF times throughput; w: length of the path, 0 if there is no point
 UPDATED_TEXELS(1, 4, vec4, visible_radiances) // W/(m^2 sr)
 layout(std430, set = 1, binding = 5) buffer CounterBlock { Counters value; } counters;
 #ifndef WITHOUT_IS_RESUMABLE
@@ -35,17 +40,16 @@ layout(std430, set = 1, binding = 8) buffer PlaceBlock { EyePlace data[]; } plac
 #endif
 
 layout(push_constant) uniform Push {
-    uint turn;           // of the rounds of its half
+    uint turn;           // number of the round among those of its half
     uint half_of_rounds; // 0 or 1
-    uint paths;          // of a pixel
-    uint offset;  // of this dispatch's invocations
-    uint resumed; // these three: see interruption.glsl
-    uint spread;
-    uint two; // 2
+    uint paths;          // paths per pixel
+    uint offset;         // first invocation of this dispatch
+    uint resumed;        // 1 to go on from `places`; see interruption.glsl
+    uint spread;         // one of `spread` invocations works; see interruption.glsl
 };
 
-// Pairs of random numbers of an eye path. Scattering takes one per bounce from PAIR_LOBE; where
-// surfaces may be rough, one more for the facet and two for a light.
+// Pairs of random numbers of an eye path. Scattering takes one pair per bounce from PAIR_LOBE on.
+// Where surfaces may be rough, it takes three more: one for the microfacet and two for a light.
 const uint PAIR_FILTER = 0u;
 const uint PAIR_LENS = 1u;
 const uint PAIR_LIGHT = 2u;
@@ -60,11 +64,11 @@ uint pair_of_bounce(uint depth) {
     return PAIR_LOBE + depth;
 }
 
-// A length that is not 0, however near the camera a surface is.
+// Least length of a path, in render units: a length of 0 stands for "no visible point".
 const float SHORTEST_PATH = 1.0e-12;
 
-// Offset from the pixel's centre in pixels, for axis 0 (x) or 1 (y): the inverse distribution
-// of the pixel filter's magnitude, a table of the cells' edges for each.
+// Offset of a camera sample from the pixel's centre, in pixels, for axis 0 (x) or 1 (y). Inverts the
+// distribution of the pixel filter's magnitude: filter_table holds the edges of its cells per axis.
 float filter_offset(uint axis, float u) {
     float scaled = u * float(FILTER_CELLS);
     uint i = min(uint(scaled), FILTER_CELLS - 1u);
@@ -72,7 +76,8 @@ float filter_offset(uint axis, float u) {
     return mix(filter_table_at(entry), filter_table_at(entry + 1u), scaled - float(i));
 }
 
-// What a sample there counts; the mean over all is 1. The tables follow those of offsets.
+// Weight of a camera sample, with a mean of 1 over all samples; negative where the filter is. The
+// weights' tables follow the tables of offsets.
 float filter_weight(uint axis, float u) {
     uint i = min(uint(u * float(FILTER_CELLS)), FILTER_CELLS - 1u);
     return filter_table_at((FILTER_CELLS + 1u) * (axis + 2u) + i);
@@ -80,7 +85,7 @@ float filter_weight(uint axis, float u) {
 
 struct CameraSample {
     Ray ray;
-    float weight;
+    float weight; // of the pixel filter
 };
 
 CameraSample sample_camera(uint pixel, Random random) {
@@ -103,176 +108,283 @@ CameraSample sample_camera(uint pixel, Random random) {
     return CameraSample(ray, weight);
 }
 
-// Irradiance at a diffuse point that comes straight from a light chosen by power, W/m^2.
-vec3 irradiance_of_light(Surface surface, Material material, vec3 n, Random random) {
+// An eye path that has met no diffuse surface yet: the state from which it is continued.
+struct EyeState {
+    Ray ray;           // its next segment
+    vec3 throughput;
+    float medium_eta;  // refractive index of the medium that the path is in, over the camera's
+    float travelled;   // length of the path so far, render units
+    RoughVertex rough; // the vertex that the ray leaves, if that was rough
+    uint depth;        // segments so far
+    vec3 radiance;     // emission met so far, W/(m^2 sr)
+};
+
+// The result of an eye path. Members about its end are undefined where `reached` is 0.
+struct EyePath {
+    vec3 radiance;     // emission that it has met, W/(m^2 sr)
+    Surface visible;   // diffuse surface at its end; the normal is on the side of the path
+    vec3 facing;       // shading normal there, on the side of the path
+    vec3 bsdf;         // throughput times the diffuse BSDF there, 1/sr
+    Material material; // of that surface
+    float reached;     // length of the path to there, render units; 0 if it met no diffuse surface
+    bool is_lost;      // left the scene from within a dielectric
+    bool is_immersed;  // ended on a diffuse surface inside a dielectric
+};
+
+EyeState begin_eye_path(Ray ray) {
+    return EyeState(ray, vec3(1.0), 1.0, 0.0, no_rough_vertex(), 0u, vec3(0.0));
+}
+
+// Irradiance at a visible point from one light, chosen by power, over the pdf of that choice; W/m^2.
+vec3 sample_direct_irradiance(Surface surface, Material material, vec3 n, Random random) {
     if (HAS_LOCATABLE_LIGHTS) {
         LightSample direct = sample_direct(surface.position, random_pair(random, PAIR_LIGHT).x,
                                            random_pair(random, PAIR_LIGHT_POINT));
         float cos_surface = max(dot(direct.wi, n), 0.0);
-        float weight = direct.competes ? mis_weight(direct.pdf, cos_surface / PI) : 1.0;
+        float weight = direct.uses_mis ? mis_weight(direct.pdf, cos_surface / PI) : 1.0;
         bool passes = HAS_DIFFUSE_TRANSMISSION && (material.flags & BEHIND) != 0u;
         bool blocked = occluded(shadow_ray(surface, direct.wi, direct.target, passes));
-        weight *= entering(material, cos_surface);
+        weight *= transmittance_to_base(material, cos_surface);
         return direct.pdf > 0.0 && !blocked ? direct.radiance * (cos_surface * weight / direct.pdf) : vec3(0.0);
     }
     return vec3(0.0);
 }
 
-// What of a light's radiance is found by a direction of the bsdf at a diffuse point: all of
-// it that next-event estimation leaves.
-float bsdf_weight(Light light, vec3 from, vec3 n, Surface surface, vec3 wi) {
+// MIS weight of an area light that a BSDF sample of a diffuse surface has met. It is 0 for lights that
+// next-event estimation alone samples.
+float diffuse_mis_weight(Light light, vec3 from, vec3 n, Surface surface, vec3 wi) {
     float pdf = direct_pdf(light, from, surface, wi);
-    return competes(light, from) ? mis_weight(dot(wi, n) / PI, pdf) : 0.0;
+    return uses_mis(light, from) ? mis_weight(dot(wi, n) / PI, pdf) : 0.0;
 }
 
 bool is_finite(vec3 v) {
     return all(lessThan(abs(v), vec3(INFINITY_T)));
 }
 
-// Whether a direction of the bsdf may find a light that next-event estimation leaves to it.
-bool looks_for_lights(vec3 from) {
+// Whether a diffuse surface samples its BSDF for lights, besides next-event estimation.
+bool samples_bsdf_for_lights(vec3 from) {
     if (DIRECT_NEE) {
-        return HAS_INFINITE_LIGHTS || is_near_lights(from);
+        return HAS_INFINITE_LIGHTS || may_use_mis(from);
     }
     return false;
 }
 
-// What an eye path has come to.
-struct EyePath {
-    vec3 radiance;   // emission that it has met, W/(m^2 sr)
-    Surface visible; // its end, if it is diffuse; the normal is on the eye's side
-    vec3 facing;     // its shading normal, on the eye's side
-    vec3 bsdf;       // its bsdf times the throughput
-    Material material; // of that end
-    float reached;   // length to that end; 0 if there is none
-    bool is_lost;     // it found no way out of a dielectric
-    bool is_immersed; // its end is in a dielectric
-};
+// Adds the radiance from infinitely far away to a path whose ray leaves the scene.
+void meet_infinity(inout EyePath path, inout EyeState state) {
+    vec3 w = state.ray.direction;
+    float pdf = path.reached > 0.0 ? max(dot(w, path.facing), 0.0) / PI : escape_pdf(state.rough);
+    state.radiance += state.throughput * radiance_from_infinity(w, pdf);
+    path.is_lost = path.reached == 0.0 && is_in_glass(state.medium_eta);
+}
 
-// Where a path goes on that has met no diffuse surface yet.
-struct EyeStart {
-    Ray ray;
-    vec3 throughput;
-    float index;     // of the medium the path is in, over the camera's
-    float travelled; // length so far
-    Last last;
-    uint depth;
-    vec3 radiance;   // emission that it has met so far
-};
+// Adds the emission of a surface that a path has met.
+void meet_emitter(EyePath path, inout EyeState state, Surface surface) {
+    vec3 w = state.ray.direction;
+    Light light = lights_at(surface.light);
+    float weight = emission_mis_weight(state.rough, light, surface, w);
+    if (path.reached > 0.0) {
+        weight = diffuse_mis_weight(light, path.visible.position, path.facing, surface, w);
+    }
+    state.radiance += state.throughput * emitted_radiance(light, surface, -w) * weight;
+}
 
-// Follows a path to the first diffuse surface, and from there one direction of the bsdf to
-// where it may meet a light: the better way to large lights, and the only one to infinite
-// ones, which a cosine lobe samples perfectly (Veach 1997, chapter 9).
+// Ends a path on a diffuse surface, its visible point.
+void reach_diffuse(inout EyePath path, EyeState state, Surface surface, Material material) {
+    vec3 wo = -state.ray.direction;
+    path.is_immersed = is_in_glass(state.medium_eta);
+    // The geometric normal decides the side: by the shading normal, the eye could see through.
+    bool front = dot(wo, surface.normal) >= 0.0;
+    if (HAS_DIFFUSE_TRANSMISSION) {
+        front = front != ((material.flags & BEHIND) != 0u);
+    }
+    path.facing = front ? surface.shading_normal : -surface.shading_normal;
+    surface.normal = front ? surface.normal : -surface.normal;
+    path.bsdf = state.throughput * material.color / PI;
+    path.visible = surface;
+    path.material = material;
+    path.reached = max(state.travelled, SHORTEST_PATH);
+}
+
+// Follows a path to the first diffuse surface. From there one sample of the BSDF looks for lights:
+// the better technique for large lights, and the only one for constant infinite lights, which a
+// cosine lobe samples perfectly (Veach 1997, chapter 9).
 //
-// Where it is resumable, `start` is left at the last segment that was not ended early.
-EyePath follow(inout EyeStart start, Random random) {
+// Where the kernel is resumable, `start` becomes the state before the last segment that the driver
+// did not end early.
+EyePath trace_eye_path(inout EyeState start, Random random) {
     EyePath path;
-    path.radiance = start.radiance;
     path.reached = 0.0;
     path.is_lost = false;
     path.is_immersed = false;
-    Ray ray = start.ray;
-    vec3 throughput = start.throughput;
-    float index = start.index;
-    float travelled = start.travelled;
-    Last last = start.last;
-    for (uint depth = start.depth; depth < scene.max_depth || path.reached > 0.0; depth++) {
+    EyeState state = start;
+    for (; state.depth < scene.max_depth || path.reached > 0.0; state.depth++) {
 #ifndef WITHOUT_IS_RESUMABLE
-        if (interrupted(two)) {
+        if (interrupted()) {
             break;
         }
         if (path.reached == 0.0) {
-            start = EyeStart(ray, throughput, index, travelled, last, depth, path.radiance);
+            start = state;
         }
 #endif
-        Hit hit = intersect(ray);
+        Hit hit = intersect(state.ray);
         if (hit.primitive == NONE) {
-            float pdf = path.reached > 0.0 ? max(dot(ray.direction, path.facing), 0.0) / PI : pdf_after(last);
-            path.radiance += throughput * radiance_from_infinity(ray.direction, pdf);
-            path.is_lost = path.reached == 0.0 && is_in_glass(index);
+            meet_infinity(path, state);
             break;
         }
-        travelled += hit.t;
-        Surface surface = surface_at(ray, hit);
+        state.travelled += hit.t;
+        Surface surface = surface_at(state.ray, hit);
         Material material = material_at(surface);
-        vec3 wo = -ray.direction;
+        vec3 wo = -state.ray.direction;
         if (HAS_AREA_LIGHTS && surface.light != NONE) {
-            Light light = lights_at(surface.light);
-            float weight = weight_after(last, light, surface, ray.direction);
-            if (path.reached > 0.0) {
-                weight = bsdf_weight(light, path.visible.position, path.facing, surface, ray.direction);
-            }
-            path.radiance += throughput * emitted_radiance(light, surface, wo) * weight;
+            meet_emitter(path, state, surface);
         }
         if (path.reached > 0.0) {
             break;
         }
         Scatter scattered = Scatter(wo, vec3(0.0), 1.0);
-        uint pair = pair_of_bounce(depth);
+        uint pair = pair_of_bounce(state.depth);
         float u_lobe = random_pair(random, pair).x;
         if (HAS_LAYERS) {
             material = choose_lobe(material, abs(dot(wo, surface.shading_normal)), u_lobe);
         }
-        last = not_rough();
+        state.rough = no_rough_vertex();
         if (is_specular(material)) {
             vec2 u_facet = is_rough(material) ? random_pair(random, pair + 1u) : vec2(0.0);
             scattered = scatter_specular(material, wo, surface.shading_normal, surface.tangent, u_lobe, u_facet, RADIANCE);
-            path.radiance += throughput * light_on_rough(surface, material, wo, random, pair + 2u);
-            last = after(surface, material, wo, scattered.wi);
+            state.radiance += state.throughput * direct_light_on_rough(surface, material, wo, random, pair + 2u);
+            state.rough = rough_vertex(surface, material, wo, scattered.wi);
         } else {
-            path.is_immersed = is_in_glass(index);
-            // The side of the geometric normal: shading normals must not see through.
-            bool front = dot(wo, surface.normal) >= 0.0;
-            if (HAS_DIFFUSE_TRANSMISSION) {
-                front = front != ((material.flags & BEHIND) != 0u);
-            }
-            path.facing = front ? surface.shading_normal : -surface.shading_normal;
-            surface.normal = front ? surface.normal : -surface.normal;
-            path.bsdf = throughput * material.color / PI;
-            path.visible = surface;
-            path.material = material;
-            path.reached = max(travelled, SHORTEST_PATH);
-            if (!looks_for_lights(surface.position)) {
+            reach_diffuse(path, state, surface, material);
+            surface = path.visible;
+            if (!samples_bsdf_for_lights(surface.position)) {
                 break;
             }
             scattered.wi = sample_cosine(random_pair(random, PAIR_BSDF), path.facing);
-            scattered.weight = material.color * entering(material, dot(scattered.wi, path.facing));
+            scattered.weight = material.color * transmittance_to_base(material, dot(scattered.wi, path.facing));
         }
-        throughput *= scattered.weight;
+        state.throughput *= scattered.weight;
         if (HAS_ROUGH) {
-            if (throughput == vec3(0.0)) {
-                break; // a facet would send it into the surface
+            if (state.throughput == vec3(0.0)) {
+                break; // the microfacet sends the path into the surface
             }
         }
-        index *= scattered.eta;
-        ray = leave(surface, scattered.wi, goes_through(surface, wo, scattered.wi));
+        state.medium_eta *= scattered.eta;
+        state.ray = spawn_ray(surface, scattered.wi, crosses_surface(surface, wo, scattered.wi));
+    }
+    path.radiance = state.radiance;
+    return path;
+}
+
+// Traces one path of a pixel, with the pixel filter's weight and next-event estimation at its end.
+EyePath sample_eye_path(inout EyeState start, float filter_weight, Random random) {
+    EyePath path = trace_eye_path(start, random);
+    if (HAS_SIGNED_FILTER) {
+        path.radiance *= filter_weight;
+        path.bsdf *= filter_weight;
+    }
+    if (DIRECT_NEE && path.reached > 0.0) {
+        path.radiance += path.bsdf * sample_direct_irradiance(path.visible, path.material, path.facing, random);
     }
     return path;
 }
 
+// Counts what a path has met. A radiance that is not finite becomes 0, and is counted.
+void count_eye_path(inout EyePath path) {
+    if (!is_finite(path.radiance)) {
+        path.radiance = vec3(0.0);
+        atomicAdd(counters.value.non_finite, 1u);
+    }
+    if (path.is_lost) {
+        atomicAdd(counters.value.eye_lost_in_glass, 1u);
+    }
+    if (path.is_immersed) {
+        atomicAdd(counters.value.immersed, 1u);
+    }
+}
+
+// Stores the pixel's mean radiance, and where its last path ended.
+void store_pixel(uint pixel, vec3 sum, EyePath last) {
+    store_visible_radiances(pixel, vec4(sum / float(paths), 0.0));
+    store_visible_throughputs(pixel, last.reached > 0.0 ? vec4(last.bsdf, last.reached) : vec4(0.0));
+    if (last.reached > 0.0) {
+        store_visible_points(pixel, VisiblePoint(last.visible.position, pack_normal(last.visible.normal)));
+    }
+}
+
+// How far an invocation has come with its pixel's paths.
+struct Progress {
+    vec3 sum;     // radiance of the finished paths
+    uint done;    // number of finished paths
+    EyePath last; // the last path traced
 #ifndef WITHOUT_IS_RESUMABLE
-EyeStart start_of(EyePlace place) {
+    EyePlace place; // state of the path to be continued; depth 0 if the next path is to begin
+    bool advanced;  // this dispatch has finished a segment
+#endif
+};
+
+#ifndef WITHOUT_IS_RESUMABLE
+EyeState state_of(EyePlace place) {
     Ray ray = saved_ray(place.origin, place.direction, place.begin, place.contacts);
-    return EyeStart(ray, place.throughput, place.index, place.travelled, Last(place.last_position, place.last_pdf), place.depth, place.radiance);
+    RoughVertex rough = RoughVertex(place.last_position, place.last_pdf);
+    return EyeState(ray, place.throughput, place.index, place.travelled, rough, place.depth, place.radiance);
 }
 
-EyePlace place_of(EyeStart start) {
-    return EyePlace(start.ray.origin, start.index, start.ray.direction, start.travelled, start.throughput, start.depth,
-                    start.radiance, 0u, start.last.position, start.last.pdf, FINISHED, begin_of(start.ray), contacts_of(start.ray), 0u);
+EyePlace place_of(EyeState state) {
+    return EyePlace(state.ray.origin, state.medium_eta, state.ray.direction, state.travelled, state.throughput, state.depth,
+                    state.radiance, 0u, state.rough.position, state.rough.pdf, FINISHED, begin_of(state.ray), contacts_of(state.ray), 0u);
 }
 
-// Leaves a place to go on from, with so many paths of the pixel done.
-void store_place(uint number, EyePlace place, uint done, bool advanced) {
-    place.path = done;
-    place.state = done == paths ? FINISHED : advanced ? UNFINISHED : STUCK;
+// Leaves out a path that the driver cannot follow even where the invocation is alone.
+void cut_path(inout Progress progress) {
+    progress.last.reached = 0.0;
+    progress.place.depth = 0u;
+    progress.done++;
+    progress.advanced = true;
+    atomicAdd(counters.value.cut, 1u);
+}
+
+// Stores the place from which the next dispatch goes on.
+void store_place(uint number, Progress progress) {
+    EyePlace place = progress.place;
+    place.path = progress.done;
+    place.state = progress.done == paths ? FINISHED : progress.advanced ? UNFINISHED : STUCK;
     places.data[number] = place;
     atomicAdd(counters.value.unfinished, place.state == UNFINISHED ? 1u : 0u);
     atomicAdd(counters.value.stuck, place.state == STUCK ? 1u : 0u);
 }
 #endif
 
-EyeStart begin(Ray ray) {
-    return EyeStart(ray, vec3(1.0), 1.0, 0.0, not_rough(), 0u, vec3(0.0));
+// Traces the paths of a pixel that are not done yet.
+void trace_paths(uint pixel, inout Progress progress) {
+    uint seed = hash(seed_of_half(scene.seed, half_of_rounds), pixel);
+#ifndef WITHOUT_IS_RESUMABLE
+    uint first_depth = progress.place.depth;
+#endif
+    [[dont_unroll]] for (uint i = progress.done; i < paths; i++) {
+        Random random = Random(seed, turn * paths + i);
+        CameraSample camera_sample = sample_camera(pixel, random);
+        EyeState start = begin_eye_path(camera_sample.ray);
+#ifndef WITHOUT_IS_RESUMABLE
+        if (progress.place.depth > 0u) {
+            start = state_of(progress.place);
+        }
+#endif
+        progress.last = sample_eye_path(start, camera_sample.weight, random);
+#ifndef WITHOUT_IS_RESUMABLE
+        progress.place = place_of(start);
+        if (interrupted()) {
+            break; // the driver ended the last segment early: it does not count
+        }
+        progress.advanced = true;
+        progress.place.depth = 0u;
+#endif
+        count_eye_path(progress.last);
+        progress.sum += progress.last.radiance;
+        progress.done = i + 1u;
+    }
+#ifndef WITHOUT_IS_RESUMABLE
+    progress.advanced = progress.advanced || progress.place.depth != first_depth;
+#endif
 }
 
 void main() {
@@ -280,7 +392,7 @@ void main() {
     uint number = invocation_index();
 #ifndef WITHOUT_IS_RESUMABLE
     if (number % spread != 0u) {
-        return; // another invocation of the workgroup is to be alone
+        return; // so that another invocation has the rounds of loops to itself
     }
     number /= spread;
 #endif
@@ -288,85 +400,36 @@ void main() {
     if (pixel == NONE) {
         return;
     }
-    uint seed = hash(seed_of_half(scene.seed, half_of_rounds), pixel);
-    vec3 sum = vec3(0.0); // of the paths so far
-    uint done = 0u;
-    EyePath path;
-    path.reached = 0.0;
+    Progress progress;
+    progress.sum = vec3(0.0);
+    progress.done = 0u;
+    progress.last.reached = 0.0;
 #ifndef WITHOUT_IS_RESUMABLE
-    bool advanced = false;
-    EyePlace place = place_of(begin(free_ray(vec3(0.0), vec3(0.0))));
+    progress.place = place_of(begin_eye_path(free_ray(vec3(0.0), vec3(0.0))));
+    progress.advanced = false;
     if (IS_RESUMABLE && resumed != 0u) {
-        place = places.data[number];
-        if (place.state != (spread > 1u ? STUCK : UNFINISHED)) {
+        progress.place = places.data[number];
+        if (progress.place.state != (spread > 1u ? STUCK : UNFINISHED)) {
             return;
         }
-        sum = visible_radiances_at(pixel).rgb;
-        done = place.path;
+        progress.sum = visible_radiances_at(pixel).rgb;
+        progress.done = progress.place.path;
     }
-    uint begun = place.depth;
 #endif
-    [[dont_unroll]] for (uint i = done; i < paths; i++) {
-        Random random = Random(seed, turn * paths + i);
-        CameraSample camera_sample = sample_camera(pixel, random);
-        EyeStart start = begin(camera_sample.ray);
+    trace_paths(pixel, progress);
 #ifndef WITHOUT_IS_RESUMABLE
-        if (place.depth > 0u) {
-            start = start_of(place);
-        }
-#endif
-        path = follow(start, random);
-        if (HAS_SIGNED_FILTER) {
-            path.radiance *= camera_sample.weight;
-            path.bsdf *= camera_sample.weight;
-        }
-        if (DIRECT_NEE && path.reached > 0.0) {
-            path.radiance += path.bsdf * irradiance_of_light(path.visible, path.material, path.facing, random);
-        }
-#ifndef WITHOUT_IS_RESUMABLE
-        place = place_of(start);
-        if (interrupted(two)) {
-            break; // the last segment does not count
-        }
-        advanced = true;
-        place.depth = 0u;
-#endif
-        if (!is_finite(path.radiance)) {
-            path.radiance = vec3(0.0);
-            atomicAdd(counters.value.non_finite, 1u);
-        }
-        if (path.is_lost) {
-            atomicAdd(counters.value.eye_lost_in_glass, 1u);
-        }
-        if (path.is_immersed) {
-            atomicAdd(counters.value.immersed, 1u);
-        }
-        sum += path.radiance;
-        done = i + 1u;
+    if (!progress.advanced && spread > 1u) {
+        cut_path(progress);
     }
-#ifndef WITHOUT_IS_RESUMABLE
-    advanced = advanced || place.depth != begun;
-    if (!advanced && spread > 1u) {
-        // Even alone: what the path would bring is left out.
-        path.reached = 0.0;
-        place.depth = 0u;
-        done++;
-        atomicAdd(counters.value.cut, 1u);
-        advanced = true;
-    }
-    store_place(number, place, done, advanced);
-    if (done < paths) {
-        store_visible_radiances(pixel, vec4(sum, 0.0));
+    store_place(number, progress);
+    if (progress.done < paths) {
+        store_visible_radiances(pixel, vec4(progress.sum, 0.0));
         return;
     }
 #endif
-    store_visible_radiances(pixel, vec4(sum / float(paths), 0.0));
-    store_visible_throughputs(pixel, path.reached > 0.0 ? vec4(path.bsdf, path.reached) : vec4(0.0));
-    if (path.reached > 0.0) {
-        store_visible_points(pixel, VisiblePoint(path.visible.position, pack_normal(path.visible.normal)));
-    }
+    store_pixel(pixel, progress.sum, progress.last);
 #ifdef WITHOUT_IS_RESUMABLE
-    if (interrupted(two)) {
+    if (interrupted()) {
         atomicAdd(counters.value.interrupted, 1u);
     }
 #endif

@@ -1,9 +1,13 @@
-// gather_tree: add each photon's weight to the visible points whose disc it is inside,
-// found by the kd-tree.
-// Each invocation takes every stride-th recorded photon; one that has met many points
-// leaves its place in `places` and counts as unfinished, so that no dispatch is long. Reads
-// photons, tree_points. Updates flux_* (atomic, fixed point), places.
-// Hachisuka and Jensen 2009, eq. 5.
+// gather_tree: adds each photon's weight to the visible points on whose disc it is, found by the
+// kd-tree.
+//
+// Invocations: `stride`; each takes every stride-th recorded photon. One that has visited many nodes
+//   stores its position in `places` and counts as unfinished; another dispatch goes on from there, so
+//   that no dispatch is long.
+// Reads: photons, tree_points, max_radius2; places where it resumes.
+// Writes: flux_red, flux_green, flux_blue, flux_counts (atomic), places, counters (atomic).
+// Units: lengths in render units; flux over the mean flux of a photon, in fixed point (flux.glsl).
+// Source: Hachisuka and Jensen 2009, equation 5; the walk: tree.glsl.
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #include "kernel/invocation.glsl"
@@ -21,17 +25,17 @@ layout(std430, set = 1, binding = 8) buffer PlaceBlock { TreePlace data[]; } pla
 #include "lookup/deposit.glsl"
 
 layout(push_constant) uniform Push {
-    uint recorded;
-    uint stride;
+    uint recorded; // number of photons
+    uint stride;   // number of invocations
     uint node_count;
-    uint resumed; // 1 to go on from `places`
-    uint offset;  // of this dispatch's invocations
-    uint two;     // 2, see interruption.glsl
+    uint resumed;  // 1 to go on from `places`
+    uint offset;   // first invocation of this dispatch
 };
 
-// Nodes that a lane takes to find its next point in reach before the others add theirs.
+// Nodes that a lane visits, at most, to find its next point in reach before all lanes add to theirs.
 const uint MAX_STEPS = 16u;
-// Rounds of one dispatch: with the steps of each, they stay below what llvmpipe allows.
+// Rounds of one dispatch: each has up to MAX_STEPS rounds of its own, and all are fewer than the
+// 65,535 that llvmpipe allows an invocation.
 const uint MAX_ROUNDS = 3500u;
 
 struct Photon {
@@ -51,7 +55,7 @@ Photon load_photon(uint index) {
 void main() {
     uint invocation = offset + invocation_index();
     if (invocation >= min(stride, recorded) || node_count == 0u) {
-        return; // its photons are another invocation's
+        return; // other invocations take all photons
     }
     TreePlace place = TreePlace(invocation, 1u, 0u);
     if (resumed != 0u) {
@@ -61,11 +65,11 @@ void main() {
         return;
     }
     Photon photon = load_photon(place.photon);
-    // Wide enough that rounding leaves no node out.
+    // Widened, so that rounding leaves no node out.
     float radius = 1.000001 * sqrt(uintBitsToFloat(max_radius2.value));
     for (uint round = 0u; round < MAX_ROUNDS && place.photon < recorded; round++) {
-        // Lanes run ahead to their next point in reach before any adds to it, so that few of
-        // them are idle while one adds.
+        // All lanes look for their next point in reach before any lane adds to its point, so that few
+        // lanes are idle while others add.
         bool found = false;
         TreePoint point;
         vec3 d;
@@ -89,7 +93,7 @@ void main() {
     if (place.photon < recorded) {
         atomicAdd(counters.value.unfinished, 1u);
     }
-    if (interrupted(two)) {
+    if (interrupted()) {
         atomicAdd(counters.value.interrupted, 1u);
     }
 }

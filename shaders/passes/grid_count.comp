@@ -1,5 +1,7 @@
-// grid_count: count the photons in each cell of the hash grid.
-// One invocation per recorded photon. Reads photons. Updates cells.count (atomic).
+// grid_count: counts the photons in each cell of the hash grid.
+//
+// Invocations: one per recorded photon.
+// Reads: photons, max_radius2. Writes: cells.count (atomic).
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #include "kernel/invocation.glsl"
@@ -11,8 +13,8 @@ layout(std430, set = 1, binding = 1) readonly buffer MaxRadiusBlock { uint value
 layout(std430, set = 1, binding = 2) buffer CellBlock { Cell data[]; } cells;
 
 layout(push_constant) uniform Push {
-    uint recorded;
-    uint cell_mask;
+    uint recorded;  // number of photons
+    uint cell_mask; // number of cells less 1; the number is a power of two
 };
 
 void main() {

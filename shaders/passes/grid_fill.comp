@@ -1,7 +1,7 @@
-// grid_fill: copy each photon to its cell's range, so that those of a cell are next to each
-// other.
-// One invocation per recorded photon. Reads photons. Writes grid_photons; updates cells.count
-// (atomic).
+// grid_fill: copies each photon to the range of its cell, so that the photons of a cell are consecutive.
+//
+// Invocations: one per recorded photon.
+// Reads: photons, max_radius2, cells.first. Writes: grid_photons, cells.count (atomic).
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #include "kernel/invocation.glsl"
@@ -14,8 +14,8 @@ layout(std430, set = 1, binding = 2) buffer CellBlock { Cell data[]; } cells;
 STORED_TEXELS(1, 3, PhotonRecord, grid_photons)
 
 layout(push_constant) uniform Push {
-    uint recorded;
-    uint cell_mask;
+    uint recorded;  // number of photons
+    uint cell_mask; // number of cells less 1; the number is a power of two
 };
 
 void main() {

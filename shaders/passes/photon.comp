@@ -1,8 +1,11 @@
-// photon: emit photons, trace them, and record them where they meet diffuse surfaces.
-// Each invocation traces every stride-th photon of the batch, starting the next where a
-// path ends, so that lanes stay busy (path regeneration). Writes photons, counters
-// (atomic), and where it is resumable, places. Weights are in units of the mean flux of a
-// photon. Jensen 1996.
+// photon: emits photons, traces them, and records them where they meet diffuse surfaces.
+//
+// Invocations: `stride`; each traces every stride-th photon of the batch and begins the next one where
+//   a path ends, so that lanes stay busy (path regeneration).
+// Reads: the scene (set 0); places where it resumes.
+// Writes: photons, counters (atomic), places where IS_RESUMABLE.
+// Units: lengths in render units; weights are flux over the mean flux of a photon, per channel.
+// Source: Jensen, "Global Illumination using Photon Maps", 1996.
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #include "kernel/invocation.glsl"
@@ -27,38 +30,37 @@ layout(std430, set = 1, binding = 8) buffer PlaceBlock { PhotonPlace data[]; } p
 #endif
 
 layout(push_constant) uniform Push {
-    uint before_low;     // photons before this iteration that are of its stream, 64 bits
+    uint before_low;     // photons of the stream before this iteration, 64 bits
     uint before_high;
     uint half_of_rounds; // 0 or 1
-    uint stream;         // photons of different streams are independent of each other
-    uint first;       // photons first .. end of the iteration, stride apart
+    uint stream;         // number of the stream; photons of different streams are independent
+    uint first;          // photons of the batch: from `first` to below `end`
     uint end;
-    uint stride;
-    uint capacity;    // of photons
-    uint offset;      // of this dispatch's invocations
-    uint resumed;     // these two: see interruption.glsl
-    uint spread;
-    uint two;         // 2, see interruption.glsl
+    uint stride;         // number of invocations
+    uint capacity;       // of photons, in records
+    uint offset;         // first invocation of this dispatch
+    uint resumed;        // 1 to go on from `places`; see interruption.glsl
+    uint spread;         // one of `spread` invocations works; see interruption.glsl
 };
 
-// Pairs of random numbers of a photon path: emission takes the first three, each bounce
-// then a pair for the direction and one for lobe and roulette.
+// Pairs of random numbers of a photon path. Emission takes the first three. Each bounce then takes a
+// pair for the direction and a pair for the lobe and Russian roulette.
 const uint PAIR_BOUNCE = 3u;
 
 struct Path {
-    Ray ray;
-    vec3 weight;
-    uint depth;
-    float index; // of the medium it is in, over the one where it began
+    Ray ray;          // its next segment
+    vec3 weight;      // flux over the mean flux of a photon, per channel
+    uint depth;       // segments so far
+    float medium_eta; // refractive index of the medium that the path is in, over that where it began
     Random random;
 };
 
-// Photons of all iterations of a stream are one sequence: its strata get finer as the render
-// goes on.
+// Random numbers of a photon. The photons of all iterations of a stream are one sequence, whose strata
+// get finer as the render goes on.
 Random random_of(uint photon) {
     uint index = before_low + photon;
     uint high = before_high + (index < photon ? 1u : 0u);
-    // Eye paths hash the seed itself: its complement keeps the two apart.
+    // Eye paths hash the seed, photons its complement: their numbers are independent.
     uint seed = hash(~seed_of_half(scene.seed, half_of_rounds), high);
     return Random(stream == 0u ? seed : hash(seed, stream), index);
 }
@@ -69,56 +71,13 @@ Path start_path(uint photon) {
     return Path(emission.ray, emission.weight, 0u, 1.0, random);
 }
 
-// Those past the end of the array count, so that the host hears of them.
+// Stores a photon. `recorded` also counts photons past the end of the array, which tells the host that
+// the array is too small.
 void store_record(PhotonRecord photon) {
     uint slot = atomicAdd(counters.value.recorded, 1u);
     if (slot < capacity) {
         store_photons(slot, photon);
     }
-}
-
-#ifndef WITHOUT_IS_RESUMABLE
-// What a segment has recorded: stored once it is known that the driver did not end it early.
-PhotonRecord recorded;
-bool has_recorded;
-#endif
-// Whether a segment met something opaque in a dielectric.
-bool is_immersed;
-
-void record(Surface surface, vec3 wo, vec3 weight) {
-    vec3 facing = dot(wo, surface.normal) < 0.0 ? -surface.normal : surface.normal;
-    PhotonRecord photon = PhotonRecord(surface.position, pack_normal(facing), weight, 0u);
-#ifdef WITHOUT_IS_RESUMABLE
-    store_record(photon);
-#else
-    recorded = photon;
-    has_recorded = true;
-#endif
-}
-
-// A photon's weight may grow by this factor where a shading normal is far from the geometric one.
-const float MOST_SHADING = 50.0;
-
-// |cos| at one normal over |cos| at the other, bounded.
-float cosine_ratio(vec3 w, vec3 over, vec3 under) {
-    return min(abs(dot(w, over)) / max(abs(dot(w, under)), 1.0e-20), MOST_SHADING);
-}
-
-// What a diffuse surface receives of a photon: photons arrive by the geometric normal, eye paths
-// weight light by the shading normal (Veach 1997, section 5.3). Nothing where that is turned away.
-float shading_of_arrival(Surface surface, vec3 wo) {
-    bool same_side = dot(wo, surface.shading_normal) * dot(wo, surface.normal) > 0.0;
-    return same_side ? cosine_ratio(wo, surface.shading_normal, surface.normal) : 0.0;
-}
-
-// Factor of the adjoint bsdf, which a photon scatters by (Veach 1997, equation 5.19). A diffuse
-// surface sends nothing to where its shading normal and its geometric one disagree about the side.
-float shading_of_scattering(Surface surface, bool specular, vec3 wo, vec3 wi) {
-    float factor = cosine_ratio(wo, surface.shading_normal, surface.normal)
-                 * cosine_ratio(wi, surface.normal, surface.shading_normal);
-    bool agree_o = dot(wo, surface.shading_normal) * dot(wo, surface.normal) > 0.0;
-    bool agree_i = dot(wi, surface.shading_normal) * dot(wi, surface.normal) > 0.0;
-    return specular || (agree_o && agree_i) ? factor : 0.0;
 }
 
 // Ways for a path to end, in the order of the counters; ALIVE if it goes on.
@@ -130,58 +89,116 @@ const uint LOST_IN_GLASS = 4u;
 const uint NOT_FINITE = 5u;
 const uint ALIVE = 6u;
 
-// One segment of a path. Direct light is the eye pass's affair, so the first surface
-// records nothing, unless photons are to bring all light.
-uint advance(inout Path path) {
+// The result of one segment of a path.
+struct Segment {
+    uint state;       // ALIVE, or how the path ends
+    bool is_immersed; // it met a diffuse surface inside a dielectric
+#ifndef WITHOUT_IS_RESUMABLE
+    bool has_record;  // it recorded a photon, stored once the driver is known not to have ended it early
+    PhotonRecord photon;
+#endif
+};
+
+// Records a photon at a diffuse surface.
+void record_photon(inout Segment segment, Surface surface, vec3 wo, vec3 weight) {
+    vec3 facing = dot(wo, surface.normal) < 0.0 ? -surface.normal : surface.normal;
+    PhotonRecord photon = PhotonRecord(surface.position, pack_normal(facing), weight, 0u);
+#ifdef WITHOUT_IS_RESUMABLE
+    store_record(photon);
+#else
+    segment.photon = photon;
+    segment.has_record = true;
+#endif
+}
+
+// Largest factor by which a shading normal far from the geometric normal raises a photon's weight.
+const float MAX_COSINE_RATIO = 50.0;
+
+// |cos| of w at one normal over |cos| at the other, bounded.
+float cosine_ratio(vec3 w, vec3 over, vec3 under) {
+    return min(abs(dot(w, over)) / max(abs(dot(w, under)), 1.0e-20), MAX_COSINE_RATIO);
+}
+
+// Factor of a photon's weight where it is recorded: photons arrive by the geometric normal, eye paths
+// weight light by the shading normal (Veach 1997, section 5.3). It is 0 if the shading normal faces
+// away.
+float shading_factor_of_record(Surface surface, vec3 wo) {
+    bool same_side = dot(wo, surface.shading_normal) * dot(wo, surface.normal) > 0.0;
+    return same_side ? cosine_ratio(wo, surface.shading_normal, surface.normal) : 0.0;
+}
+
+// Factor of the adjoint BSDF, by which a photon scatters (Veach 1997, equation 5.19). It is 0 on a
+// diffuse surface if the shading normal and the geometric normal disagree about the side.
+float shading_factor_of_bounce(Surface surface, bool specular, vec3 wo, vec3 wi) {
+    float factor = cosine_ratio(wo, surface.shading_normal, surface.normal)
+                 * cosine_ratio(wi, surface.normal, surface.shading_normal);
+    bool agree_o = dot(wo, surface.shading_normal) * dot(wo, surface.normal) > 0.0;
+    bool agree_i = dot(wi, surface.shading_normal) * dot(wi, surface.normal) > 0.0;
+    return specular || (agree_o && agree_i) ? factor : 0.0;
+}
+
+float largest_channel(vec3 weight) {
+    return max(weight.x, max(weight.y, weight.z));
+}
+
+// Scatters a photon at a surface. Returns false if Russian roulette ends the path.
+bool bounce(inout Path path, Surface surface, Material material) {
+    vec3 wo = -path.ray.direction;
+    uint pair = PAIR_BOUNCE + 2u * (path.depth - 1u);
+    vec2 u = random_pair(path.random, pair + 1u);
+    if (HAS_LAYERS) {
+        material = choose_lobe(material, abs(dot(wo, surface.shading_normal)), u.x);
+    }
+    bool specular = is_specular(material);
+    vec2 u_direction = specular && !is_rough(material) ? vec2(0.0) : random_pair(path.random, pair);
+    Scatter scattered = scatter(material, wo, surface.shading_normal, surface.tangent, u.x, u_direction, FLUX);
+    vec3 weight = path.weight * scattered.weight;
+    if (HAS_SHADING_NORMALS) {
+        weight *= shading_factor_of_bounce(surface, specular, wo, scattered.wi);
+    }
+    // Russian roulette keeps the largest channel of the weight as it was.
+    float before = largest_channel(path.weight);
+    float after = largest_channel(weight);
+    if (u.y * before >= after) {
+        return false;
+    }
+    path.weight = after < before ? weight * (before / after) : weight;
+    path.medium_eta *= scattered.eta;
+    path.ray = spawn_ray(surface, scattered.wi, crosses_surface(surface, wo, scattered.wi));
+    return true;
+}
+
+// Traces one segment of a path, and returns ALIVE or how the path ends. The first surface records no
+// photon, since the eye pass samples direct light; it does if photons are to carry all light.
+uint advance(inout Path path, inout Segment segment) {
     Hit hit = intersect(path.ray);
     if (hit.primitive == NONE) {
-        return is_in_glass(path.index) ? LOST_IN_GLASS : ESCAPED;
+        return is_in_glass(path.medium_eta) ? LOST_IN_GLASS : ESCAPED;
     }
     Surface surface = surface_at(path.ray, hit);
     Material material = material_at(surface);
     vec3 wo = -path.ray.direction;
-    float cos_o = abs(dot(wo, surface.shading_normal));
     bool receives = receives_photons(material);
-    if (receives && is_in_glass(path.index)) {
-        // In a pool, or lost: unless something stands in glass, none does this.
-        is_immersed = true;
-        path.index = 1.0;
+    if (receives && is_in_glass(path.medium_eta)) {
+        // A diffuse surface in a pool or in glass; else the path has missed its way out of a dielectric.
+        segment.is_immersed = true;
+        path.medium_eta = 1.0;
     }
     bool is_wanted = DIRECT_NEE ? path.depth > 0u : true;
     float shading = 1.0;
     if (HAS_SHADING_NORMALS) {
-        shading = shading_of_arrival(surface, wo);
+        shading = shading_factor_of_record(surface, wo);
         is_wanted = is_wanted && shading > 0.0;
     }
     if (receives && is_wanted) {
-        record(surface, wo, path.weight * (entering(material, cos_o) * shading));
+        float kept = transmittance_to_base(material, abs(dot(wo, surface.shading_normal)));
+        record_photon(segment, surface, wo, path.weight * (kept * shading));
     }
     path.depth++;
     if (path.depth >= scene.max_depth) {
         return TRUNCATED;
     }
-    uint pair = PAIR_BOUNCE + 2u * (path.depth - 1u);
-    vec2 u = random_pair(path.random, pair + 1u);
-    if (HAS_LAYERS) {
-        material = choose_lobe(material, cos_o, u.x);
-    }
-    bool specular = is_specular(material);
-    vec2 u_direction = specular && !is_rough(material) ? vec2(0.0) : random_pair(path.random, pair);
-    Scatter scattered = scatter(material, wo, surface.shading_normal, surface.tangent, u.x, u_direction, FLUX);
-    // Russian roulette keeps the largest channel of every photon's weight constant.
-    vec3 weight = path.weight * scattered.weight;
-    if (HAS_SHADING_NORMALS) {
-        weight *= shading_of_scattering(surface, specular, wo, scattered.wi);
-    }
-    float before = max(path.weight.x, max(path.weight.y, path.weight.z));
-    float after = max(weight.x, max(weight.y, weight.z));
-    if (u.y * before >= after) {
-        return receives ? DEPOSITED : ABSORBED;
-    }
-    path.weight = after < before ? weight * (before / after) : weight;
-    path.index *= scattered.eta;
-    path.ray = leave(surface, scattered.wi, goes_through(surface, wo, scattered.wi));
-    return ALIVE;
+    return bounce(path, surface, material) ? ALIVE : receives ? DEPOSITED : ABSORBED;
 }
 
 bool is_finite(Path path) {
@@ -189,95 +206,37 @@ bool is_finite(Path path) {
     return all(lessThan(size, vec3(INFINITY_T)));
 }
 
-// Whether a path carries anything: not one that begins where an image on a lamp is black.
-bool is_lit(Path path) {
-    return max(path.weight.x, max(path.weight.y, path.weight.z)) > 0.0;
+// Traces one segment of a path. A path of weight 0, from where an image on a lamp is black, ends at once.
+Segment trace_segment(inout Path path) {
+    Segment segment;
+    segment.state = NOT_FINITE;
+    segment.is_immersed = false;
+#ifndef WITHOUT_IS_RESUMABLE
+    segment.has_record = false;
+#endif
+    if (is_finite(path)) {
+        segment.state = largest_channel(path.weight) > 0.0 ? advance(path, segment) : ABSORBED;
+    }
+    return segment;
 }
 
-// What becomes of a path: ALIVE, or how it ends.
-uint follow(inout Path path) {
-    if (!is_finite(path)) {
-        return NOT_FINITE;
-    }
-    return is_lit(path) ? advance(path) : ABSORBED;
+#ifndef WITHOUT_IS_RESUMABLE
+Path path_of(PhotonPlace place) {
+    Ray ray = saved_ray(place.origin, place.direction, place.begin, place.contacts);
+    return Path(ray, place.weight, place.depth, place.index, random_of(place.photon - stride));
 }
 
-void main() {
-    scene = scene_info_at(0u);
-    uint number = invocation_index();
-#ifndef WITHOUT_IS_RESUMABLE
-    if (number % spread != 0u) {
-        return; // another invocation of the workgroup is to be alone
-    }
-    number /= spread;
-#endif
-    uint invocation = offset + number;
-    if (invocation >= stride) {
-        return; // its photons are another invocation's
-    }
-    uint photon = first + invocation; // the next one to start
-    uint ends[ALIVE] = uint[ALIVE](0u, 0u, 0u, 0u, 0u, 0u);
-    uint emitted = 0u;
-    uint immersed = 0u;
-    bool alive = false;
-    Path path;
-#ifndef WITHOUT_IS_RESUMABLE
-    bool advanced = false;
-    if (IS_RESUMABLE && resumed != 0u) {
-        PhotonPlace place = places.data[number];
-        if (place.state != (spread > 1u ? STUCK : UNFINISHED)) {
-            return;
-        }
-        photon = place.photon;
-        alive = place.alive != 0u;
-        Ray ray = saved_ray(place.origin, place.direction, place.begin, place.contacts);
-        path = Path(ray, place.weight, place.depth, place.index, random_of(photon - stride));
-    }
-#endif
-    while (alive || photon < end) {
-        Path next = path;
-        if (!alive) {
-            next = start_path(photon);
-        }
-        is_immersed = false;
-#ifndef WITHOUT_IS_RESUMABLE
-        has_recorded = false;
-#endif
-        uint state = follow(next);
-#ifndef WITHOUT_IS_RESUMABLE
-        if (interrupted(two)) {
-            break; // nothing of this segment counts
-        }
-        advanced = true;
-        if (has_recorded) {
-            store_record(recorded);
-        }
-#endif
-        path = next;
-        photon += alive ? 0u : stride;
-        emitted += alive ? 0u : 1u;
-        immersed += is_immersed ? 1u : 0u;
-        alive = state == ALIVE;
-        if (!alive) {
-            ends[state]++;
-        }
-    }
-#ifndef WITHOUT_IS_RESUMABLE
-    if (!advanced && spread > 1u) {
-        // Even alone.
-        photon += alive ? 0u : stride;
-        emitted += alive ? 0u : 1u;
-        alive = false;
-        ends[TRUNCATED]++;
-        atomicAdd(counters.value.cut, 1u);
-        advanced = true;
-    }
+// Stores the place from which the next dispatch goes on.
+void store_place(uint number, Path path, uint photon, bool alive, bool advanced) {
     uint state = alive || photon < end ? (advanced ? UNFINISHED : STUCK) : FINISHED;
-    places.data[number] = PhotonPlace(path.ray.origin, path.index, path.ray.direction, path.depth, path.weight, photon,
+    places.data[number] = PhotonPlace(path.ray.origin, path.medium_eta, path.ray.direction, path.depth, path.weight, photon,
                                       state, alive ? 1u : 0u, begin_of(path.ray), contacts_of(path.ray));
     atomicAdd(counters.value.unfinished, state == UNFINISHED ? 1u : 0u);
     atomicAdd(counters.value.stuck, state == STUCK ? 1u : 0u);
+}
 #endif
+
+void add_counts(uint ends[ALIVE], uint emitted, uint immersed) {
     atomicAdd(counters.value.deposited, ends[DEPOSITED]);
     atomicAdd(counters.value.absorbed, ends[ABSORBED]);
     atomicAdd(counters.value.escaped, ends[ESCAPED]);
@@ -286,8 +245,78 @@ void main() {
     atomicAdd(counters.value.non_finite, ends[NOT_FINITE]);
     atomicAdd(counters.value.immersed, immersed);
     atomicAdd(counters.value.emitted, emitted);
+}
+
+void main() {
+    scene = scene_info_at(0u);
+    uint number = invocation_index();
+#ifndef WITHOUT_IS_RESUMABLE
+    if (number % spread != 0u) {
+        return; // so that another invocation has the rounds of loops to itself
+    }
+    number /= spread;
+#endif
+    uint invocation = offset + number;
+    if (invocation >= stride) {
+        return; // other invocations take all photons
+    }
+    uint photon = first + invocation; // the next one to begin
+    uint ends[ALIVE] = uint[ALIVE](0u, 0u, 0u, 0u, 0u, 0u);
+    uint emitted = 0u;
+    uint immersed = 0u;
+    bool alive = false;
+    Path path;
+#ifndef WITHOUT_IS_RESUMABLE
+    bool advanced = false; // this dispatch has finished a segment
+    if (IS_RESUMABLE && resumed != 0u) {
+        PhotonPlace place = places.data[number];
+        if (place.state != (spread > 1u ? STUCK : UNFINISHED)) {
+            return;
+        }
+        photon = place.photon;
+        alive = place.alive != 0u;
+        path = path_of(place);
+    }
+#endif
+    while (alive || photon < end) {
+        Path next = path;
+        if (!alive) {
+            next = start_path(photon);
+        }
+        Segment segment = trace_segment(next);
+#ifndef WITHOUT_IS_RESUMABLE
+        if (interrupted()) {
+            break; // the driver ended this segment early: it does not count
+        }
+        advanced = true;
+        if (segment.has_record) {
+            store_record(segment.photon);
+        }
+#endif
+        path = next;
+        photon += alive ? 0u : stride;
+        emitted += alive ? 0u : 1u;
+        immersed += segment.is_immersed ? 1u : 0u;
+        alive = segment.state == ALIVE;
+        if (!alive) {
+            ends[segment.state]++;
+        }
+    }
+#ifndef WITHOUT_IS_RESUMABLE
+    if (!advanced && spread > 1u) {
+        // The driver cannot follow the path even where the invocation is alone: cut it.
+        photon += alive ? 0u : stride;
+        emitted += alive ? 0u : 1u;
+        alive = false;
+        ends[TRUNCATED]++;
+        atomicAdd(counters.value.cut, 1u);
+        advanced = true;
+    }
+    store_place(number, path, photon, alive, advanced);
+#endif
+    add_counts(ends, emitted, immersed);
 #ifdef WITHOUT_IS_RESUMABLE
-    if (interrupted(two)) {
+    if (interrupted()) {
         atomicAdd(counters.value.interrupted, 1u);
     }
 #endif

@@ -1,26 +1,29 @@
-// radius: give each visible point its radius for this iteration.
-// One invocation per pixel. Reads visible_throughputs, pixel_states. Writes visible_radii2;
-// raises max_radius2. The first radius follows the length of
-// the eye path, as the footprint of a pixel does; how much of it is left is either the
-// pixel's own affair (Hachisuka and Jensen 2009, eq. 7) or the same for all (Knaus and
-// Zwicker 2011, eq. 15).
+// radius: gives each visible point its gather radius for this iteration.
+//
+// Invocations: one per pixel.
+// Reads: visible_throughputs (w: length of the eye path), pixel_states.
+// Writes: visible_radii2, max_radius2 (atomic); pixel_states where `first` is 1.
+// Units: lengths in render units.
+// Source: the first radius is proportional to the length of the eye path, as the footprint of a pixel
+//   is. It then shrinks per pixel (Hachisuka and Jensen 2009, equation 7) or by the same factor for
+//   all pixels (Knaus and Zwicker 2011, equation 15).
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #include "kernel/invocation.glsl"
 #include "scene/types.glsl"
 
-STORED_TEXELS(1, 0, float, visible_radii2) // squared radius, 0 if there is no point
-TEXELS(1, 1, vec4, visible_throughputs) // w: length of the path
+STORED_TEXELS(1, 0, float, visible_radii2) // squared radius; 0 if the pixel has no visible point
+TEXELS(1, 1, vec4, visible_throughputs) // w: length of the eye path
 UPDATED_TEXELS(1, 2, PixelState, pixel_states)
 layout(std430, set = 1, binding = 3) buffer MaxRadiusBlock { uint value; } max_radius2; // bits of a float
 
 layout(push_constant) uniform Push {
     uint pixel_count;
-    float per_length;   // first radius over path length ..
-    float least;        // .. and its bounds
+    float per_length;   // first radius over the length of the eye path
+    float least;        // bounds of the first radius, render units
     float most;
-    float shrink;       // of the squared radius, for all pixels
-    uint first;         // 1 if a pixel's statistics begin here
+    float shrink;       // factor of the squared radius, the same for all pixels
+    uint first;         // 1 if the pixels' statistics begin with this iteration
 };
 
 void main() {

@@ -1,6 +1,10 @@
-// tone_map: the pixels of a window from an image of linear radiance.
-// One invocation per pixel of the window. Reads shown; writes pixels. An image that is as large as
-// its place in the window is shown pixel by pixel, another one is interpolated.
+// tone_map: makes the pixels of a window from an image of linear radiance.
+//
+// Invocations: one per pixel of the window.
+// Reads: shown. Writes: pixels.
+// Units: shown is linear RGB, W/(m^2 sr), times `exposure`; pixels have 8 bits per channel.
+//
+// The image is interpolated, unless it is shown at one pixel of the window per pixel.
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #include "kernel/invocation.glsl"
@@ -10,25 +14,26 @@ TEXELS(1, 0, vec4, shown) // linear RGB; w is unused
 layout(std430, set = 1, binding = 1) writeonly buffer PixelBlock { uint data[]; } pixels;
 
 layout(push_constant) uniform Push {
-    uvec2 window;   // size
-    uvec2 image;    // size
-    vec2 origin;    // of the image, in pixels of the window
+    uvec2 window;   // size, pixels
+    uvec2 image;    // size, pixels
+    vec2 origin;    // upper left corner of the image, in pixels of the window
     vec2 per_pixel; // pixels of the image per pixel of the window
-    float exposure; // factor
-    uint curve;
-    uint bgra;      // 1 if blue is the lowest byte
+    float exposure; // factor of the radiance
+    uint curve;     // one of CURVE_*
+    uint bgra;      // 1 if blue is the lowest byte of a pixel, 0 if red is
     uint pad;
 };
 
-const vec3 AROUND = vec3(0.02);
+// sRGB color of the window around the image.
+const vec3 BACKGROUND = vec3(0.02);
 
-// A pixel as something that can be averaged: what is not a number is black, as in a PNG.
+// A pixel of the image, as finite numbers that can be averaged: NaN becomes black, as in a PNG.
 vec3 pixel_at(ivec2 at) {
     vec3 v = shown_at(uint(at.y) * image.x + uint(at.x)).rgb;
     return min(mix(vec3(0.0), v, greaterThan(v, vec3(0.0))), vec3(INFINITY_T));
 }
 
-// What the image is between its pixels' centres.
+// Bilinear interpolation between the centres of pixels.
 vec3 sample_image(vec2 at) {
     vec2 base = floor(at);
     vec2 t = at - base;
@@ -40,7 +45,7 @@ vec3 sample_image(vec2 at) {
     return mix(upper, lower, t.y);
 }
 
-// IEC 61966-2-1.
+// The sRGB transfer function, IEC 61966-2-1.
 vec3 encode_srgb(vec3 v) {
     return mix(1.055 * pow(v, vec3(1.0 / 2.4)) - 0.055, 12.92 * v, lessThanEqual(v, vec3(0.0031308)));
 }
@@ -51,8 +56,8 @@ vec3 aces_like(vec3 v) {
     return v * (2.51 * v + 0.03) / (v * (2.43 * v + 0.59) + 0.14);
 }
 
-// AgX (Sobotka 2022) in the approximation of Wrensch 2023: logarithms of inset primaries, and a
-// polynomial for its sigmoid. What comes out is as a screen takes it.
+// AgX (Sobotka 2022) as Wrensch 2023 approximates it: logarithms of inset primaries, and a polynomial
+// for the sigmoid. The result is encoded for the screen.
 vec3 agx(vec3 v) {
     const mat3 inset = mat3(0.842479062253094, 0.0423282422610123, 0.0423756549057051,
                             0.0784335999999992, 0.878468636469772, 0.0784336,
@@ -86,7 +91,7 @@ void main() {
     }
     vec2 at = (vec2(pixel % window.x, pixel / window.x) + 0.5 - origin) * per_pixel;
     bool inside = all(greaterThanEqual(at, vec2(0.0))) && all(lessThan(at, vec2(image)));
-    vec3 color = inside ? tone_map(sample_image(at - 0.5) * exposure) : AROUND;
+    vec3 color = inside ? tone_map(sample_image(at - 0.5) * exposure) : BACKGROUND;
     uvec3 bytes = uvec3(clamp(color, 0.0, 1.0) * 255.0 + 0.5);
     bytes = bgra != 0u ? bytes.bgr : bytes;
     pixels.data[pixel] = bytes.r | bytes.g << 8u | bytes.b << 16u | 0xff000000u;

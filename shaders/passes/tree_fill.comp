@@ -1,6 +1,9 @@
-// tree_fill: copy each visible point to its node, so that a walk reads a node from
+// tree_fill: copies each visible point to its node of the kd-tree, so that a walk reads a node from
 // consecutive memory.
-// One invocation per node. Reads visible_*, tree_nodes. Writes tree_points.
+//
+// Invocations: one per node.
+// Reads: visible_points, visible_radii2, tree_nodes. Writes: tree_points.
+// Units: lengths in render units.
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #include "kernel/invocation.glsl"
@@ -8,7 +11,7 @@
 
 TEXELS(1, 0, VisiblePoint, visible_points)
 TEXELS(1, 1, float, visible_radii2)
-layout(std430, set = 1, binding = 2) readonly buffer TreeNodeBlock { uint data[]; } tree_nodes; // pixel, axis
+layout(std430, set = 1, binding = 2) readonly buffer TreeNodeBlock { uint data[]; } tree_nodes; // pixel, and above it the axis
 STORED_TEXELS(1, 3, TreePoint, tree_points)
 
 layout(push_constant) uniform Push {

@@ -1,12 +1,16 @@
-// update: turn an iteration's flux into radiance, add it to the image, and shrink the
-// pixel's radius.
-// One invocation per pixel. Reads visible_*. Updates pixel_states and sum_* (exact, in
-// units of push.unit); clears flux_*.
+// update: turns the flux of an iteration into radiance, adds it to the image, and shrinks the pixel's
+// radius.
 //
-// Hachisuka and Jensen 2009, eq. 6 to 9, scale the flux of all earlier iterations when the
-// radius shrinks: tau' / r'^2 = (tau + phi) / r^2. So tau / r^2 is the sum of phi / r^2 over
-// iterations, each with the radius that it had, and the image is the mean of the images of
-// its iterations, whatever made their radii (as Knaus and Zwicker 2011, section 3, say it).
+// Invocations: one per pixel.
+// Reads: visible_radii2, visible_throughputs, visible_radiances, and flux_red, flux_green, flux_blue,
+//   flux_counts, which it clears.
+// Writes: sum_red, sum_green, sum_blue, sum_second (exact, see sum.glsl), pixel_states, counters
+//   (atomic).
+// Units: radiance in W/(m^2 sr); the sums in the unit 1 / per_unit.
+// Source: Hachisuka and Jensen 2009, equations 6 to 9, scale the flux of all earlier iterations when the
+//   radius shrinks: tau' / r'^2 = (tau + phi) / r^2. So tau / r^2 is the sum over iterations of
+//   phi / r^2, each with its own radius, and the image is the mean of the images of its iterations,
+//   however their radii were chosen (Knaus and Zwicker 2011, section 3).
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #include "kernel/invocation.glsl"
@@ -23,19 +27,19 @@ UPDATED_TEXELS(1, 5, PixelState, pixel_states)
 UPDATED_TEXELS(1, 6, uvec4, sum_red)
 UPDATED_TEXELS(1, 7, uvec4, sum_green)
 UPDATED_TEXELS(1, 8, uvec4, sum_blue)
-UPDATED_TEXELS(1, 9, uvec4, sum_second) // luminance of the second half
+UPDATED_TEXELS(1, 9, uvec4, sum_second) // luminance, second half of the rounds only
 layout(std430, set = 1, binding = 10) buffer CounterBlock { Counters value; } counters;
 
 layout(push_constant) uniform Push {
-    vec3 luminance;      // what each channel adds to it
+    vec3 luminance;      // luminance of each channel
     uint pixel_count;
-    float alpha;         // share of an iteration's photons that is kept
-    float per_unit;      // one over the unit of the sums, m^2 sr/W
-    float flux_scale;    // mean flux of a photon over pi and the unit
+    float alpha;         // share of an iteration's photons that is kept, in (0, 1]
+    float per_unit;      // 1 over the unit of the sums, m^2 sr/W
+    float flux_scale;    // mean flux of a photon over pi and the unit of the sums
     uint half_of_rounds; // 0 or 1
 };
 
-// Reads a pixel's flux and count, and clears them.
+// Reads the flux of a pixel and the count of its photons, and clears both.
 vec3 take_flux(uint pixel, out uint count) {
     count = flux_counts.data[pixel];
     vec3 flux = vec3(0.0);

@@ -5,7 +5,8 @@
 
 use crate::image::estimate::Estimate;
 use crate::image::file::Channel;
-use crate::render::renderer::{RenderError, Renderer};
+use crate::render::error::RenderError;
+use crate::render::renderer::Renderer;
 
 /// A quantity that each pixel has.
 #[derive(Clone, Copy, Debug)]

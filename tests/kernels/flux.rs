@@ -109,8 +109,7 @@ fn accumulate(weights: &[[f32; 3]], low: u32, high: u32) -> Sums {
     for resumed in 0.. {
         let mut frame = device.frame().expect("a frame");
         frame.clear(&flux.counters);
-        let push =
-            GatherGridPush { width: 1, height: 1, cell_mask: 0, resumed: u32::min(resumed, 1), offset: 0, two: 2 };
+        let push = GatherGridPush { width: 1, height: 1, cell_mask: 0, resumed: u32::min(resumed, 1), offset: 0 };
         frame.dispatch(&pass, push, 32);
         frame.run().expect("a run");
         let counted = bench.read(&flux.counters)[0];

@@ -53,7 +53,7 @@ fn accumulate(points: &[Disc], width: u32, photons: &[Disc], cells: u32, workgro
     frame.dispatch(&reserve, GridReservePush { cell_count: cells }, cells.into());
     frame.dispatch(&fill, GridFillPush { recorded, cell_mask }, recorded.into());
     frame.run().expect("a run");
-    let push = |resumed| GatherGridPush { width, height, cell_mask, resumed, offset: 0, two: 2 };
+    let push = |resumed| GatherGridPush { width, height, cell_mask, resumed, offset: 0 };
     let dispatches = flux.add_all(&bench, |frame, resumed| frame.dispatch(&add, push(resumed), invocations));
     Gathered { counts: flux.counts(&bench), dispatches }
 }

@@ -51,9 +51,9 @@ void main() {
     material.alpha_v = 0.0;
     material.coat_eta = 0.0;
     material.flags = 0u;
-    bool carries = incidence.carries_radiance != 0u ? RADIANCE : FLUX;
-    Scatter there = scatter(material, incidence.wo, incidence.normal, vec3(0.0), incidence.u, incidence.u_direction, carries);
-    Scatter back = scatter(material, there.wi, incidence.normal, vec3(0.0), incidence.u, incidence.u_direction, carries);
+    bool transport = incidence.carries_radiance != 0u ? RADIANCE : FLUX;
+    Scatter there = scatter(material, incidence.wo, incidence.normal, vec3(0.0), incidence.u, incidence.u_direction, transport);
+    Scatter back = scatter(material, there.wi, incidence.normal, vec3(0.0), incidence.u, incidence.u_direction, transport);
     outcomes.data[i] = Outcome(there.wi, there.eta != 1.0 ? 1u : 0u, there.weight, 0.0,
                                back.wi, back.eta != 1.0 ? 1u : 0u, back.weight, 0.0);
 }

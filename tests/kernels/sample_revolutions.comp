@@ -34,7 +34,7 @@ void main() {
         return;
     }
     Light light = lights_at(points.data[i].light);
-    Surface surface = sample_revolution(light, points.data[i].u);
+    Surface surface = sample_revolution_light(light, points.data[i].u);
     Ray ray = free_ray(surface.position + AWAY * surface.normal, -surface.normal);
     Hit hit = Hit(2.0 * AWAY, NONE, vec2(0.0), NONE);
     float pdf_of_hit = 0.0;

@@ -41,13 +41,13 @@ void main() {
     }
     Meeting meeting = meetings.data[i];
     Material material = lobes.data[meeting.material];
-    bool carries = meeting.carries_radiance != 0u ? RADIANCE : FLUX;
+    bool transport = meeting.carries_radiance != 0u ? RADIANCE : FLUX;
     float u = meeting.u_lobe;
     if (meeting.whole != 0u) {
         material = choose_lobe(material, abs(dot(meeting.wo, meeting.normal)), u);
     }
-    Scatter scattered = scatter(material, meeting.wo, meeting.normal, meeting.tangent, u, meeting.u, carries);
+    Scatter scattered = scatter(material, meeting.wo, meeting.normal, meeting.tangent, u, meeting.u, transport);
     vec3 wi = meeting.wi == vec3(0.0) ? scattered.wi : meeting.wi;
-    Response response = respond(material, meeting.wo, wi, meeting.normal, meeting.tangent, carries);
+    BsdfValue response = evaluate_bsdf(material, meeting.wo, wi, meeting.normal, meeting.tangent, transport);
     outcomes.data[i] = Scattered(wi, material.kind, scattered.weight, response.pdf, response.value, 0.0);
 }

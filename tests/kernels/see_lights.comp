@@ -22,7 +22,7 @@ struct Seen {
     vec3 target;
     float pdf;
     vec3 wi;
-    uint competes;
+    uint uses_mis;
     vec3 radiance;
     float pdf_of_hit; // direct_pdf of the point that the ray along wi meets first, 0 if none
 };
@@ -41,7 +41,7 @@ void main() {
     if (view.light == NONE) {
         direct = sample_direct(view.from, view.u_light, view.u);
     } else {
-        direct = sample_area(lights_at(view.light), view.from, view.u);
+        direct = sample_area_light(lights_at(view.light), view.from, view.u);
     }
     float pdf_of_hit = 0.0;
     if (view.light != NONE && direct.pdf > 0.0) {
@@ -51,5 +51,5 @@ void main() {
             pdf_of_hit = direct_pdf(lights_at(view.light), view.from, surface_at(ray, hit), direct.wi);
         }
     }
-    seen.data[i] = Seen(direct.target, direct.pdf, direct.wi, direct.competes ? 1u : 0u, direct.radiance, pdf_of_hit);
+    seen.data[i] = Seen(direct.target, direct.pdf, direct.wi, direct.uses_mis ? 1u : 0u, direct.radiance, pdf_of_hit);
 }

@@ -43,7 +43,7 @@ fn accumulate(points: &[Disc], photons: &[Disc], invocations: u32) -> Deposits {
     let fill = device.pass(&fill, &Specialization::default(), 64).expect("a pass");
     let add = device.pass(&add, &Specialization::default(), 64).expect("a pass");
     let recorded = photons.len() as u32;
-    let push = |resumed| GatherTreePush { recorded, stride: invocations, node_count, resumed, offset: 0, two: 2 };
+    let push = |resumed| GatherTreePush { recorded, stride: invocations, node_count, resumed, offset: 0 };
     let mut frame = device.frame().expect("a frame");
     frame.dispatch(&fill, TreeFillPush { node_count }, node_count.into());
     frame.run().expect("a run");

@@ -1,69 +1,71 @@
-// Where eye paths meet rough surfaces. No photon is recorded there: next-event estimation and rays
-// of the bsdf find the light, and share what both find by MIS.
+// Eye paths on rough surfaces, which record no photons: next-event estimation and BSDF sampling find
+// direct light there, combined by MIS.
 
-// The surface that a path has met last, if that was rough.
-struct Last {
+// The previous vertex of an eye path, if its surface was rough.
+struct RoughVertex {
     vec3 position;
-    float pdf; // of the direction that the path took there; 0 if it was not rough
+    float pdf; // of the direction in which the path went on, by solid angle; 0 if it was not rough
 };
 
-Last not_rough() {
-    return Last(vec3(0.0), 0.0);
+RoughVertex no_rough_vertex() {
+    return RoughVertex(vec3(0.0), 0.0);
 }
 
 #ifdef WITHOUT_IS_RICH
-vec3 light_on_rough(Surface surface, Material material, vec3 wo, Random random, uint pair) {
+vec3 direct_light_on_rough(Surface surface, Material material, vec3 wo, Random random, uint pair) {
     return vec3(0.0);
 }
 
-Last after(Surface surface, Material material, vec3 wo, vec3 wi) {
-    return not_rough();
+RoughVertex rough_vertex(Surface surface, Material material, vec3 wo, vec3 wi) {
+    return no_rough_vertex();
 }
 
-float weight_after(Last last, Light light, Surface surface, vec3 wi) {
+float emission_mis_weight(RoughVertex previous, Light light, Surface surface, vec3 wi) {
     return 1.0;
 }
 
-float pdf_after(Last last) {
+float escape_pdf(RoughVertex previous) {
     return INFINITY_T;
 }
 #else
-// Radiance towards wo that a rough surface has straight from a light.
-vec3 light_on_rough(Surface surface, Material material, vec3 wo, Random random, uint pair) {
+// Radiance that a rough surface reflects or transmits towards wo from one light, over the pdf of
+// choosing that light; W/(m^2 sr).
+vec3 direct_light_on_rough(Surface surface, Material material, vec3 wo, Random random, uint pair) {
     if (HAS_ROUGH) {
         if (HAS_LOCATABLE_LIGHTS) {
             LightSample direct = sample_direct(surface.position, random_pair(random, pair).x,
                                                random_pair(random, pair + 1u));
-            Response response = respond(material, wo, direct.wi, surface.shading_normal, surface.tangent, RADIANCE);
-            float weight = direct.hittable ? mis_weight(direct.pdf, response.pdf) : 1.0;
+            BsdfValue bsdf = evaluate_bsdf(material, wo, direct.wi, surface.shading_normal, surface.tangent, RADIANCE);
+            float weight = direct.hittable ? mis_weight(direct.pdf, bsdf.pdf) : 1.0;
             bool blocked = occluded(shadow_ray(surface, direct.wi, direct.target, false));
-            bool lit = is_rough(material) && direct.pdf > 0.0 && response.pdf > 0.0 && !blocked;
-            return lit ? direct.radiance * response.value * (weight / direct.pdf) : vec3(0.0);
+            bool lit = is_rough(material) && direct.pdf > 0.0 && bsdf.pdf > 0.0 && !blocked;
+            return lit ? direct.radiance * bsdf.value * (weight / direct.pdf) : vec3(0.0);
         }
     }
     return vec3(0.0);
 }
 
-// What a path remembers that goes on along wi.
-Last after(Surface surface, Material material, vec3 wo, vec3 wi) {
+// The vertex of a path that goes on along wi.
+RoughVertex rough_vertex(Surface surface, Material material, vec3 wo, vec3 wi) {
     if (HAS_ROUGH) {
-        float pdf = respond(material, wo, wi, surface.shading_normal, surface.tangent, RADIANCE).pdf;
-        return Last(surface.position, is_rough(material) ? pdf : 0.0);
+        float pdf = evaluate_bsdf(material, wo, wi, surface.shading_normal, surface.tangent, RADIANCE).pdf;
+        return RoughVertex(surface.position, is_rough(material) ? pdf : 0.0);
     }
-    return not_rough();
+    return no_rough_vertex();
 }
 
-// Weight of what an area light sends along a ray: all of it, unless next-event estimation has
-// looked for it, too.
-float weight_after(Last last, Light light, Surface surface, vec3 wi) {
+// MIS weight of the emission of an area light that an eye path has met: 1 unless the previous vertex was
+// rough, where next-event estimation samples the light as well.
+float emission_mis_weight(RoughVertex previous, Light light, Surface surface, vec3 wi) {
     if (HAS_ROUGH) {
-        return last.pdf > 0.0 ? mis_weight(last.pdf, direct_pdf(light, last.position, surface, wi)) : 1.0;
+        return previous.pdf > 0.0 ? mis_weight(previous.pdf, direct_pdf(light, previous.position, surface, wi)) : 1.0;
     }
     return 1.0;
 }
 
-// The pdf of a ray that leaves the scene; INFINITY_T where nothing else looks for the same light.
-float pdf_after(Last last) {
-    return last.pdf > 0.0 ? last.pdf : INFINITY_T;
+// The pdf of the direction of a ray that leaves the scene; INFINITY_T where next-event estimation does
+// not sample the same light.
+float escape_pdf(RoughVertex previous) {
+    return previous.pdf > 0.0 ? previous.pdf : INFINITY_T;
 }
 #endif

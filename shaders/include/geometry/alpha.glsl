@@ -1,13 +1,14 @@
-// Rays against what is there of the surfaces, in the order in which surfaces in contact are met.
+// Intersects rays with the scene, where alpha cuts surfaces away and contact orders them.
 
 #ifdef WITHOUT_HAS_CONTACTS
-Hit intersect_in_order(Ray ray, float t_max) {
+Hit intersect_by_contact_order(Ray ray, float t_max) {
     return traverse(ray, t_max, false);
 }
 #else
-// The nearest hit with t < t_max. Of surfaces in contact, whose t differ by roundings, the first in
-// their order: what precedes a hit there is looked for until nothing does.
-Hit intersect_in_order(Ray ray, float t_max) {
+// Returns the nearest hit with t < t_max. The t of surfaces in contact differ by roundings only: of
+// these, it returns the first in the order of contact.glsl. It repeats the search for surfaces that
+// precede the hit until there is none.
+Hit intersect_by_contact_order(Ray ray, float t_max) {
     Hit hit = Hit(t_max, NONE, vec2(0.0), NONE);
     Ray wanted = ray;
     for (bool looks = true; looks;) {
@@ -19,7 +20,7 @@ Hit intersect_in_order(Ray ray, float t_max) {
             looks = all(greaterThanEqual(position, scene.contact_lower))
                  && all(lessThanEqual(position, scene.contact_upper));
         }
-        // A loop of one round: on a processor, lanes that need none of it skip it together.
+        // A loop of one round instead of `if`: a CPU driver skips a loop if no lane needs it.
         for (bool near = looks; near; near = false) {
             Surface surface = surface_at(ray, hit);
             float width = contact_width(surface, ray.direction);
@@ -35,32 +36,32 @@ Hit intersect_in_order(Ray ray, float t_max) {
 #endif
 
 #ifndef WITHOUT_HAS_TEXTURES
-// Surfaces that a ray passes where they are cut away, at most; the next one stops it.
+// Largest number of cut-away surfaces that a ray passes; the next surface stops it.
 const uint MAX_CUT_SURFACES = 64u;
 
-// Whether a surface lets a ray pass. By a hash of the ray, as in pbrt: the next surface gets
-// another number, since the ray begins elsewhere then.
-bool lets_pass(Surface surface, Ray ray) {
+// Whether alpha cuts a surface away for a ray: a draw by a hash of the ray, as in pbrt. The next surface
+// gets another number, since the ray then has another origin.
+bool is_cut_away(Surface surface, Ray ray) {
     uvec3 bits = pcg3d(floatBitsToUint(ray.origin));
     bits = pcg3d(bits ^ floatBitsToUint(ray.direction));
     return to_unit(bits.x) >= opacity(surface);
 }
 
-// The nearest hit with t < t_max on what is there. A ray goes on behind a surface that lets it
-// pass.
-Hit intersect_opaque(Ray ray, float t_max) {
+// Returns the nearest hit with t < t_max, where alpha cuts no surface away. The ray goes on behind
+// surfaces that are cut away.
+Hit intersect_with_alpha(Ray ray, float t_max) {
     vec3 begin = ray.origin;
-    float passed = 0.0; // in lengths of the direction
+    float passed = 0.0; // t of the new origin
     Hit hit;
     bool passes = true;
     for (uint i = 0u; passes; i++) {
-        hit = intersect_in_order(ray, t_max - passed);
+        hit = intersect_by_contact_order(ray, t_max - passed);
         passes = hit.primitive != NONE && i < MAX_CUT_SURFACES;
         if (passes) {
             Surface surface = surface_at(ray, hit);
-            passes = lets_pass(surface, ray);
+            passes = is_cut_away(surface, ray);
             if (passes) {
-                ray = leave(surface, ray.direction, true);
+                ray = spawn_ray(surface, ray.direction, true);
                 passed = dot(ray.origin - begin, ray.direction) / dot(ray.direction, ray.direction);
             }
         }
@@ -71,20 +72,21 @@ Hit intersect_opaque(Ray ray, float t_max) {
 
 #endif
 
+// Returns the nearest hit of a ray with the scene.
 Hit intersect(Ray ray) {
 #ifndef WITHOUT_HAS_TEXTURES
     if (HAS_ALPHA) {
-        return intersect_opaque(ray, INFINITY_T);
+        return intersect_with_alpha(ray, INFINITY_T);
     }
 #endif
-    return intersect_in_order(ray, INFINITY_T);
+    return intersect_by_contact_order(ray, INFINITY_T);
 }
 
-// Whether anything stands in a ray's way before t = 1.
+// Whether a surface blocks a ray before t = 1.
 bool occluded(Ray ray) {
 #ifndef WITHOUT_HAS_TEXTURES
     if (HAS_ALPHA) {
-        return intersect_opaque(ray, 1.0).primitive != NONE;
+        return intersect_with_alpha(ray, 1.0).primitive != NONE;
     }
 #endif
     return traverse(ray, 1.0, true).primitive != NONE;

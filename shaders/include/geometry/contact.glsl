@@ -1,12 +1,13 @@
-// Surfaces in contact: those of different bodies that coincide within the error of positions, as
+// Surfaces in contact: surfaces of different bodies that coincide within the error of positions, such as
 // the underside of a glass and the table that it stands on. The host finds them
-// (src/gpu_scene/pack/contact.rs). Roundings of t must not decide which one a ray meets first, so the order is
+// (src/gpu_scene/pack/contact.rs). Rounding of t must not decide which of them a ray meets first. The
+// order is
 //   0. boundaries through which the ray leaves a dielectric,
-//   1. surfaces that are no such boundary, by layer,
-//   2. boundaries through which it enters a dielectric:
-// bodies in contact are apart by a gap of air that has no width, from whichever side they are
-// seen. Of a decal and its wall, a lamp and its ceiling, or a pane on a table, the layer says which
-// is in front: on either side.
+//   1. sheets, which are surfaces that bound no dielectric, by layer,
+//   2. boundaries through which the ray enters a dielectric.
+// So bodies in contact are separated by a gap of air without width, seen from any side. The layer tells
+// which of two sheets is in front, for rays from either side: a decal before its wall, a lamp before its
+// ceiling, a pane on a table.
 
 #ifdef WITHOUT_HAS_CONTACTS
 struct Ray {
@@ -37,20 +38,20 @@ float begin_of(Ray ray) {
 struct Ray {
     vec3 origin;
     vec3 direction;
-    float begin;     // t, 0 or less, from which on the ray may meet surfaces in contact with the one that it left
-    float otherwise; // the same for all others: 0, or INFINITY_T to meet none of them
-    uint exits;      // layers of the surfaces in contact that it may meet where it leaves their inside
-    uint entries;    // and where it enters it
-    bool to_front;   // it left a sheet on its front, where lower layers are
+    float begin;     // least t, 0 or less, of surfaces in contact with the surface that the ray left
+    float otherwise; // least t of all other surfaces: 0, or INFINITY_T to exclude them
+    uint exits;      // layers of the surfaces in contact that the ray may meet from their inside
+    uint entries;    // layers of the surfaces in contact that the ray may meet from their outside
+    bool to_front;   // the ray left a sheet on its front, where sheets of lower layers are
 };
 
-// A ray that has left no surface in contact with others.
+// A ray that starts at no surface in contact with others.
 Ray free_ray(vec3 origin, vec3 direction) {
     return Ray(origin, direction, 0.0, 0.0, 0u, 0u, false);
 }
 
-// What a ray may meet of surfaces in contact, in one word; and a ray from that. Layers are in the
-// upper twelve bits of a word.
+// Packs the layers that a ray may meet, and its side of a sheet, into one word; saved_ray unpacks them.
+// Layers are the upper twelve bits of a word.
 uint contacts_of(Ray ray) {
     return ray.exits | ray.entries >> 12u | (ray.to_front ? 1u : 0u);
 }
@@ -68,18 +69,19 @@ bool is_boundary(uint layer) {
     return (layer & BOUNDARY_LAYERS) != 0u;
 }
 
-// Whether a ray may meet at t a primitive of this material whose inside it leaves (or enters) there.
+// Whether a ray may meet a primitive of this material at t. `leaves`: the ray comes from its inside.
 bool may_meet(Ray ray, uint material, bool leaves, float t) {
     uint layers = leaves ? ray.exits : ray.entries;
     return t > ((material & layers) != 0u ? ray.begin : ray.otherwise);
 }
 
-// The least t at which a ray may meet anything.
+// The least t at which a ray may meet a surface.
 float begin_of(Ray ray) {
     return ray.begin;
 }
 
-// Has a ray that leaves a surface meet what follows that in the order.
+// Restricts a ray that starts at a surface: of surfaces in contact, it may meet those that follow this
+// surface in the order.
 void meet_followers(inout Ray ray, uint layer, bool leaves, bool to_front) {
     uint sheets = layer != 0u ? SHEET_LAYERS : 0u;
     uint boundaries = layer != 0u ? BOUNDARY_LAYERS & ~layer : 0u;
@@ -94,8 +96,9 @@ void meet_followers(inout Ray ray, uint layer, bool leaves, bool to_front) {
     ray.to_front = to_front;
 }
 
-// Has a ray meet nothing but what precedes a surface in the order, if there may be any of that; in
-// front of that surface, but not where the ray has just left another, what follows that.
+// Restricts a ray to the surfaces that precede a given surface in the order. Returns false if there can be
+// none. `is_close`: the ray started at another surface in contact, so that the restriction by that
+// surface holds as well.
 bool meet_preceding(inout Ray ray, uint layer, bool leaves, bool is_close) {
     bool precede = layer != 0u && !(is_boundary(layer) && leaves);
     uint sheets = is_boundary(layer) ? SHEET_LAYERS : SHEET_LAYERS & (layer - 1u);

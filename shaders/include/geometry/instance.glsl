@@ -1,7 +1,7 @@
-// Into instances and out of them.
+// Rays in instances.
 
-// A ray in the space of an instance's object. Its direction keeps its length there, so that t
-// is the same on both sides.
-Ray enter_instance(uint index, Ray ray) {
+// Transforms a ray to the space of an instance's object. The direction is not normalised, so that t is the
+// same in both spaces.
+Ray ray_into_instance(uint index, Ray ray) {
     return ray_in(instances_at(index).object_from_render, ray);
 }

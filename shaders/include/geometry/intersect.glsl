@@ -1,12 +1,12 @@
-// Rays against the scene: one hierarchy over every kind of primitive.
+// Intersects rays with the scene: one bounding volume hierarchy over all kinds of primitives.
 
 #include "geometry/contact.glsl"
 
 struct Hit {
-    float t;          // in lengths of the ray's direction
-    uint primitive;   // reference, or NONE
-    vec2 barycentric; // weights of p1 and p2 of a triangle; in x: where on a profile's piece
-    uint instance;    // that it is in, or NONE
+    float t;          // ray parameter, in lengths of the ray's direction
+    uint primitive;   // primitive reference, or NONE
+    vec2 barycentric; // triangle: weights of p1 and p2; body of revolution: parameter of the piece, in x
+    uint instance;    // instance that contains the primitive, or NONE
 };
 
 #include "geometry/quadric.glsl"
@@ -18,8 +18,7 @@ struct Hit {
 #include "revolution/newton.glsl"
 #endif
 
-// A ray as triangles see it: where it is the z axis, in a shear along the longest axis of its
-// direction.
+// The shear that makes a ray the z axis. z is the longest axis of its direction.
 struct Shear {
     bool along_z;
     bool along_y; // else along x
@@ -37,19 +36,20 @@ Shear shear_of(vec3 d) {
     return shear;
 }
 
-// Cyclic, so that z is along the ray.
-vec3 turn_axes(Shear shear, vec3 v) {
+// Permutes axes cyclically, so that z is the longest axis of the ray's direction.
+vec3 permute_axes(Shear shear, vec3 v) {
     return shear.along_z ? v : shear.along_y ? v.zxy : v.yzx;
 }
 
-// A corner goes to the same point in all of its triangles, and the sign of an edge function is
-// right or 0, since rounding keeps the order of the two products: no ray slips through an edge
-// or a corner of a closed mesh. Contracted multiply-adds would break both, hence `precise`.
-// Woop and others, "Watertight Ray/Triangle Intersection", JCGT 2013.
+// Intersects a triangle without gaps at its edges (Woop and others, "Watertight Ray/Triangle
+// Intersection", JCGT 2013). A vertex is sheared to the same point in all of its triangles, and the
+// sign of an edge function is right or 0, since rounding keeps the order of the two products: no ray
+// slips through an edge or a vertex of a closed mesh. `precise` forbids fused multiply-adds, which
+// would break both.
 bool intersect_triangle(Triangle triangle, Ray ray, Shear shear, inout Hit hit) {
-    vec3 v0 = turn_axes(shear, triangle.p0 - ray.origin);
-    vec3 v1 = turn_axes(shear, triangle.p1 - ray.origin);
-    vec3 v2 = turn_axes(shear, triangle.p2 - ray.origin);
+    vec3 v0 = permute_axes(shear, triangle.p0 - ray.origin);
+    vec3 v1 = permute_axes(shear, triangle.p1 - ray.origin);
+    vec3 v2 = permute_axes(shear, triangle.p2 - ray.origin);
     precise vec2 a = v0.xy - shear.shear * v0.z;
     precise vec2 b = v1.xy - shear.shear * v1.z;
     precise vec2 c = v2.xy - shear.shear * v2.z;
@@ -57,10 +57,10 @@ bool intersect_triangle(Triangle triangle, Ray ray, Shear shear, inout Hit hit) 
     precise float v = a.x * b.y - a.y * b.x;
     precise float w = b.x * c.y - b.y * c.x;
     bool inside = !(min(min(u, v), w) < 0.0 && max(max(u, v), w) > 0.0);
-    // Where that is, the two shorter edges say, between which p0 is (src/gpu_scene/pack.rs): in needles,
-    // edge functions are differences of products so large that the point would be anywhere
-    // along the needle, and a ray would meet the needle that it leaves. Kept in the triangle,
-    // slivers give no nonsense; those seen from the edge have no area and are not met.
+    // The hit point comes from the two shorter edges, which meet at p0 (src/gpu_scene/pack.rs). In
+    // needles, edge functions are differences of large products: by these the point would be anywhere
+    // along the needle, and a ray would meet the needle that it leaves. Clamping keeps the point of a
+    // sliver in the triangle. A triangle seen edge-on has no area and is not met.
     vec2 ab = b - a;
     vec2 ac = c - a;
     float area = ab.x * ac.y - ab.y * ac.x;
@@ -83,7 +83,7 @@ bool intersect_quadric(uint index, bool sphere, Ray ray, inout Hit hit) {
     return sphere ? intersect_sphere(quadric, local, hit.t) : intersect_disk(quadric, local, hit.t);
 }
 
-// Whether a primitive reference in the hierarchy is a body of revolution.
+// Whether a primitive reference in the hierarchy is a body of revolution for the solver that renders.
 bool is_body(uint primitive) {
     uint kind = primitive >> KIND_SHIFT;
     if (REVOLUTION_NEWTON || is_triangle(kind)) {
@@ -92,7 +92,8 @@ bool is_body(uint primitive) {
     return is_revolution(kind);
 }
 
-// Tests any other primitive; for the classical solver, a segment of a profile too.
+// Tests a primitive that is not such a body. For the classical solver that is also a segment of a
+// profile.
 bool test_primitive(uint primitive, Ray ray, Shear shear, inout Hit hit) {
     uint kind = primitive >> KIND_SHIFT;
     uint index = primitive & INDEX_MASK;
@@ -110,23 +111,23 @@ bool test_primitive(uint primitive, Ray ray, Shear shear, inout Hit hit) {
     return found;
 }
 
-// Tests what a reference in Hit names.
+// Tests one primitive, named by a reference as in Hit.
 bool intersect_primitive(uint primitive, Ray ray, Shear shear, inout Hit hit) {
     uint index = primitive & INDEX_MASK;
     if (!is_body(primitive)) {
         return test_primitive(primitive, ray, shear, hit);
     }
-    RevolutionRay turned = revolution_ray(revolution_pieces_at(index).body, ray);
-    bool found = intersect_revolution(index, turned, begin_of(ray), hit.t, hit.barycentric.x);
+    RevolutionRay body_ray = revolution_ray(revolution_pieces_at(index).body, ray);
+    bool found = intersect_revolution(index, body_ray, begin_of(ray), hit.t, hit.barycentric.x);
     if (found) {
         hit.primitive = primitive;
     }
     return found;
 }
 
-// Entry of a ray into a box, or INFINITY_T. The far side is widened by the rounding
-// error of three operations (Ize, "Robust BVH Ray Traversal", 2013).
-float enter_box(vec3 lower, vec3 upper, Ray ray, vec3 inverse, float t_max) {
+// Returns the t at which a ray enters a box, or INFINITY_T if it misses the box. The far side is
+// widened by the rounding error of three operations (Ize, "Robust BVH Ray Traversal", 2013).
+float intersect_box(vec3 lower, vec3 upper, Ray ray, vec3 inverse, float t_max) {
     vec3 a = (lower - ray.origin) * inverse;
     vec3 b = (upper - ray.origin) * inverse;
     vec3 near = min(a, b);
@@ -141,30 +142,30 @@ float enter_box(vec3 lower, vec3 upper, Ray ray, vec3 inverse, float t_max) {
     return t_near <= t_far ? t_near : INFINITY_T;
 }
 
-// Tests a body of revolution; NONE is none.
+// Tests all pieces of a body of revolution.
 bool test_body(uint body, Ray ray, bool any_hit, inout Hit hit) {
-    RevolutionRay turned = revolution_ray(body, ray);
+    RevolutionRay body_ray = revolution_ray(body, ray);
     uint first = revolutions_at(body).first_piece;
-    Pieces candidates = pieces_met(turned, first, revolutions_at(body).piece_count, begin_of(ray), hit.t);
+    Pieces candidates = pieces_met(body_ray, first, revolutions_at(body).piece_count, begin_of(ray), hit.t);
     uint piece;
-    bool found = intersect_pieces(candidates, turned, begin_of(ray), any_hit, hit.t, hit.barycentric.x, piece);
+    bool found = intersect_pieces(candidates, body_ray, begin_of(ray), any_hit, hit.t, hit.barycentric.x, piece);
     if (found) {
         hit.primitive = REVOLUTION << KIND_SHIFT | piece;
     }
     return found;
 }
 
-// No component is zero, so that no slab computes zero times infinity.
+// 1 over the direction. Components of 0 become tiny, so that no slab test computes 0 times infinity.
 vec3 inverse_direction(Ray ray) {
     return 1.0 / mix(ray.direction, vec3(1.0e-20), equal(ray.direction, vec3(0.0)));
 }
 
-// All bodies. Each lane goes on to the next one whose box it enters, none waits for another's.
-void test_revolutions(Ray ray, bool any_hit, inout Hit hit) {
+// Tests all bodies. Each lane visits only those whose boxes it enters, without waiting for other lanes.
+void test_all_bodies(Ray ray, bool any_hit, inout Hit hit) {
     vec3 inverse = inverse_direction(ray);
     uint bodies = 0u;
     for (uint i = 0u; i < FLAT_REVOLUTIONS; i++) {
-        if (enter_box(revolutions_at(i).lower, revolutions_at(i).upper, ray, inverse, hit.t) < INFINITY_T) {
+        if (intersect_box(revolutions_at(i).lower, revolutions_at(i).upper, ray, inverse, hit.t) < INFINITY_T) {
             bodies |= 1u << i;
         }
     }
@@ -175,8 +176,8 @@ void test_revolutions(Ray ray, bool any_hit, inout Hit hit) {
     }
 }
 
-// The same without a hierarchy, for scenes of a few primitives: every lane tests all of them,
-// and none waits for another's path through a tree.
+// As traverse, but without a hierarchy, for scenes of a few primitives: every lane tests all of them,
+// so that lanes do not diverge.
 Hit test_all(Ray ray, float t_max, bool any_hit) {
     Hit hit = Hit(t_max, NONE, vec2(0.0), NONE);
     Shear shear = shear_of(ray.direction);
@@ -192,38 +193,92 @@ Hit test_all(Ray ray, float t_max, bool any_hit) {
         }
     }
     if (HAS_REVOLUTIONS) {
-        test_revolutions(ray, any_hit, hit);
+        test_all_bodies(ray, any_hit, hit);
     }
     return hit;
 }
 
-// The nearest hit that the ray may meet with t < t_max; with any_hit, some hit. All lanes walk inner nodes
-// until each has a leaf, then all test primitives (Aila and Laine 2009, "while-while"). An
-// instance's hierarchy is walked on the same stack, above a mark that leads out of it.
+// The space that a ray is traced in: render space, or that of an instance's object.
+struct Space {
+    Ray ray;       // in that space
+    Shear shear;   // of the ray
+    vec3 inverse;  // of the ray's direction
+    uint instance; // NONE for render space
+};
+
+// Takes a ray in render space into an instance, or leaves it there for NONE.
+Space enter_space(uint instance, Ray ray) {
+    Ray local = ray;
+    if (instance != NONE) {
+        local = ray_into_instance(instance, ray);
+    }
+    return Space(local, shear_of(local.direction), inverse_direction(local), instance);
+}
+
+// The children of an inner node in the order in which a ray enters their boxes. A t is INFINITY_T if
+// the ray misses that box.
+struct Children {
+    uint near;
+    uint far;
+    float t_near;
+    float t_far;
+};
+
+Children sort_children(uint node, Space space, float t_max) {
+    BvhPair pair = bvh_pairs_at(node);
+    float t_left = intersect_box(pair.left_lower.xyz, pair.left_upper.xyz, space.ray, space.inverse, t_max);
+    float t_right = intersect_box(pair.right_lower.xyz, pair.right_upper.xyz, space.ray, space.inverse, t_max);
+    uint left = floatBitsToUint(pair.left_lower.w);
+    uint right = floatBitsToUint(pair.right_lower.w);
+    bool left_first = t_left <= t_right;
+    return Children(left_first ? left : right, left_first ? right : left, min(t_left, t_right), max(t_left, t_right));
+}
+
+// The primitives of a leaf that are still to be tested, and the body or instance found among them.
+struct Leaf {
+    uint first;
+    uint end;
+    uint body;     // index into revolutions, or NONE
+    uint instance; // index into instances, or NONE
+};
+
+// Tests the primitives of a leaf up to a body or an instance, or with any_hit up to a hit: all lanes
+// then test bodies together.
+void test_leaf(inout Leaf leaf, Space space, bool any_hit, inout Hit hit) {
+    bool found = false;
+    for (; leaf.first < leaf.end && leaf.body == NONE && leaf.instance == NONE && !(any_hit && found); leaf.first++) {
+        uint primitive = primitives_at(leaf.first);
+        if (is_instance(primitive >> KIND_SHIFT)) {
+            leaf.instance = primitive & INDEX_MASK;
+        } else if (is_body(primitive)) {
+            leaf.body = primitive & INDEX_MASK;
+        } else if (test_primitive(primitive, space.ray, space.shear, hit)) {
+            hit.instance = space.instance;
+            found = true;
+        }
+    }
+}
+
+// Traces a ray through the hierarchy. Returns the nearest hit with t < t_max that the ray may meet, or
+// any such hit with any_hit. All lanes visit inner nodes until each has a leaf, then all test
+// primitives (Aila and Laine 2009, "while-while"). The hierarchy of an instance uses the same stack,
+// above an entry LEAVE that ends its traversal.
 Hit traverse(Ray ray, float t_max, bool any_hit) {
     if (IS_FLAT) {
         return test_all(ray, t_max, any_hit);
     }
-    Ray local = ray; // in the space of the hierarchy
-    Shear shear = shear_of(ray.direction);
+    Space space = enter_space(NONE, ray);
     Hit hit = Hit(t_max, NONE, vec2(0.0), NONE);
-    vec3 inverse = inverse_direction(ray);
-    uint instance = NONE;
     uint stack[MAX_BVH_DEPTH];
     uint height = 0u;
     uint node = 0u;
     while (node != NONE) {
         while (node >> COUNT_SHIFT == 0u) {
-            BvhPair pair = bvh_pairs_at(node);
-            float t_left = enter_box(pair.left_lower.xyz, pair.left_upper.xyz, local, inverse, hit.t);
-            float t_right = enter_box(pair.right_lower.xyz, pair.right_upper.xyz, local, inverse, hit.t);
-            uint left = floatBitsToUint(pair.left_lower.w);
-            uint right = floatBitsToUint(pair.right_lower.w);
-            bool left_first = t_left <= t_right;
-            node = left_first ? left : right;
-            if (max(t_left, t_right) < INFINITY_T) {
-                stack[height++] = left_first ? right : left;
-            } else if (min(t_left, t_right) == INFINITY_T) {
+            Children children = sort_children(node, space, hit.t);
+            node = children.near;
+            if (children.t_far < INFINITY_T) {
+                stack[height++] = children.far;
+            } else if (children.t_near == INFINITY_T) {
                 node = height > 0u ? stack[--height] : NONE;
             }
         }
@@ -232,51 +287,31 @@ Hit traverse(Ray ray, float t_max, bool any_hit) {
         }
         bool leaves = HAS_INSTANCES && node == LEAVE;
         uint first = node & FIRST_MASK;
-        uint end = leaves ? first : first + (node >> COUNT_SHIFT);
-        uint body = NONE;
-        uint entered = NONE;
-        for (; first < end && body == NONE && entered == NONE; first++) {
-            uint primitive = primitives_at(first);
-            if (is_instance(primitive >> KIND_SHIFT)) {
-                entered = primitive & INDEX_MASK;
-            } else if (is_body(primitive)) {
-                body = primitive & INDEX_MASK;
-            } else if (test_primitive(primitive, local, shear, hit)) {
-                hit.instance = instance;
-                if (any_hit) {
-                    return hit;
-                }
+        Leaf leaf = Leaf(first, leaves ? first : first + (node >> COUNT_SHIFT), NONE, NONE);
+        test_leaf(leaf, space, any_hit, hit);
+        if (HAS_REVOLUTIONS && leaf.body != NONE) {
+            if (test_body(leaf.body, space.ray, any_hit, hit)) {
+                hit.instance = space.instance;
             }
         }
-        if (HAS_REVOLUTIONS && body != NONE) {
-            if (test_body(body, local, any_hit, hit)) {
-                hit.instance = instance;
-            }
-            if (any_hit && hit.primitive != NONE) {
-                return hit;
-            }
+        if (any_hit && hit.primitive != NONE) {
+            return hit;
         }
-        uint rest = (end - first) << COUNT_SHIFT | first;
-        if (HAS_INSTANCES && entered != NONE) {
-            if (first < end) {
+        uint rest = (leaf.end - leaf.first) << COUNT_SHIFT | leaf.first;
+        if (HAS_INSTANCES && leaf.instance != NONE) {
+            if (leaf.first < leaf.end) {
                 stack[height++] = rest;
             }
             stack[height++] = LEAVE;
-            node = instances_at(entered).root;
-        } else if (HAS_REVOLUTIONS && first < end) {
+            node = instances_at(leaf.instance).root;
+        } else if (HAS_REVOLUTIONS && leaf.first < leaf.end) {
             node = rest;
         } else {
             node = height > 0u ? stack[--height] : NONE;
         }
 #ifndef WITHOUT_IS_RICH
-        if (HAS_INSTANCES && (leaves || entered != NONE)) {
-            instance = entered;
-            local = ray;
-            if (entered != NONE) {
-                local = enter_instance(entered, ray);
-            }
-            shear = shear_of(local.direction);
-            inverse = inverse_direction(local);
+        if (HAS_INSTANCES && (leaves || leaf.instance != NONE)) {
+            space = enter_space(leaf.instance, ray);
         }
 #endif
     }

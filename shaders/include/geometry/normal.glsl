@@ -1,5 +1,5 @@
-// Unit vectors in 32 bits: the octahedral map (Cigolle and others, "A Survey of
-// Efficient Representations for Independent Unit Vectors", JCGT 2014).
+// Packs unit vectors into 32 bits by the octahedral map (Cigolle and others, "A Survey of Efficient
+// Representations for Independent Unit Vectors", JCGT 2014).
 
 vec2 fold(vec2 v) {
     return (1.0 - abs(v.yx)) * vec2(v.x >= 0.0 ? 1.0 : -1.0, v.y >= 0.0 ? 1.0 : -1.0);

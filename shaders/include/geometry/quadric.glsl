@@ -1,4 +1,4 @@
-// Rays against unit spheres and disks, in object space.
+// Transforms, and intersections of rays with unit spheres and disks in object space.
 
 vec3 transform_point(vec4 rows[3], vec3 p) {
     vec4 q = vec4(p, 1.0);
@@ -9,14 +9,14 @@ vec3 transform_vector(vec4 rows[3], vec3 v) {
     return vec3(dot(rows[0].xyz, v), dot(rows[1].xyz, v), dot(rows[2].xyz, v));
 }
 
-// A ray in another space, where its direction keeps its t.
+// Transforms a ray to another space. The direction is not normalised, so that t is the same in both.
 Ray ray_in(vec4 rows[3], Ray ray) {
     ray.origin = transform_point(rows, ray.origin);
     ray.direction = transform_vector(rows, ray.direction);
     return ray;
 }
 
-// A normal transforms by the transpose of the inverse: give the rows of the inverse.
+// Transforms a normal, by the transpose of the inverse transform, whose rows are given. Not normalised.
 vec3 transform_normal(vec4 inverse_rows[3], vec3 n) {
     return n.x * inverse_rows[0].xyz + n.y * inverse_rows[1].xyz + n.z * inverse_rows[2].xyz;
 }
@@ -27,15 +27,15 @@ float azimuth(vec2 p) {
     return phi < 0.0 ? phi + 6.28318530718 : phi;
 }
 
-// Whether the cuts leave a point of the sphere. Rounding may take the point beyond a pole or
-// the seam, where a whole sphere has no hole.
-bool inside_cuts(Quadric sphere, vec3 p) {
+// Whether a point is on the part of a sphere that z_min, z_max and phi_max leave. Rounding may move a
+// point beyond a pole or the seam: there, a sphere without cuts has no hole.
+bool is_inside_cuts(Quadric sphere, vec3 p) {
     return (p.z >= sphere.z_min || sphere.z_min <= -1.0) && (p.z <= sphere.z_max || sphere.z_max >= 1.0)
         && (azimuth(p.xy) <= sphere.phi_max || sphere.phi_max >= 6.283185);
 }
 
-// The nearest hit that the ray may meet with t < t_max on the unit sphere. The quadratic is solved
-// about the ray's closest approach, so that a far origin costs no digits.
+// Finds the nearest hit with t < t_max on the unit sphere. The quadratic is solved from the point of the
+// ray closest to the centre, so that a distant origin costs no digits.
 bool intersect_sphere(Quadric sphere, Ray ray, inout float t_max) {
     vec3 o = ray.origin;
     vec3 d = ray.direction;
@@ -52,8 +52,8 @@ bool intersect_sphere(Quadric sphere, Ray ray, inout float t_max) {
     bool use0 = may_meet(ray, sphere.material, sphere.flipped != 0u, t0) && t0 < t_max;
     bool use1 = may_meet(ray, sphere.material, sphere.flipped == 0u, t1) && t1 < t_max;
     if (HAS_CUT_SPHERES) {
-        use0 = use0 && inside_cuts(sphere, o + t0 * d);
-        use1 = use1 && inside_cuts(sphere, o + t1 * d);
+        use0 = use0 && is_inside_cuts(sphere, o + t0 * d);
+        use1 = use1 && is_inside_cuts(sphere, o + t1 * d);
     }
     if (use0 || use1) {
         t_max = use0 ? t0 : t1;
@@ -61,6 +61,7 @@ bool intersect_sphere(Quadric sphere, Ray ray, inout float t_max) {
     return use0 || use1;
 }
 
+// Finds the hit with t < t_max on the unit disk.
 bool intersect_disk(Quadric disk, Ray ray, inout float t_max) {
     vec3 d = ray.direction;
     float t = -ray.origin.z / d.z;

@@ -1,22 +1,22 @@
-// The point where a ray meets a surface.
+// The point at which a ray meets a surface.
 
 struct Surface {
     vec3 position;
-    float error;         // bound of the position's error, and of a ray that starts there
-    vec3 normal;         // geometric, on the surface's front side
-    vec3 shading_normal; // on the same side as the geometric one
+    float error;         // bound of the position's error per axis, also for a ray that starts there, render units
+    vec3 normal;         // geometric normal, on the front side of the surface
+    vec3 shading_normal; // on the same side as the geometric normal
     uint material;
 #ifndef WITHOUT_HAS_CONTACTS
     uint layer;          // of the primitive among surfaces in contact, or 0
-    bool from_behind;    // the ray comes from a surface in contact that is behind this one
+    bool from_behind;    // the ray started at a sheet in contact that is behind this one
 #endif
     uint light;          // index into lights, or NONE
-    float area_pdf;      // of light from a body of revolution: with which this point is sampled
+    float area_pdf;      // body of revolution that is a light: pdf by area of sampling this point
     vec2 uv;             // texture coordinates; only under HAS_TEXTURES
-    vec3 tangent;        // the position's derivative by u, of any length; only under HAS_ANISOTROPIC
+    vec3 tangent;        // along the derivative of the position by u, of any length; only under HAS_ANISOTROPIC
 };
 
-// Bound of the position's error along the normal: all three axes add up.
+// Bound of the position's error along the normal: the sum of the errors of all three axes.
 float normal_error(Surface surface) {
     return dot(abs(surface.normal), vec3(surface.error));
 }
@@ -27,7 +27,7 @@ vec3 any_perpendicular(vec3 n) {
     return abs(n.x) > abs(n.z) ? vec3(-n.y, n.x, 0.0) : vec3(0.0, -n.z, n.y);
 }
 
-// Where texture coordinates leave the tangent open, it is any in the surface.
+// The tangent, or any direction in the surface where texture coordinates define none.
 vec3 tangent_or_any(vec3 tangent, vec3 n) {
     return dot(tangent, tangent) > 0.0 ? tangent : any_perpendicular(n);
 }
@@ -40,12 +40,13 @@ vec3 triangle_tangent(Triangle triangle, TriangleUvs uvs, vec3 n) {
     return tangent_or_any(determinant < 0.0 ? -along : determinant > 0.0 ? along : vec3(0.0), n);
 }
 
-// Rounding of a point with coordinates up to `size`: interpolating it (7 roundings) and
-// moving a ray's origin into the space where it is intersected again (9 more).
+// Bound of the rounding error of a point with coordinates up to those of p plus `size`: 7 roundings to
+// interpolate it, and 9 to transform a ray's origin to the space in which the ray is intersected next.
 float position_error(vec3 p, float size) {
     return 16.0 * ROUNDING * (max(max(abs(p.x), abs(p.y)), abs(p.z)) + size);
 }
 
+// The surface at barycentric coordinates of a triangle.
 Surface triangle_surface(uint index, vec2 barycentric) {
     Triangle triangle = triangles_at(index);
     Surface surface;
@@ -76,7 +77,7 @@ Surface triangle_surface(uint index, vec2 barycentric) {
     return surface;
 }
 
-// The polar angle of a point of the unit sphere at this height.
+// The polar angle of points of the unit sphere at height z, radians.
 float polar_angle(float z) {
     return atan(sqrt(max(0.0, 1.0 - z * z)), z);
 }
@@ -90,7 +91,7 @@ vec2 quadric_uv(Quadric quadric, bool sphere, vec3 p) {
     return vec2(u, (1.0 - length(p.xy)) / (1.0 - quadric.inner_radius));
 }
 
-// A point of a quadric, given near its surface in object space.
+// The surface of a quadric at a point near it, in object space.
 Surface quadric_surface(Quadric quadric, bool sphere, vec3 p) {
     Surface surface;
     vec3 n = sphere ? normalize(p) : vec3(0.0, 0.0, 1.0);
@@ -112,25 +113,25 @@ Surface quadric_surface(Quadric quadric, bool sphere, vec3 p) {
     return surface;
 }
 
-// Pdf by x in [-1, 1] of sampling a piece: linear from one end's radius to the other's, so
-// that points by the axis, where rings are small, are as rare as they should be.
+// Pdf, up to a factor, of sampling x in [-1, 1] on a piece: linear between the radii of its ends, so that
+// points near the axis, on small rings, are rare.
 float piece_pdf(vec2 radii, float x) {
     return mix(radii.x, radii.y, 0.5 + 0.5 * x) / (radii.x + radii.y);
 }
 
-// Texture coordinates of a point of a body of revolution: around from the x axis, and along
-// the profile; both in [0, 1].
+// Texture coordinates of a point of a body of revolution: azimuth from the x axis, and position along the
+// profile, both in [0, 1].
 vec2 revolution_uv(uint piece, float x, vec2 around) {
     vec2 along = revolution_pieces_at(piece).along;
     return vec2(azimuth(around) / (2.0 * PI), mix(along.x, along.y, 0.5 + 0.5 * x));
 }
 
-// A point of a body of revolution: where on a piece of its profile, and the direction from
-// the axis, of unit length.
+// The surface of a body of revolution at parameter x of a piece of its profile; `azimuth` is the unit
+// vector from the axis to the point.
 Surface revolution_surface(uint piece, float x, vec2 azimuth) {
     Profile profile = load_profile(piece);
     Revolution body = revolutions_at(revolution_pieces_at(piece).body);
-    ProfilePoint point = evaluate(profile, x);
+    ProfilePoint point = evaluate_profile(profile, x);
     Surface surface;
     surface.position = transform_point(body.render_from_unit, vec3(point.p.x * azimuth, point.p.y));
     vec3 size = vec3(length(body.render_from_unit[0].xyz), length(body.render_from_unit[1].xyz),
@@ -145,7 +146,7 @@ Surface revolution_surface(uint piece, float x, vec2 azimuth) {
     surface.light = revolution_pieces_at(piece).light;
     surface.area_pdf = 0.0;
     if (HAS_AREA_LIGHTS && surface.light != NONE) {
-        // A ring of x and x + dx has the area 2 pi u |(u', v')| dx in unit space.
+        // The ring between x and x + dx has the area 2 pi u |(u', v')| dx in unit space.
         float ring = 2.0 * PI * point.p.x * body.determinant * growth * length(point.d) / length(slope);
         surface.area_pdf = piece_pdf(profile.ends.xz, x) / max(ring, 1.0e-30);
     }
@@ -158,8 +159,8 @@ Surface revolution_surface(uint piece, float x, vec2 azimuth) {
     return surface;
 }
 
-// A surface in an instance, from object to render space.
-Surface leave_instance(uint index, Surface surface) {
+// Transforms a surface in an instance from object to render space.
+Surface surface_out_of_instance(uint index, Surface surface) {
     Instance instance = instances_at(index);
     surface.position = transform_point(instance.render_from_object, surface.position);
     surface.error = instance.growth * surface.error + instance.error;
@@ -172,7 +173,7 @@ Surface leave_instance(uint index, Surface surface) {
     return surface;
 }
 
-// The same where the ray is in the space of what it hit.
+// The surface at a hit, for a ray in the space of the primitive that it hit.
 Surface local_surface(Ray ray, Hit hit) {
     uint kind = hit.primitive >> KIND_SHIFT;
     uint index = hit.primitive & INDEX_MASK;
@@ -193,42 +194,44 @@ Surface local_surface(Ray ray, Hit hit) {
     return quadric_surface(quadric, is_sphere(kind), o + hit.t * d);
 }
 
+// The surface at a hit of a ray, in render space.
 Surface surface_at(Ray ray, Hit hit) {
     bool is_inside = HAS_INSTANCES && hit.instance != NONE;
     Ray local = ray;
     if (is_inside) {
-        local = enter_instance(hit.instance, ray);
+        local = ray_into_instance(hit.instance, ray);
     }
     Surface surface = local_surface(local, hit);
     if (is_inside) {
-        surface = leave_instance(hit.instance, surface);
+        surface = surface_out_of_instance(hit.instance, surface);
     }
     set_contact(surface, ray, hit.t);
     return surface;
 }
 
-// Where a ray along `direction` starts, so that it does not meet the surface it leaves.
+// Origin for a ray that leaves a surface along `direction` and must not meet it again.
 vec3 offset_origin(Surface surface, vec3 direction) {
     vec3 n = dot(direction, surface.normal) < 0.0 ? -surface.normal : surface.normal;
     return surface.position + normal_error(surface) * n;
 }
 
-// Whether a path goes through a surface.
-bool goes_through(Surface surface, vec3 wo, vec3 wi) {
+// Whether a path crosses a surface: wo and wi are on different sides.
+bool crosses_surface(Surface surface, vec3 wo, vec3 wi) {
     return dot(wo, surface.normal) * dot(wi, surface.normal) < 0.0;
 }
 
-// A ray from a surface along a direction.
-Ray leave(Surface surface, vec3 direction, bool passes) {
+// A ray that leaves a surface along a direction. `passes`: its path crosses the surface.
+Ray spawn_ray(Surface surface, vec3 direction, bool passes) {
     Ray ray = free_ray(offset_origin(surface, direction), direction);
-    see_contacts(ray, surface, passes);
+    set_ray_contacts(ray, surface, passes);
     return ray;
 }
 
-// A ray from a surface in direction wi that ends at t = 1 in a target.
+// A ray from a surface in direction wi that reaches a target at t = 1. `passes`: its path crosses the
+// surface.
 Ray shadow_ray(Surface surface, vec3 wi, vec3 target, bool passes) {
     vec3 origin = offset_origin(surface, wi);
     Ray ray = free_ray(origin, target - origin);
-    see_contacts(ray, surface, passes);
+    set_ray_contacts(ray, surface, passes);
     return ray;
 }

@@ -1,11 +1,11 @@
-// Photons leave the lights.
+// Emits photons from lights.
 
 struct Emission {
     Ray ray;
     vec3 weight; // flux over the mean flux of a photon, per channel
 };
 
-// x in [0, 1] with pdf proportional to smoothstep: solves 2 x^3 - x^4 = u by Newton.
+// Samples x in [0, 1] with pdf proportional to smoothstep: solves 2 x^3 - x^4 = u by Newton's method.
 float sample_smoothstep(float u) {
     float x = pow(0.5 * u, 1.0 / 3.0);
     for (int i = 0; i < 5; i++) {
@@ -15,8 +15,8 @@ float sample_smoothstep(float u) {
     return x;
 }
 
-// A direction in a spot's cone with pdf proportional to its falloff; weight becomes the
-// integral of the falloff over solid angle.
+// Samples a direction in a spot light's cone with pdf proportional to its falloff. `solid_angle` becomes
+// the integral of the falloff over solid angle, sr.
 vec3 sample_spot(Light light, vec2 u, out float solid_angle) {
     float core = light.falloff_start;
     float rim = 0.5 * (light.falloff_end - light.falloff_start);
@@ -28,14 +28,14 @@ vec3 sample_spot(Light light, vec2 u, out float solid_angle) {
     return to_world(sample_cap(vec2(1.0, u.y), one_minus_cos), light.direction);
 }
 
-// A point on a sphere uniform by area in object space; area is the reciprocal pdf.
+// Samples a point on a sphere, uniformly by area in object space. `area` becomes 1 over the pdf by area.
 Surface sample_sphere_area(Quadric quadric, vec2 u, out float area) {
     float height = quadric.z_max - quadric.z_min;
     float z = quadric.z_min + u.x * height;
     float phi = quadric.phi_max * u.y;
     float r = sqrt(max(0.0, 1.0 - z * z));
     vec3 p = vec3(r * cos(phi), r * sin(phi), z);
-    // An area grows by the determinant times the length of the transformed normal.
+    // The transform scales areas by the determinant times the length of the transformed normal.
     float growth = quadric.determinant * length(transform_normal(quadric.object_from_render, p));
     area = quadric.phi_max * height * growth;
     return quadric_surface(quadric, true, p);
@@ -43,7 +43,7 @@ Surface sample_sphere_area(Quadric quadric, vec2 u, out float area) {
 
 Emission emit_area(Light light, vec2 u_position, vec2 u_direction, float u_side) {
     float area = light.area;
-    Surface surface = sample_emitter(light, u_position);
+    Surface surface = sample_emitter_point(light, u_position);
     if (HAS_SPHERE_LIGHTS && light.primitive >> KIND_SHIFT == SPHERE) {
         surface = sample_sphere_area(quadrics_at(light.primitive & INDEX_MASK), u_position, area);
     }
@@ -54,11 +54,11 @@ Emission emit_area(Light light, vec2 u_position, vec2 u_direction, float u_side)
     vec3 direction = sample_cosine(u_direction, back ? -surface.normal : surface.normal);
     float sides = light.two_sided != 0u ? 2.0 : 1.0;
     vec3 exitance = surface_radiance(light, surface) * (PI * sides * opacity(surface));
-    return Emission(leave(surface, direction, false), exitance * area);
+    return Emission(spawn_ray(surface, direction, false), exitance * area);
 }
 
-// Parallel light through the faces that the scene's bounding box shows it, evenly across the
-// light: no ray misses the box. A face is chosen by the area that it shows.
+// Emits parallel light through the faces of the scene's bounding box that face the light, uniformly
+// across the direction, so that no ray misses the box. A face is chosen by its projected area.
 Emission emit_parallel(vec3 direction, vec3 irradiance, vec2 u, float u_face) {
     vec3 shown = 4.0 * scene.half_extent.yzx * scene.half_extent.zxy * abs(direction);
     float area = shown.x + shown.y + shown.z;
@@ -69,7 +69,7 @@ Emission emit_parallel(vec3 direction, vec3 irradiance, vec2 u, float u_face) {
                : pick < shown.x + shown.y ? vec3(place.y, facing.y, place.x)
                : vec3(place, facing.z);
     point *= scene.half_extent;
-    // From where nothing of the scene is behind it.
+    // The origin lies before the whole scene.
     vec3 origin = scene.center + point - (dot(point, direction) + scene.radius) * direction;
     return Emission(free_ray(origin, direction), irradiance * area);
 }
@@ -79,11 +79,11 @@ Emission emit_from(Light light, vec2 u_position, vec2 u_direction, float u_side)
         return emit_area(light, u_position, u_direction, u_side);
     }
     if (HAS_SKIES && light.kind == SKY) {
-        ImageSample from = sample_octahedral(light_images_at(light.primitive), u_direction);
+        ImageSample from = sample_equal_area(light_images_at(light.primitive), u_direction);
         return emit_parallel(-from.direction, light.emission * from.color / from.pdf, u_position, u_side);
     }
     if (HAS_GONIOMETRIC_LIGHTS && light.kind == GONIOMETRIC) {
-        ImageSample to = sample_octahedral(light_images_at(light.primitive), u_direction);
+        ImageSample to = sample_equal_area(light_images_at(light.primitive), u_direction);
         return Emission(free_ray(light.position, to.direction), light.emission * to.color / to.pdf);
     }
     if (HAS_PROJECTION_LIGHTS && light.kind == PROJECTION) {
@@ -107,7 +107,7 @@ Emission emit_from(Light light, vec2 u_position, vec2 u_direction, float u_side)
     return Emission(free_ray(light.position, direction), light.emission * solid_angle);
 }
 
-// The photon that a path's first numbers make: a light by its power, a point, a direction.
+// Emits a photon by the first numbers of its path: samples a light by its power, a point and a direction.
 Emission emit(Random random) {
     vec2 u_light = random_pair(random, 0u);
     uint count = scene.emission_count;

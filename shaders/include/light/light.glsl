@@ -1,43 +1,45 @@
-// Light sources: radiance they emit, directions to them, photons from them.
+// Lights: the radiance that they emit, and directions to them for next-event estimation.
 #include "light/light_image.glsl"
 
 struct LightSample {
-    vec3 target;   // the end of the shadow ray, offset from the light's own surface
+    vec3 target;   // end of the shadow ray, offset from the light's own surface
     vec3 wi;       // unit direction to the light
-    vec3 radiance; // arriving if unoccluded, or irradiance for lights without area
-    float pdf;     // solid angle, selection included; 0 if there is nothing to gain
-    bool competes; // directions of a diffuse bsdf look for this light, too
-    bool hittable; // rays may find it
+    vec3 radiance; // that arrives without occlusion, W/(m^2 sr); of a light without area: irradiance, W/m^2
+    float pdf;     // of the light and the direction, by solid angle, 1/sr; of a light without area: of the
+                   // light. 0 if the sample brings nothing
+    bool uses_mis; // a diffuse surface samples its BSDF for this light as well
+    bool hittable; // rays may meet the light
 };
 
-// Whether an area light is so large as seen from a point that directions of the bsdf are worth
-// a ray: MIS has both techniques look for such lights, and one for the others.
-bool competes(Light light, vec3 from) {
+// Whether a diffuse surface samples an area light by MIS of next-event estimation and BSDF sampling: the
+// light looks so large from there that BSDF samples are worth a ray. Next-event estimation alone
+// samples the others.
+bool uses_mis(Light light, vec3 from) {
     vec3 d = light.position - from;
     return dot(d, d) < light.reach2;
 }
 
-// Whether rays may meet an area light: not one whose alpha is 0, which has no reach.
+// Whether rays may meet an area light. One whose alpha is 0 has no reach.
 bool is_hittable(Light light) {
     return light.reach2 > 0.0;
 }
 
-// Whether there may be any such light.
-bool is_near_lights(vec3 from) {
+// Whether `uses_mis` may hold for any light; false if it holds for none.
+bool may_use_mis(vec3 from) {
     vec3 d = scene.lights_center - from;
     return dot(d, d) < scene.lights_reach2;
 }
 
-// Smooth falloff of a spot light in direction w.
+// Falloff of a spot light in direction w, in [0, 1].
 float spot_falloff(Light light, vec3 w) {
-    // 1 - cos, without the cancellation that would be all there is of a narrow cone.
+    // 1 - cos without cancellation, which would leave no digits in a narrow cone.
     vec3 d = w - light.direction;
     float width = max(light.falloff_end - light.falloff_start, 1.0e-30);
     float x = clamp((light.falloff_end - 0.5 * dot(d, d)) / width, 0.0, 1.0);
     return x * x * (3.0 - 2.0 * x);
 }
 
-// Radiance of a point of an area light.
+// Radiance of a point of an area light, W/(m^2 sr).
 vec3 surface_radiance(Light light, Surface surface) {
 #ifndef WITHOUT_HAS_TEXTURES
     if (HAS_IMAGE_EMITTERS) {
@@ -47,42 +49,41 @@ vec3 surface_radiance(Light light, Surface surface) {
     return light.emission;
 }
 
-// Radiance that a surface emits towards w.
+// Radiance that a surface emits towards w, W/(m^2 sr).
 vec3 emitted_radiance(Light light, Surface surface, vec3 w) {
     return light.two_sided != 0u || dot(surface.normal, w) > 0.0 ? surface_radiance(light, surface) : vec3(0.0);
 }
 
-// Size of a direction's image in object space, for unit w: solid angles grow by
-// determinant / size^3 from render to object space.
-float direction_density(Quadric quadric, vec3 w) {
+// Factor from pdfs by solid angle in object space to pdfs in render space, for a unit direction w.
+float solid_angle_scale(Quadric quadric, vec3 w) {
     float size = length(transform_vector(quadric.object_from_render, w));
     return 1.0 / (quadric.determinant * size * size * size);
 }
 
-// Squared distances up to this are inside a unit sphere or on it: a sphere that lights its
-// own inside must look across, not at the point that it is seen from.
-const float ON_SPHERE = 1.0001;
-// What such a view skips, in radii.
-const float SKIPPED = 1.0e-3;
+// A point up to this squared distance from the centre is inside a unit sphere, or on it. From such a
+// point all directions are sampled.
+const float INSIDE_SPHERE = 1.0001;
+// Their rays begin this far from the point, in radii, so that they meet the sphere on its other side.
+const float INSIDE_SKIP = 1.0e-3;
 
-// 1 - cos of the cone that a unit sphere fills from squared distance d2, without
-// cancellation; of all directions, from inside.
-float cone_of_sphere(float d2) {
-    if (d2 <= ON_SPHERE) {
+// 1 - cos of the cone that a unit sphere fills, seen from squared distance d2, without cancellation; 2,
+// for all directions, from inside.
+float one_minus_cos_of_cone(float d2) {
+    if (d2 <= INSIDE_SPHERE) {
         return 2.0;
     }
     float sin2 = 1.0 / d2;
     return sin2 / (1.0 + sqrt(1.0 - sin2));
 }
 
-// Pdf of sampling a sphere by the cone it fills (by all directions, from inside).
+// Pdf by solid angle of sampling a sphere by the cone that it fills.
 float sphere_pdf(Quadric quadric, vec3 from, vec3 wi) {
     vec3 o = transform_point(quadric.object_from_render, from);
     float d2 = dot(o, o);
-    return direction_density(quadric, wi) / (2.0 * PI * cone_of_sphere(d2));
+    return solid_angle_scale(quadric, wi) / (2.0 * PI * one_minus_cos_of_cone(d2));
 }
 
-// Pdf, selection included, with which direct_sample finds a point on an area light.
+// Pdf by solid angle with which sample_direct chooses this light and finds a point on it.
 float direct_pdf(Light light, vec3 from, Surface surface, vec3 wi) {
     if (HAS_SPHERE_LIGHTS && light.primitive >> KIND_SHIFT == SPHERE) {
         return light.direct_pmf * sphere_pdf(quadrics_at(light.primitive & INDEX_MASK), from, wi);
@@ -96,62 +97,61 @@ float direct_pdf(Light light, vec3 from, Surface surface, vec3 wi) {
     return light.direct_pmf * area_pdf * dot(to_light, to_light) / max(cos_light, 1.0e-20);
 }
 
-// A point on a sphere in the cone it fills as seen from a point.
+// Samples a point on a sphere by the cone that it fills, seen from a point.
 bool sample_sphere(Light light, vec3 from, vec2 u, out Surface surface) {
     Quadric quadric = quadrics_at(light.primitive & INDEX_MASK);
     vec3 o = transform_point(quadric.object_from_render, from);
     float d2 = dot(o, o);
-    vec3 axis = d2 > ON_SPHERE ? -o * inversesqrt(d2) : vec3(0.0, 0.0, 1.0);
-    vec3 d = to_world(sample_cap(u, cone_of_sphere(d2)), axis);
-    o += d2 > ON_SPHERE ? vec3(0.0) : SKIPPED * d;
+    vec3 axis = d2 > INSIDE_SPHERE ? -o * inversesqrt(d2) : vec3(0.0, 0.0, 1.0);
+    vec3 d = to_world(sample_cap(u, one_minus_cos_of_cone(d2)), axis);
+    o += d2 > INSIDE_SPHERE ? vec3(0.0) : INSIDE_SKIP * d;
     float t = INFINITY_T;
     bool found = intersect_sphere(quadric, free_ray(o, d), t);
     surface = quadric_surface(quadric, true, o + t * d);
     return found;
 }
 
-// A point uniform by area on a disk.
-Surface sample_flat_disk(Light light, vec2 u) {
+// Samples a point on a disk, uniformly by area.
+Surface sample_disk_light(Light light, vec2 u) {
     Quadric disk = quadrics_at(light.primitive & INDEX_MASK);
     float inner2 = disk.inner_radius * disk.inner_radius;
-    // A whole disk keeps strata together; a cut one is sampled in polar coordinates.
     float radius = sqrt(mix(inner2, 1.0, u.x));
     float phi = disk.phi_max * u.y;
     return quadric_surface(disk, false, vec3(radius * cos(phi), radius * sin(phi), 0.0));
 }
 
-// A point on a piece of a body of revolution, with surface.area_pdf.
-Surface sample_revolution(Light light, vec2 u) {
+// Samples a point on a piece of a body of revolution; surface.area_pdf is its pdf by area.
+Surface sample_revolution_light(Light light, vec2 u) {
     uint piece = light.primitive & INDEX_MASK;
     vec4 ends = revolution_pieces_at(piece).ends;
-    // Inverts the distribution of piece_pdf.
-    // Points on the axis have no area and no pdf; numbers are multiples of ROUNDING.
+    // A point on the axis has no area and no pdf: keep u above 0. Random numbers are multiples of ROUNDING.
     u.x = max(u.x, 0.5 * ROUNDING);
+    // Inverts the distribution of piece_pdf.
     float x = 2.0 * u.x * (ends.x + ends.z) / (ends.x + sqrt(mix(ends.x * ends.x, ends.z * ends.z, u.x))) - 1.0;
     float phi = 2.0 * PI * u.y;
     return revolution_surface(piece, clamp(x, -1.0, 1.0), vec2(cos(phi), sin(phi)));
 }
 
-// A point on an emitter, but a sphere: uniform by area, or with surface.area_pdf.
-Surface sample_emitter(Light light, vec2 u) {
+// Samples a point on an emitter that is not a sphere: uniformly by area, or with surface.area_pdf.
+Surface sample_emitter_point(Light light, vec2 u) {
     Surface surface;
     uint kind = light.primitive >> KIND_SHIFT;
     if (HAS_TRIANGLE_LIGHTS && kind == TRIANGLE) {
         surface = triangle_surface(light.primitive & INDEX_MASK, sample_triangle(u));
     }
     if (HAS_DISK_LIGHTS && kind == DISK) {
-        surface = sample_flat_disk(light, u);
+        surface = sample_disk_light(light, u);
     }
     if (HAS_REVOLUTION_LIGHTS && kind == REVOLUTION) {
-        surface = sample_revolution(light, u);
+        surface = sample_revolution_light(light, u);
     }
     return surface;
 }
 
-// An emitter seen from a point by next-event estimation.
-LightSample sample_area(Light light, vec3 from, vec2 u) {
-    LightSample direct = LightSample(from, vec3(0.0), vec3(0.0), 0.0, competes(light, from), is_hittable(light));
-    Surface surface = sample_emitter(light, u);
+// Samples an area light for next-event estimation from a point.
+LightSample sample_area_light(Light light, vec3 from, vec2 u) {
+    LightSample direct = LightSample(from, vec3(0.0), vec3(0.0), 0.0, uses_mis(light, from), is_hittable(light));
+    Surface surface = sample_emitter_point(light, u);
     if (HAS_SPHERE_LIGHTS && light.primitive >> KIND_SHIFT == SPHERE) {
         if (!sample_sphere(light, from, u, surface)) {
             return direct;
@@ -165,26 +165,26 @@ LightSample sample_area(Light light, vec3 from, vec2 u) {
     return direct;
 }
 
-// Pdf, selection included, with which sample_direct finds a color of a sky.
+// Pdf by solid angle with which sample_direct chooses this sky and a direction of this color.
 float sky_pdf(Light sky, LightImage image, vec3 color) {
-    return sky.direct_pmf * octahedral_pdf(image, color);
+    return sky.direct_pmf * equal_area_pdf(image, color);
 }
 
 LightSample sample_sky(Light sky, vec3 from, vec2 u) {
     LightImage image = light_images_at(sky.primitive);
-    ImageSample found = sample_octahedral(image, u);
+    ImageSample found = sample_equal_area(image, u);
     vec3 target = from + 2.0 * scene.radius * found.direction;
     float pdf = sky_pdf(sky, image, found.color);
     return LightSample(target, found.direction, sky.emission * found.color, pdf, true, true);
 }
 
-// Factor of a point light's intensity in direction w.
+// Factor of a point light's intensity in direction w, per channel.
 vec3 intensity_towards(Light light, vec3 w) {
     if (HAS_SPOT_LIGHTS && light.kind == SPOT) {
         return vec3(spot_falloff(light, w));
     }
     if (HAS_GONIOMETRIC_LIGHTS && light.kind == GONIOMETRIC) {
-        return octahedral_color(light_images_at(light.primitive), w);
+        return equal_area_color(light_images_at(light.primitive), w);
     }
     if (HAS_PROJECTION_LIGHTS && light.kind == PROJECTION) {
         return projected_color(light_images_at(light.primitive), w);
@@ -192,7 +192,7 @@ vec3 intensity_towards(Light light, vec3 w) {
     return vec3(1.0);
 }
 
-// A light chosen by the direct table, and a direction to it.
+// Samples a light by the direct table, and a direction to it.
 LightSample sample_direct(vec3 from, float u_light, vec2 u) {
     uint count = scene.direct_count;
     float scaled = u_light * float(count);
@@ -200,7 +200,7 @@ LightSample sample_direct(vec3 from, float u_light, vec2 u) {
     AliasEntry chosen = direct_table_at(entry);
     Light light = lights_at(scaled - float(entry) < chosen.threshold ? chosen.keep : chosen.alias);
     if (HAS_AREA_LIGHTS && light.kind == AREA) {
-        return sample_area(light, from, u);
+        return sample_area_light(light, from, u);
     }
     if (HAS_SKIES && light.kind == SKY) {
         return sample_sky(light, from, u);
@@ -216,23 +216,23 @@ LightSample sample_direct(vec3 from, float u_light, vec2 u) {
     return LightSample(light.position, wi, radiance, light.direct_pmf, false, false);
 }
 
-// Weight of one of two strategies (Veach 1997, power heuristic): a number even if neither finds
-// the light.
+// MIS weight of a technique by the power heuristic (Veach 1997), against one other technique. It is
+// finite even if both pdfs are 0.
 float mis_weight(float pdf, float other) {
     float ratio = other / max(pdf, 1.0e-30);
     return 1.0 / (1.0 + ratio * ratio);
 }
 
-// Radiance that a ray meets where it leaves the scene in direction w. Where next-event
-// estimation looks for the same light, bsdf_pdf is the pdf of w, and what that finds is left
-// out; elsewhere it is INFINITY_T, as of a mirror.
+// Radiance of the infinite lights in direction w, for a ray that leaves the scene, W/(m^2 sr). bsdf_pdf is
+// the pdf of w, for the MIS weight of skies, which next-event estimation samples as well; it is
+// INFINITY_T where next-event estimation does not, such as behind a mirror.
 vec3 radiance_from_infinity(vec3 w, float bsdf_pdf) {
     vec3 radiance = scene.infinite;
     if (HAS_SKIES) {
         [[dont_unroll]] for (uint i = 0u; i < scene.sky_count; i++) {
             Light sky = lights_at(i);
             LightImage image = light_images_at(sky.primitive);
-            vec3 color = octahedral_color(image, w);
+            vec3 color = equal_area_color(image, w);
             float weight = mis_weight(max(bsdf_pdf, 1.0e-20), sky_pdf(sky, image, color));
             radiance += sky.emission * color * weight;
         }

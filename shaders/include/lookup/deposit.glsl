@@ -4,7 +4,7 @@
 #include "lookup/disc.glsl"
 
 // The low word of a sum was `before`: what is to be added to the high one.
-uint carried(uint before, uvec2 fixed_point) {
+uint high_word_to_add(uint before, uvec2 fixed_point) {
     return fixed_point.y + (before + fixed_point.x < before ? 1u : 0u);
 }
 
@@ -16,7 +16,7 @@ void check_sum(uint before, uint high) {
 
 // Functions cannot take a buffer.
 #define ADD_CHANNEL(sums, at, fixed_point) { \
-    uint high = carried(atomicAdd(sums.data[at], fixed_point.x), fixed_point); \
+    uint high = high_word_to_add(atomicAdd(sums.data[at], fixed_point.x), fixed_point); \
     if (high > 0u) { \
         check_sum(atomicAdd(sums.data[at + 1u], high), high); \
     } \

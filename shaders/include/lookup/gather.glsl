@@ -14,7 +14,7 @@ Gathered nothing_gathered() {
     return Gathered(uvec3(0u), uvec3(0u), 0u, 0u);
 }
 
-void gather(inout Gathered sum, uvec3 low, uvec3 high, bool wanted) {
+void gather_photon(inout Gathered sum, uvec3 low, uvec3 high, bool wanted) {
     low = wanted ? low : uvec3(0u);
     high = wanted ? high : uvec3(0u);
     sum.low += low;
@@ -24,7 +24,7 @@ void gather(inout Gathered sum, uvec3 low, uvec3 high, bool wanted) {
 }
 
 // Adds to a pixel's sums, which no other invocation touches.
-void keep(Gathered sum, uint pixel) {
+void add_to_pixel(Gathered sum, uint pixel) {
     Flux before = load_flux(pixel);
     uvec3 low = before.low + sum.low;
     uvec3 high = sum.high + mix(uvec3(0u), uvec3(1u), lessThan(low, sum.low));

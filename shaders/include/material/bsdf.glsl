@@ -1,26 +1,26 @@
-// How surfaces scatter. Directions wo and wi point away from the surface.
+// Samples BSDFs. Directions wo and wi point away from the surface.
 #include "material/microfacet.glsl"
 
-// What a path carries from the eye or from a light: radiance is compressed where it
-// enters glass, flux is not (Veach 1997, section 5.2).
+// Modes of transport: eye paths carry radiance, photons carry flux. Refraction scales radiance by the
+// squared ratio of the indices, and leaves flux as it is (Veach 1997, section 5.2).
 const bool RADIANCE = true;
 const bool FLUX = false;
 
 struct Scatter {
     vec3 wi;
-    vec3 weight;      // bsdf * |cos| / pdf
-    float eta;        // refractive index of the medium ahead over that behind; 1 if not crossed
+    vec3 weight;      // BSDF times |cos| over the pdf
+    float eta;        // index of the medium that the path enters over the one it leaves; 1 if it stays
 };
 
-// Whether a path is in glass, by the product of the indices it has passed. Bodies share
-// surfaces (wine in a glass): sides of surfaces alone could not tell. Less than 1 is the way
-// out of where the path began.
+// Whether a path is in glass. `index` is the product of the ratios of indices that it has crossed, since
+// the side of a surface does not tell where bodies share surfaces, such as wine in a glass. A product
+// below 1 means that the path has left the dielectric in which it began.
 bool is_in_glass(float index) {
     return index > 1.001;
 }
 
-// Reflectance of a dielectric boundary for unpolarised light. eta: the far side over
-// the near side; cos_i >= 0. Also gives the cosine of the refracted ray.
+// Fresnel reflectance of a dielectric boundary for unpolarised light. eta: index of the far side over
+// the near side; cos_i >= 0. cos_t becomes the cosine of the refracted ray, 0 at total reflection.
 float fresnel_dielectric(float cos_i, float eta, out float cos_t) {
     float sin2_t = (1.0 - cos_i * cos_i) / (eta * eta);
     if (sin2_t >= 1.0) {
@@ -33,12 +33,11 @@ float fresnel_dielectric(float cos_i, float eta, out float cos_t) {
     return 0.5 * (parallel * parallel + perpendicular * perpendicular);
 }
 
-// Added to sums of squares that are not to be 0: a metal's index may be 0, or that of what is
-// around it.
+// Added to sums of squares that must not be 0: a metal's index may be 0, or that of the medium around it.
 const float LEAST_SQUARE = 1.0e-30;
 
-// Reflectance of a metal with index eta + i k, per channel (Lazanyi and Szirmay-Kalos
-// 2005 compare it with approximations; this is the exact form).
+// Fresnel reflectance of a metal with index eta + i k, per channel, in the exact form. Lazanyi and
+// Szirmay-Kalos 2005 compare it with approximations.
 vec3 fresnel_conductor(float cos_i, vec3 eta, vec3 k) {
     float cos2 = cos_i * cos_i;
     float sin2 = 1.0 - cos2;
@@ -56,12 +55,12 @@ vec3 fresnel_conductor(float cos_i, vec3 eta, vec3 k) {
 
 #include "material/layers.glsl"
 
-// Whether a material of one lobe is no Lambertian one.
+// Whether a lobe is not Lambertian: smooth or rough.
 bool is_specular(Material material) {
     return HAS_SPECULAR && material.kind != DIFFUSE;
 }
 
-// Whether a material's facets are not all alike.
+// Whether a lobe has microfacets of different normals.
 bool is_rough(Material material) {
     return HAS_ROUGH && material.alpha_u > 0.0;
 }
@@ -70,53 +69,54 @@ vec2 alpha_of(Material material) {
     return vec2(material.alpha_u, material.alpha_v);
 }
 
-// The facet that light from wo meets, by its normal on wo's side.
-vec3 facet_of(Material material, vec3 wo, Frame frame, vec2 u) {
+// Samples the normal of the microfacet that wo meets, on wo's side; the surface's normal if it is smooth.
+vec3 sample_microfacet(Material material, vec3 wo, Frame frame, vec2 u) {
     if (HAS_ROUGH) {
         if (is_rough(material)) {
-            return from_frame(frame, sample_facet(to_frame(frame, wo), alpha_of(material), u));
+            return from_frame(frame, sample_visible_normal(to_frame(frame, wo), alpha_of(material), u));
         }
     }
     return frame.n;
 }
 
-// What part of light that leaves a facet along wi other facets let pass: nothing where they
-// would send it to the wrong side.
-float unhidden(Material material, vec3 wo, vec3 wi, Frame frame, bool same_side) {
+// Masking-shadowing weight G2(wo, wi) / G1(wo) of a direction sampled by the visible normals; 1 on a
+// smooth surface. It is 0 if wi is on the wrong side of the surface: reflected into it, or refracted out.
+float masking_shadowing_weight(Material material, vec3 wo, vec3 wi, Frame frame, bool same_side) {
     if (HAS_ROUGH) {
         if (is_rough(material)) {
             vec3 local = to_frame(frame, wi);
-            return local.z > 0.0 == same_side ? facets_seen(to_frame(frame, wo), local, alpha_of(material)) : 0.0;
+            return local.z > 0.0 == same_side ? smith_g2_over_g1(to_frame(frame, wo), local, alpha_of(material)) : 0.0;
         }
     }
     return 1.0;
 }
 
-// frame.n is on wo's side in all of these; eta: the far side over the near side.
-Scatter scatter_dielectric(Material material, vec3 wo, Frame frame, float eta, float u, vec2 u_facet, bool carries) {
-    vec3 m = facet_of(material, wo, frame, u_facet);
+// In all scatter_* functions frame.n is on wo's side. eta: index of the far side over the near side;
+// `transport` is RADIANCE or FLUX.
+Scatter scatter_dielectric(Material material, vec3 wo, Frame frame, float eta, float u, vec2 u_facet, bool transport) {
+    vec3 m = sample_microfacet(material, wo, frame, u_facet);
     float cos_o = dot(wo, m);
     float cos_t;
     float reflectance = fresnel_dielectric(cos_o, eta, cos_t);
     if (u < reflectance) {
         vec3 wi = 2.0 * cos_o * m - wo;
-        return Scatter(wi, vec3(unhidden(material, wo, wi, frame, true)), 1.0);
+        return Scatter(wi, vec3(masking_shadowing_weight(material, wo, wi, frame, true)), 1.0);
     }
     vec3 wi = normalize((cos_o * m - wo) / eta - cos_t * m);
-    float compression = carries == RADIANCE ? 1.0 / (eta * eta) : 1.0;
-    return Scatter(wi, material.color * (compression * unhidden(material, wo, wi, frame, false)), eta);
+    float compression = transport == RADIANCE ? 1.0 / (eta * eta) : 1.0;
+    return Scatter(wi, material.color * (compression * masking_shadowing_weight(material, wo, wi, frame, false)), eta);
 }
 
 Scatter scatter_conductor(Material material, vec3 wo, Frame frame, vec2 u_facet) {
-    vec3 m = facet_of(material, wo, frame, u_facet);
+    vec3 m = sample_microfacet(material, wo, frame, u_facet);
     float cos_o = dot(wo, m);
     vec3 wi = 2.0 * cos_o * m - wo;
     vec3 reflectance = fresnel_conductor(cos_o, material.eta, material.k);
-    return Scatter(wi, reflectance * unhidden(material, wo, wi, frame, true), 1.0);
+    return Scatter(wi, reflectance * masking_shadowing_weight(material, wo, wi, frame, true), 1.0);
 }
 
 #ifndef WITHOUT_IS_RICH
-// A pane reflects at both of its sides, and between them again and again.
+// A thin pane of glass: a series of reflections between its two sides, 2 R / (1 + R) in all.
 Scatter scatter_thin(Material material, vec3 wo, Frame frame, float u) {
     float cos_o = dot(wo, frame.n);
     float cos_t;
@@ -126,16 +126,16 @@ Scatter scatter_thin(Material material, vec3 wo, Frame frame, float u) {
 }
 
 Scatter scatter_coat(Material material, vec3 wo, Frame frame, vec2 u_facet) {
-    vec3 m = facet_of(material, wo, frame, u_facet);
+    vec3 m = sample_microfacet(material, wo, frame, u_facet);
     float cos_o = dot(wo, m);
     vec3 wi = 2.0 * cos_o * m - wo;
     float cos_t;
     float reflectance = fresnel_dielectric(cos_o, material.coat_eta, cos_t);
-    return Scatter(wi, material.color * (reflectance * unhidden(material, wo, wi, frame, true)), 1.0);
+    return Scatter(wi, material.color * (reflectance * masking_shadowing_weight(material, wo, wi, frame, true)), 1.0);
 }
 
-// Through the coat, off the metal, and back through the coat. What the coat's underside sends
-// back meets the metal again: a geometric series, as if always at the same angles.
+// Through the coat, off the metal, and back through the coat. Reflections between the coat's underside
+// and the metal form a geometric series, taken at the same angles for all of its terms.
 Scatter scatter_coated_conductor(Material material, vec3 wo, Frame frame, vec2 u_facet) {
     float cos_o = dot(wo, frame.n);
     float cos_in;
@@ -155,9 +155,9 @@ Scatter scatter_coated_conductor(Material material, vec3 wo, Frame frame, vec2 u
 }
 #endif
 
-// A direction from a surface without a diffuse lobe; the other is chosen by u, the facet by
-// u_facet.
-Scatter scatter_specular(Material material, vec3 wo, vec3 n, vec3 tangent, float u, vec2 u_facet, bool carries) {
+// Samples a lobe that is not Lambertian. u chooses between reflection and transmission, u_facet the
+// microfacet.
+Scatter scatter_specular(Material material, vec3 wo, vec3 n, vec3 tangent, float u, vec2 u_facet, bool transport) {
     Scatter scattered = Scatter(wo, vec3(0.0), 1.0);
     bool outside = dot(wo, n) > 0.0;
     Frame frame;
@@ -167,7 +167,7 @@ Scatter scatter_specular(Material material, vec3 wo, vec3 n, vec3 tangent, float
     }
     if (HAS_DIELECTRICS && material.kind == DIELECTRIC) {
         float eta = outside ? material.eta.x : 1.0 / material.eta.x;
-        scattered = scatter_dielectric(material, wo, frame, eta, u, u_facet, carries);
+        scattered = scatter_dielectric(material, wo, frame, eta, u, u_facet, transport);
     }
     if (HAS_CONDUCTORS && material.kind == CONDUCTOR) {
         scattered = scatter_conductor(material, wo, frame, u_facet);
@@ -186,15 +186,15 @@ Scatter scatter_specular(Material material, vec3 wo, vec3 n, vec3 tangent, float
     return scattered;
 }
 
-// A direction from the surface's bsdf; the lobe is chosen by u_lobe.
-Scatter scatter(Material material, vec3 wo, vec3 n, vec3 tangent, float u_lobe, vec2 u, bool carries) {
+// Samples a lobe of a surface. u_lobe chooses between reflection and transmission, u the direction.
+Scatter scatter(Material material, vec3 wo, vec3 n, vec3 tangent, float u_lobe, vec2 u, bool transport) {
     if (is_specular(material)) {
-        return scatter_specular(material, wo, n, tangent, u_lobe, u, carries);
+        return scatter_specular(material, wo, n, tangent, u_lobe, u, transport);
     }
     vec3 facing = dot(wo, n) < 0.0 ? -n : n;
     if (HAS_DIFFUSE_TRANSMISSION) {
         facing = (material.flags & BEHIND) != 0u ? -facing : facing;
     }
     vec3 wi = sample_cosine(u, facing);
-    return Scatter(wi, material.color * entering(material, dot(wi, facing)), 1.0);
+    return Scatter(wi, material.color * transmittance_to_base(material, dot(wi, facing)), 1.0);
 }

@@ -1,14 +1,14 @@
-// Materials of several lobes: at each point of a path one of them is taken by chance.
+// Materials of several lobes. At each vertex of a path, one lobe is chosen at random.
 //
-// A coat is a dielectric boundary over a base. Light that enters towards a Lambertian base at
-// wi and leaves at wo keeps what both crossings let through and what the coat does not absorb;
-// what its underside sends back meets the base again, and again. With e the share that one
-// way through the coat keeps,
-//   bsdf = e(wo) e(wi) albedo / (pi eta^2 (1 - albedo * sent_back)),
-// exact where the boundary is smooth. A photon that is recorded there has e(wi) already.
+// A coat is a dielectric boundary over a base. Light loses energy at each crossing of the boundary, and
+// to absorption in the coat. The underside of the boundary reflects a part of the light back to the
+// base, again and again: a geometric series. With T(w) the transmittance of the coat along w and
+// sent_back the part that the underside reflects, the BSDF over a Lambertian base is
+//   T(wo) T(wi) albedo / (pi eta^2 (1 - albedo * sent_back)),
+// exact where the boundary is smooth. The weight of a recorded photon already contains T(wi).
 
 #ifdef WITHOUT_IS_RICH
-float entering(Material material, float cos_i) {
+float transmittance_to_base(Material material, float cos_i) {
     return 1.0;
 }
 
@@ -16,65 +16,67 @@ Material choose_lobe(Material material, float cos_o, inout float u) {
     return material;
 }
 #else
-// What light keeps on its way through a coat from a direction; cosines are outside.
-float through_coat(Material material, float cos_o) {
+// Transmittance of a coat: of its boundary and of one way through it. cos_o is outside the coat.
+float coat_transmittance(Material material, float cos_o) {
     float cos_t;
     float reflectance = fresnel_dielectric(cos_o, material.coat_eta, cos_t);
     return (1.0 - reflectance) * exp(-material.coat_thickness / max(cos_t, 1.0e-6));
 }
 
-// Share of arriving light that gets to where a visible point is.
-float entering(Material material, float cos_i) {
+// Share of the light that arrives at a visible point: the transmittance of its coat, or 1.
+float transmittance_to_base(Material material, float cos_i) {
     if (HAS_COATS) {
-        return material.coat_eta > 0.0 ? through_coat(material, min(cos_i, 1.0)) : 1.0;
+        return material.coat_eta > 0.0 ? coat_transmittance(material, min(cos_i, 1.0)) : 1.0;
     }
     return 1.0;
 }
 
-// Splits chance from the rest of a random number.
-bool takes(float chance, inout float u) {
-    bool first = u < chance;
-    u = clamp(first ? u / chance : (u - chance) / (1.0 - chance), 0.0, 0.99999994);
+// Draws true with a probability. u, uniform in [0, 1), is uniform again afterwards.
+bool draw_bernoulli(float probability, inout float u) {
+    bool first = u < probability;
+    u = clamp(first ? u / probability : (u - probability) / (1.0 - probability), 0.0, 0.99999994);
     return first;
 }
 
-// The least chance of a coat's lobe: highlights of rough ones come from few paths otherwise.
-const float LEAST_CHANCE = 0.1;
+// Least probability of the coat's lobe, and of the base: with less, few paths would find the highlights
+// of a rough coat.
+const float MIN_COAT_PROBABILITY = 0.1;
 
-Material choose_side_of_coat(Material material, float cos_o, inout float u) {
+Material choose_coat_or_base(Material material, float cos_o, inout float u) {
     float cos_t;
     float reflectance = fresnel_dielectric(cos_o, material.coat_eta, cos_t);
-    float chance = clamp(reflectance, LEAST_CHANCE, 1.0 - LEAST_CHANCE);
-    if (takes(chance, u)) {
-        material.color = vec3(1.0 / chance);
+    float probability = clamp(reflectance, MIN_COAT_PROBABILITY, 1.0 - MIN_COAT_PROBABILITY);
+    if (draw_bernoulli(probability, u)) {
+        material.color = vec3(1.0 / probability);
         material.alpha_u = material.coat_alpha_u;
         material.alpha_v = material.coat_alpha_v;
         material.kind = COAT;
     } else if (material.kind == COATED_DIFFUSE) {
         vec3 sent_back = material.coat_sent_back * material.color;
-        float leaving = through_coat(material, cos_o) / (material.coat_eta * material.coat_eta);
-        material.color *= leaving / ((1.0 - chance) * (1.0 - sent_back));
+        float leaving = coat_transmittance(material, cos_o) / (material.coat_eta * material.coat_eta);
+        material.color *= leaving / ((1.0 - probability) * (1.0 - sent_back));
         material.kind = DIFFUSE;
     } else {
-        material.color = vec3(1.0 / (1.0 - chance));
+        material.color = vec3(1.0 / (1.0 - probability));
     }
     return material;
 }
 
-// A material of one lobe, with its color divided by the chance of it; u is used up in part.
+// Chooses a lobe of a material. Returns a material of that lobe alone, with its color divided by the
+// probability of the choice. u is uniform again afterwards.
 Material choose_lobe(Material material, float cos_o, inout float u) {
     if (HAS_COATS && (material.kind == COATED_DIFFUSE || material.kind == COATED_CONDUCTOR)) {
-        return choose_side_of_coat(material, min(cos_o, 1.0), u);
+        return choose_coat_or_base(material, min(cos_o, 1.0), u);
     }
     if (HAS_DIFFUSE_TRANSMISSION && material.kind == DIFFUSE_TRANSMISSION) {
         float reflected = max(material.color.x, max(material.color.y, material.color.z));
         float transmitted = max(material.second.x, max(material.second.y, material.second.z));
-        float chance = clamp(reflected / max(reflected + transmitted, 1.0e-20), 0.0, 1.0);
+        float probability = clamp(reflected / max(reflected + transmitted, 1.0e-20), 0.0, 1.0);
         material.kind = DIFFUSE;
-        if (takes(chance, u)) {
-            material.color /= max(chance, 1.0e-20);
+        if (draw_bernoulli(probability, u)) {
+            material.color /= max(probability, 1.0e-20);
         } else {
-            material.color = material.second / (1.0 - chance);
+            material.color = material.second / (1.0 - probability);
             material.flags |= BEHIND;
         }
     }

@@ -1,17 +1,17 @@
-// What a surface is made of at a point.
+// The material at a point of a surface.
 
-// A number in [0, 1) that differs from point to point.
-float chance_at(vec3 position) {
+// Hashes a point to a number in [0, 1).
+float hash_to_unit(vec3 position) {
     uvec3 bits = pcg3d(floatBitsToUint(position));
     return to_unit(bits.x ^ bits.y);
 }
 
-// GGX's alpha from a texture's value.
+// GGX alpha from the value of a texture. If `remapped`, the value is alpha's square.
 float alpha_of(float roughness, bool remapped) {
     return max(remapped ? sqrt(max(roughness, 0.0)) : roughness, 1.0e-3);
 }
 
-// Whether photons are recorded where a surface is of a material, whichever lobe they take.
+// Whether photons are recorded on a material: some lobe of it is Lambertian.
 bool receives_photons(Material material) {
     if (HAS_LAYERS) {
         return (material.flags & HAS_LAMBERTIAN) != 0u;
@@ -20,7 +20,7 @@ bool receives_photons(Material material) {
 }
 
 #ifndef WITHOUT_HAS_TEXTURES
-// Alpha along two directions; where both have one texture, it is read once.
+// GGX alpha along the tangent and across. A texture that gives both is read once.
 vec2 textured_alpha(uint u_texture, uint v_texture, vec2 alpha, bool remapped, Surface surface) {
     if (u_texture != NONE) {
         alpha.x = alpha_of(textured(u_texture, vec3(0.0), surface).x, remapped);
@@ -35,7 +35,7 @@ vec2 textured_alpha(uint u_texture, uint v_texture, vec2 alpha, bool remapped, S
 void apply_textures(inout Material material, Surface surface) {
     material.color = color_at(material, surface);
     if (HAS_CONDUCTORS && (material.flags & BY_REFLECTANCE) != 0u) {
-        // The k that reflects so much at normal incidence, with an index of 1 outside a coat.
+        // The k that has this reflectance at normal incidence, for eta = 1 over the index outside.
         vec3 reflectance = min(material.color, vec3(0.9999));
         float outside = material.coat_eta > 0.0 ? material.coat_eta : 1.0;
         material.eta = vec3(1.0 / outside);
@@ -78,9 +78,9 @@ Material material_at(Surface surface) {
 #ifndef WITHOUT_IS_RICH
     if (HAS_MIXES) {
         uint flags = material.flags & HAS_LAMBERTIAN;
-        float u = chance_at(surface.position);
+        float u = hash_to_unit(surface.position);
         while (material.kind == MIX) {
-            material = materials_at(takes(1.0 - mix_amount(material, surface), u) ? material.first : material.second_part);
+            material = materials_at(draw_bernoulli(1.0 - mix_amount(material, surface), u) ? material.first : material.second_part);
         }
         material.flags |= flags;
     }

@@ -1,6 +1,6 @@
-// Rough surfaces: microfacets of the distribution GGX. Directions are in a frame with z along
-// the normal; wo is above. Walter and others 2007; Heitz, "Understanding the Masking-Shadowing
-// Function", JCGT 2014.
+// Rough surfaces: microfacets with the GGX distribution (Walter and others 2007) and the Smith
+// masking-shadowing function (Heitz, "Understanding the Masking-Shadowing Function", JCGT 2014).
+// Directions are in a frame with z along the normal; wo.z > 0.
 
 struct Frame {
     vec3 s; // along the tangent
@@ -8,7 +8,7 @@ struct Frame {
     vec3 n;
 };
 
-// A frame about n, turned to the tangent where directions differ.
+// A frame about n. Where roughness is anisotropic, s is along the tangent.
 Frame frame_about(vec3 n, vec3 tangent) {
     Frame frame;
     frame.n = n;
@@ -18,7 +18,7 @@ Frame frame_about(vec3 n, vec3 tangent) {
         float length2 = dot(along, along);
         if (length2 > 0.0) {
             along *= inversesqrt(length2);
-            // Twice is enough, however near the normal the tangent was.
+            // The second projection mends the rounding of the first, even of a tangent near the normal.
             frame.s = normalize(along - dot(along, n) * n);
             frame.t = cross(n, frame.s);
         }
@@ -34,72 +34,74 @@ vec3 from_frame(Frame frame, vec3 v) {
     return v.x * frame.s + v.y * frame.t + v.z * frame.n;
 }
 
-// Density of facets with normal m, per area of the surface and solid angle.
-float facet_density(vec3 m, vec2 alpha) {
+// GGX distribution D(m): area of the microfacets with normal m per area of the surface and solid angle,
+// 1/sr.
+float ggx_density(vec3 m, vec2 alpha) {
     vec3 stretched = vec3(m.xy / alpha, m.z);
     float d = dot(stretched, stretched);
     return 1.0 / (PI * alpha.x * alpha.y * d * d);
 }
 
-// Smith's measure of how much facets hide each other from a direction: 0 is not at all.
-float facet_hiding(vec3 w, vec2 alpha) {
+// Smith's auxiliary function Lambda(w), 0 or more; masking G1(w) is 1 / (1 + Lambda(w)).
+float smith_lambda(vec3 w, vec2 alpha) {
     vec2 slope = alpha * w.xy / max(abs(w.z), 1.0e-6);
     return 0.5 * (sqrt(1.0 + dot(slope, slope)) - 1.0);
 }
 
 #ifdef WITHOUT_IS_RICH
-vec3 sample_facet(vec3 wo, vec2 alpha, vec2 u) {
+vec3 sample_visible_normal(vec3 wo, vec2 alpha, vec2 u) {
     return vec3(0.0, 0.0, 1.0);
 }
 
-float facets_seen(vec3 wo, vec3 wi, vec2 alpha) {
+float smith_g2_over_g1(vec3 wo, vec3 wi, vec2 alpha) {
     return 1.0;
 }
 #else
-// A facet's normal with pdf proportional to what wo sees of it (Dupuy and Benyoub, "Sampling
-// Visible GGX Normals with Spherical Caps", 2023).
-vec3 sample_facet(vec3 wo, vec2 alpha, vec2 u) {
+// Samples a microfacet normal with pdf proportional to its area that is visible from wo (Dupuy and
+// Benyoub, "Sampling Visible GGX Normals with Spherical Caps", 2023).
+vec3 sample_visible_normal(vec3 wo, vec2 alpha, vec2 u) {
     vec3 stretched = normalize(vec3(alpha * wo.xy, wo.z));
     float phi = 2.0 * PI * u.x;
     float z = (1.0 - u.y) * (1.0 + stretched.z) - stretched.z;
     float sin_theta = sqrt(clamp(1.0 - z * z, 0.0, 1.0));
     vec3 m = vec3(sin_theta * cos(phi), sin_theta * sin(phi), z) + stretched;
-    // Grazing, the two may cancel.
+    // At grazing angles the two terms may cancel.
     return normalize(vec3(alpha * m.xy, max(m.z, 1.0e-6)));
 }
 
-// Of those facets that wo sees: the part that wi sees, too.
-float facets_seen(vec3 wo, vec3 wi, vec2 alpha) {
-    float hidden = facet_hiding(wo, alpha);
-    return (1.0 + hidden) / (1.0 + hidden + facet_hiding(wi, alpha));
+// Height-correlated Smith masking-shadowing over masking, G2(wo, wi) / G1(wo).
+float smith_g2_over_g1(vec3 wo, vec3 wi, vec2 alpha) {
+    float lambda_o = smith_lambda(wo, alpha);
+    return (1.0 + lambda_o) / (1.0 + lambda_o + smith_lambda(wi, alpha));
 }
 #endif
 
-// What a surface does with light from a direction.
-struct Response {
-    vec3 value; // bsdf * |cos|
-    float pdf;  // of sampling this direction, by solid angle
+// The BSDF for one pair of directions.
+struct BsdfValue {
+    vec3 value; // BSDF times |cos| of wi, 1/sr
+    float pdf;  // of sampling wi, by solid angle, 1/sr
 };
 
-// Of facets that reflect all light; m is the facet that does.
-Response facets_reflect(vec3 wo, vec3 wi, vec2 alpha, out vec3 m) {
+// Reflection by microfacets of reflectance 1; m is the normal of those that reflect wo to wi.
+BsdfValue evaluate_reflection(vec3 wo, vec3 wi, vec2 alpha, out vec3 m) {
     m = normalize(wo + wi);
-    float hidden = facet_hiding(wo, alpha);
-    float density = facet_density(m, alpha) / (4.0 * wo.z);
-    return Response(vec3(density / (1.0 + hidden + facet_hiding(wi, alpha))), density / (1.0 + hidden));
+    float lambda_o = smith_lambda(wo, alpha);
+    float density = ggx_density(m, alpha) / (4.0 * wo.z);
+    return BsdfValue(vec3(density / (1.0 + lambda_o + smith_lambda(wi, alpha))), density / (1.0 + lambda_o));
 }
 
-// Of facets that let all flux through to wi, below; eta: that side over this one.
-Response facets_transmit(vec3 wo, vec3 wi, vec2 alpha, float eta, out vec3 m) {
+// Transmission by microfacets of transmittance 1, to wi with wi.z < 0. eta: index of that side over the
+// index of wo's side. m is the normal of the microfacets that refract wo to wi.
+BsdfValue evaluate_transmission(vec3 wo, vec3 wi, vec2 alpha, float eta, out vec3 m) {
     m = normalize(wo + eta * wi);
     m = m.z < 0.0 ? -m : m;
     float cos_o = dot(wo, m);
     float cos_i = dot(wi, m);
     if (cos_o <= 0.0 || cos_i >= 0.0) {
-        return Response(vec3(0.0), 0.0);
+        return BsdfValue(vec3(0.0), 0.0);
     }
-    float hidden = facet_hiding(wo, alpha);
+    float lambda_o = smith_lambda(wo, alpha);
     float d = cos_i + cos_o / eta;
-    float density = facet_density(m, alpha) * cos_o * -cos_i / (d * d * wo.z);
-    return Response(vec3(density / (1.0 + hidden + facet_hiding(wi, alpha))), density / (1.0 + hidden));
+    float density = ggx_density(m, alpha) * cos_o * -cos_i / (d * d * wo.z);
+    return BsdfValue(vec3(density / (1.0 + lambda_o + smith_lambda(wi, alpha))), density / (1.0 + lambda_o));
 }

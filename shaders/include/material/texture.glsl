@@ -1,4 +1,4 @@
-// Values that vary over surfaces. Drivers of scenes without textures see none of the code.
+// Textures: values that vary over surfaces. Kernels of scenes without textures leave out this code.
 
 #ifdef WITHOUT_HAS_TEXTURES
 vec3 textured(uint first, vec3 constant, Surface surface) {
@@ -14,33 +14,33 @@ float opacity(Surface surface) {
 }
 #else
 
-// A coordinate of a texel, or -1 where there is none.
-int wrapped(int i, int size, uint wrap) {
+// Wraps the coordinate of a texel; -1 stands for black.
+int wrap_coordinate(int i, int size, uint wrap) {
     if (wrap == WRAP_REPEAT) {
         i = i < 0 ? i + size : i >= size ? i - size : i;
     } else if (wrap != WRAP_CLAMP && (i < 0 || i >= size)) {
         return -1;
     }
-    // Coordinates that are no numbers may come to anything.
+    // Coordinates that are NaN convert to any integer.
     return clamp(i, 0, size - 1);
 }
 
 vec3 texel(TextureNode image, int x, int y) {
-    x = wrapped(x, int(image.width), image.wrap);
-    y = wrapped(y, int(image.height), image.wrap);
+    x = wrap_coordinate(x, int(image.width), image.wrap);
+    y = wrap_coordinate(y, int(image.height), image.wrap);
     if (min(x, y) < 0) {
         return vec3(0.0);
     }
     uint at = image.first + uint(y) * image.width + uint(x);
-    uvec4 two = texture_texels_at(at >> 1u);
-    uvec2 one = (at & 1u) != 0u ? two.zw : two.xy;
-    return vec3(unpackHalf2x16(one.x), unpackHalf2x16(one.y).x);
+    uvec4 pair = texture_texels_at(at >> 1u);
+    uvec2 halves = (at & 1u) != 0u ? pair.zw : pair.xy;
+    return vec3(unpackHalf2x16(halves.x), unpackHalf2x16(halves.y).x);
 }
 
-// An image at coordinates with (0, 0) at its lower left corner; its first row is the top.
-vec3 image_value(TextureNode image, vec2 at) {
+// Interpolates an image at coordinates with (0, 0) at its lower left corner; its first row is the top.
+vec3 sample_image_texture(TextureNode image, vec2 at) {
     at.y = 1.0 - at.y;
-    // No further than a texel beyond the edge, where one coordinate is as good as another.
+    // Farther outside, all coordinates have the value of the edge, or black.
     at = image.wrap == WRAP_REPEAT ? fract(at) : clamp(at, -1.0, 2.0);
     vec2 place = at * vec2(image.width, image.height) - 0.5;
     vec2 corner = floor(place);
@@ -66,11 +66,11 @@ vec3 texture_coordinates(TextureNode node, Surface surface) {
     return at;
 }
 
-// The value of a node that takes none from the stack.
+// The value of a node without operands.
 vec3 node_value(TextureNode node, Surface surface) {
     vec3 at = texture_coordinates(node, surface);
     if (HAS_IMAGE_TEXTURES && node.kind == TEXTURE_IMAGE) {
-        return image_value(node, at.xy);
+        return sample_image_texture(node, at.xy);
     }
     vec2 weight = node.kind == TEXTURE_BILINEAR ? at.xy : vec2(0.0);
     if (node.kind == TEXTURE_CHECKS) {
@@ -85,7 +85,7 @@ vec3 node_value(TextureNode node, Surface surface) {
     return mix(lower, upper, weight.y);
 }
 
-// Runs a texture's nodes, the first of which is given.
+// Evaluates a texture of several nodes on a stack, from its first node on.
 vec3 run_texture(uint first, Surface surface) {
     vec3 stack[TEXTURE_STACK];
     uint height = 0u;
@@ -108,8 +108,8 @@ vec3 run_texture(uint first, Surface surface) {
     return stack[0];
 }
 
-// A texture at a point of a surface, or the constant where the texture is NONE. Numbers are
-// in x.
+// The value of a texture at a point of a surface, or the constant where the texture is NONE. Textures of
+// numbers have their value in x.
 vec3 textured(uint first, vec3 constant, Surface surface) {
     if (HAS_TEXTURES && first != NONE) {
         if (HAS_TEXTURE_TREES) {
@@ -120,7 +120,7 @@ vec3 textured(uint first, vec3 constant, Surface surface) {
     return constant;
 }
 
-// A material's colour: a reflectance or transmittance.
+// The color of a material: a reflectance or transmittance, in [0, 1].
 vec3 color_at(Material material, Surface surface) {
     if (HAS_TEXTURES) {
         return clamp(textured(material.color_texture, material.color, surface), 0.0, 1.0);
@@ -128,7 +128,7 @@ vec3 color_at(Material material, Surface surface) {
     return material.color;
 }
 
-// How much of a surface is there at a point.
+// Alpha of a surface at a point: the probability that a ray meets it, in [0, 1].
 float opacity(Surface surface) {
     if (HAS_ALPHA) {
         return clamp(textured(materials_at(surface.material).alpha_texture, vec3(1.0), surface).x, 0.0, 1.0);

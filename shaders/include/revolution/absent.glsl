@@ -43,7 +43,7 @@ Profile load_profile(uint piece) {
     return Profile(vec4(0.0));
 }
 
-ProfilePoint evaluate(Profile profile, float x) {
+ProfilePoint evaluate_profile(Profile profile, float x) {
     return ProfilePoint(vec2(0.0), vec2(0.0));
 }
 

@@ -1,42 +1,41 @@
-// Rays against bodies of revolution: every root of a piece, none lost in fp32.
+// Intersects rays with bodies of revolution: finds every root of a piece in fp32.
 //
-// A piece is a stretch of the profile (u, v) = (radius, height), polynomial in x in
-// [-1, 1], on which radius and height are monotone. A ray sweeps a hyperbola in the same
-// half plane. Where the hyperbola is flat it is a function of height, and the piece meets
-// it where
-//     A:  u(x) = rho(v(x)),           rho(h) the ray's distance from the axis;
-// where it is steep, each of its branches is a function of radius, and the piece meets it
-// where
-//     B:  v(x) = z(u(x)),             z(r) the ray's height at that distance.
-// Written so, no difference of large squares is ever formed, and in either case the
-// hyperbola's slope is at most about 1 and monotone, so that the derivative of either
-// equation over an interval has a simple bound. An interval is halved until it is certain
-// to hold no root or just one, which a bracketed Newton then finds. The two domains overlap
-// a little: a root at their border is found twice rather than missed.
+// A piece is a part of the profile (u, v) = (radius, height) on which both are monotone, as polynomials
+// in x in [-1, 1]. Turned about the axis into the half plane of the profile, a ray is a hyperbola. Where
+// the hyperbola is flat, it is a function of height, and it meets the piece where
+//     A:  u(x) = rho(v(x)),           rho(h): the ray's distance from the axis at height h.
+// Where it is steep, each of its two branches is a function of radius, and it meets the piece where
+//     B:  v(x) = z(u(x)),             z(r): the ray's height at distance r from the axis.
+// In this form no difference of large squares occurs. In both equations the slope of the hyperbola is
+// monotone and at most about 1, so that the derivative of the equation over an interval has a simple
+// bound. An interval is halved until it certainly holds no root or exactly one root, which a bracketed
+// Newton iteration then finds. The domains of A and B overlap a little: a root at their border is found
+// twice rather than missed.
 
-// |equation| up to this is a root where an interval ends, so that none slips between two
-// pieces; a few roundings of coordinates up to 1.
+// A value of the equation up to this, at the end of an interval, is a root: no root is lost between two
+// pieces. It is a few roundings of coordinates up to 1.
 const float REVOLUTION_TOLERANCE = 3.0e-7;
-// How far the domains of the two equations reach over their border, in x.
+// Overlap of the domains of the two equations, in x.
 const float BORDER = 1.0e-5;
-// An interval over which the equation changes by less may hold two roots that touch, or none.
-// Where the ray passes the axis closely, that takes short intervals.
+// An interval over which the equation changes by less is not halved: it may hold two roots that touch,
+// or none. Where the ray passes the axis closely, such intervals are short, but no shorter than the
+// second bound.
 const float SMALLEST_CHANGE = 6.0e-7;
 const float SMALLEST_INTERVAL = 1.0e-6;
-// Rounding moves the ends of pieces by less than this along a ray's height.
+// Bound of the rounding error of a piece's end, in height.
 const float HEIGHT_SLACK = 1.0e-6;
-// A ray that rises by less keeps its height.
+// A ray whose direction has a smaller z component is horizontal.
 const float SMALLEST_RISE = 1.0e-15;
-// More are never needed; no ray must hang the device.
+// Bounds of loops. No ray needs as many steps; they keep the device from hanging.
 const uint MAX_STEPS = 1024u;
 const uint MAX_ROUNDS = 24u;
-// Newton's method is done when it moves less than this in x: polish() squares the error,
-// and is let go no farther than that.
+// Newton's method stops at a step in x below CONVERGED, since polish() squares the error. A step of
+// polish() above MAX_POLISH is left out.
 const float CONVERGED = 3.0e-6;
 const float MAX_POLISH = 1.0e-3;
 
 struct Profile {
-    vec4 ends;       // u, v at x = -1 and at x = 1
+    vec4 ends;       // u, v at x = -1, and at x = 1
     vec2 curvature;  // bounds of |u''| and |v''|
     vec4 c[5];       // coefficients of u and v, two powers of x in each
 };
@@ -47,22 +46,23 @@ struct ProfilePoint {
     vec2 d;
 };
 
-// A ray about its closest approach to a body's centre, in the body's unit space.
+// A ray in a body's unit space, with its origin p moved to the point closest to the body's centre. The
+// ray parameter k counts from p, in units of length.
 struct RevolutionRay {
     uint body;      // index into revolutions
-    Ray whole;      // in the space that the body stands in
-    float size;     // length of the ray's direction before it was made a unit vector
+    Ray whole;      // in the space that contains the body
+    float size;     // length of the ray's direction in unit space
     vec3 p;
-    vec3 d;         // of unit length
-    float t_offset; // ray parameter of p; another point's is t_offset + k / size
+    vec3 d;         // direction, a unit vector
+    float t_offset; // t of p; the t of another point is t_offset + k / size
     float a;        // |d.xy|^2
     float root_a;
     float inverse_a;
     float b;        // p.xy . d.xy
     float closest;  // k of the closest approach to the axis
     float moment;   // |p.xy x d.xy|
-    float inverse;  // of d.z, or of next to nothing
-    float border;   // the radius up to which A is solved, and from which on B
+    float inverse;  // 1 / d.z, finite also where d.z is 0
+    float border;   // radius that separates the domains: A below it, B above it
 };
 
 Profile load_profile(uint piece) {
@@ -75,8 +75,8 @@ Profile load_profile(uint piece) {
     return profile;
 }
 
-// A point between the ends.
-ProfilePoint evaluate_inside(Profile profile, float x) {
+// A point of the profile by its polynomials.
+ProfilePoint evaluate_polynomial(Profile profile, float x) {
     vec2 p = vec2(0.0);
     vec2 d = vec2(0.0);
     [[unroll]] for (uint i = 0u; i < REVOLUTION_PAIRS; i++) {
@@ -89,33 +89,33 @@ ProfilePoint evaluate_inside(Profile profile, float x) {
     return ProfilePoint(p, d);
 }
 
-// Neighbours share their end points to the bit.
-ProfilePoint evaluate(Profile profile, float x) {
-    ProfilePoint point = evaluate_inside(profile, x);
+// A point of the profile. Neighbouring pieces share their end points to the bit.
+ProfilePoint evaluate_profile(Profile profile, float x) {
+    ProfilePoint point = evaluate_polynomial(profile, x);
     point.p = x == -1.0 ? profile.ends.xy : x == 1.0 ? profile.ends.zw : point.p;
     return point;
 }
 
-// The way the profile runs at a point: by its derivative, or where that vanishes (a cusp, a
-// repeated control point) by its chord.
+// Direction of the profile at a point: its derivative, or its chord where the derivative vanishes (at
+// a cusp or a repeated control point).
 vec2 profile_direction(Profile profile, ProfilePoint point) {
     vec2 chord = profile.ends.zw - profile.ends.xy;
     return dot(point.d, point.d) > 1.0e-10 * dot(chord, chord) ? point.d : chord;
 }
 
-// One of the equations at a point of the profile.
+// An equation, evaluated at a point of the profile.
 struct Equation {
     float value;
     float slope; // of the hyperbola
-    float k;     // ray parameter
+    float k;     // ray parameter of the hyperbola's point
 };
 
-// Which equation: A, or one of the branches of B, in order of k.
+// Sides: equation A, or B with the branch before or after the closest approach to the axis.
 const int SIDE_B_NEAR = -1;
 const int SIDE_A = 0;
 const int SIDE_B_FAR = 1;
 
-// Both are computed as one: lanes of a processor go through either in lockstep.
+// Evaluates either equation by one sequence of instructions, since lanes run in lockstep.
 Equation equation(RevolutionRay ray, int side, vec2 profile) {
     bool is_a = side == SIDE_A;
     float h = profile.y - ray.p.z;
@@ -133,14 +133,15 @@ Equation equation(RevolutionRay ray, int side, vec2 profile) {
     return e;
 }
 
-// d value / dx: A is u - rho(v), B is v - z(u).
+// Derivative of the equation's value by x; A is u - rho(v), B is v - z(u).
 float equation_derivative(int side, vec2 d, float slope) {
     return side == SIDE_A ? d.x - slope * d.y : d.y - slope * d.x;
 }
 
-// The derivative between two points: its middle, and how far from that it may be. That of
-// the profile is bounded by those at the points and the second one, the slope is monotone.
-// The bound is generous: a tight one would take the noise of a grazing ray for certainty.
+// Bounds the derivative of the equation between two points: returns the middle of its range, and half of
+// the range's width. The derivative of the profile is bounded by its values at the two points and by
+// the second derivative; the slope of the hyperbola is monotone. The bound is wide on purpose: a tight
+// one would take the rounding noise of a grazing ray for certainty.
 vec2 derivative_bounds(Profile profile, int side, vec2 d0, vec2 d1, float slope0, float slope1, float width) {
     vec2 middle = 0.5 * (d0 + d1);
     vec2 bend = 0.5 * fma(vec2(width), profile.curvature, abs(d1 - d0));
@@ -152,9 +153,9 @@ vec2 derivative_bounds(Profile profile, int side, vec2 d0, vec2 d1, float slope0
     return vec2(whole.x - slope * part.x, whole.y + abs(slope) * part.y + spread * (abs(part.x) + part.y));
 }
 
-// One step of Newton's method in (x, k) on both equations of the surface at once: each then
-// has the error of the better conditioned one. Where the ray is all but tangent, a step
-// would lead away.
+// Takes one step of Newton's method in (x, k) on both equations of the surface at once, so that both
+// unknowns have the error of the better conditioned equation. Leaves out a large step, which occurs
+// where the ray is almost tangent.
 vec2 polish(RevolutionRay ray, ProfilePoint point, float x, float k) {
     vec2 q = fma(vec2(k), ray.d.xy, ray.p.xy);
     float rho = length(q);
@@ -167,8 +168,7 @@ vec2 polish(RevolutionRay ray, ProfilePoint point, float x, float k) {
     return all(lessThan(abs(step), vec2(MAX_POLISH))) ? vec2(x, k) + step : vec2(x, k);
 }
 
-// What rounding takes from products a * b, exactly (Dekker 1971), with or without fused
-// multiplication and addition.
+// The exact rounding error of products a * b (Dekker 1971), with or without fused multiply-adds.
 vec3 product_error(vec3 a, float b, vec3 product) {
     precise vec3 a_big = 4097.0 * a;
     precise vec3 a_high = a_big - (a_big - a);
@@ -188,13 +188,13 @@ RevolutionRay revolution_ray(uint body, Ray world) {
     ray.whole = world;
     ray.size = length(d);
     ray.t_offset = -dot(o, d) / dot(d, d);
-    // A far origin must not cost digits: neither the product nor a unit vector's rounding may
-    // be multiplied by its distance.
+    // A distant origin must cost no digits: the rounding of the product is added back, and the direction
+    // is not normalised before it is multiplied by the distance.
     precise vec3 way = ray.t_offset * d;
     precise vec3 p = (o + way) + product_error(d, ray.t_offset, way);
     ray.p = p;
     ray.d = d / ray.size;
-    // Squares of less would be nothing.
+    // Squares of smaller components would underflow.
     ray.d.xy = dot(ray.d.xy, ray.d.xy) < 1.0e-24 ? vec2(0.0) : ray.d.xy;
     ray.d.z = abs(ray.d.z) < SMALLEST_RISE ? 0.0 : ray.d.z;
     ray.a = dot(ray.d.xy, ray.d.xy);
@@ -204,24 +204,25 @@ RevolutionRay revolution_ray(uint body, Ray world) {
     ray.moment = abs(ray.p.x * ray.d.y - ray.p.y * ray.d.x);
     ray.closest = -ray.b * ray.inverse_a;
     ray.inverse = 1.0 / (ray.d.z == 0.0 ? SMALLEST_RISE : ray.d.z);
-    // The hyperbola's slope is 1 there. A ray that is steeper everywhere has A alone.
+    // The slope of the hyperbola is 1 at the border. A ray without such a point has equation A only.
     float rest = ray.a - ray.d.z * ray.d.z;
     ray.border = rest > 0.0 ? ray.moment * inversesqrt(rest) : INFINITY_T;
     return ray;
 }
 
-// Where a ray parameter is, from the closest approach and as a length.
+// The ray parameter k of a t.
 float k_of(RevolutionRay ray, float t) {
     return (t - ray.t_offset) * ray.size;
 }
 
 #include "revolution/rings.glsl"
 
-bool inside(vec2 range, float x) {
-    return (x - range.x) * (x - range.y) <= 0.0; // false for no number
+bool is_between(vec2 range, float x) {
+    return (x - range.x) * (x - range.y) <= 0.0; // false for NaN
 }
 
-// A step of Newton's method that stays between points whose values have opposite signs.
+// One step of Newton's method within a bracket, whose ends have values of opposite signs; bisection where
+// the step leaves the bracket.
 float newton(inout vec2 bracket, bool rising, float x, float value, float derivative) {
     if ((value > 0.0) == rising) {
         bracket.y = x;
@@ -229,10 +230,10 @@ float newton(inout vec2 bracket, bool rising, float x, float value, float deriva
         bracket.x = x;
     }
     float next = x - value / derivative;
-    return inside(bracket, next) ? next : 0.5 * (bracket.x + bracket.y);
+    return is_between(bracket, next) ? next : 0.5 * (bracket.x + bracket.y);
 }
 
-// Where the radius of a profile is the border's.
+// The x at which the radius of a profile is the border.
 float find_border(Profile profile, float border) {
     vec2 ends = profile.ends.xz - border;
     float x = 1.0;
@@ -240,36 +241,36 @@ float find_border(Profile profile, float border) {
     vec2 bracket = vec2(-1.0, 1.0);
     for (uint i = 0u; i < MAX_ROUNDS && abs(next - x) >= 0.1 * BORDER; i++) {
         x = next;
-        ProfilePoint point = evaluate_inside(profile, x);
+        ProfilePoint point = evaluate_polynomial(profile, x);
         next = newton(bracket, ends.y > ends.x, x, point.p.x - border, point.d.x);
     }
     return next;
 }
 
-// What a ray looks for: it goes over candidates, pieces that it may meet, and over the
-// stretches of each that belong to one of the equations, interval by interval.
+// State of the search for roots. It visits candidate pieces one by one, on each piece the stretches on
+// which one of the equations holds, and on each stretch interval by interval.
 struct Search {
     uint piece;
-    uint sides;    // those to come of the piece: bit 0 near branch of B, 1 A, 2 far branch
-    int side;
-    float border;  // between their domains, in x
-    float x0;      // the interval
+    uint sides;    // sides of the piece still to visit: bit 0 near branch of B, 1 A, 2 far branch of B
+    int side;      // of the current stretch
+    float border;  // x that separates the domains of A and B
+    float x0;      // the interval, from x0 to x1
     float x1;
-    float end;     // of the stretch that it is part of
-    bool first;    // it begins where that does
+    float end;     // end of the stretch
+    bool first;    // the interval begins where the stretch begins
     vec2 d0;       // derivative of the profile at x0
     Equation e0;
     Equation e1;
 };
 
-// The equations in whose domain some of a piece is; of B, the branches that pass through its
-// ring.
+// The sides on which a piece may have roots: equations in whose domain a part of the piece is, and of B
+// the branches that pass through the ring of the piece.
 uint sides_of(RevolutionRay ray, vec4 ends, float k_min, float k_max) {
     float least = min(ends.x, ends.z);
     float most = max(ends.x, ends.z);
-    // A ray that keeps its height has no A.
+    // A horizontal ray has no equation A.
     uint sides = ray.d.z != 0.0 && least <= ray.border ? 2u : 0u;
-    // k is this uncertain where B begins.
+    // Uncertainty of k where the domain of B begins.
     const float slack = 1.0e-3;
     vec2 k_ends = (ends.yw - ray.p.z) * ray.inverse;
     float near = max(k_min, min(k_ends.x, k_ends.y) - HEIGHT_SLACK * abs(ray.inverse)) - slack;
@@ -282,7 +283,7 @@ uint sides_of(RevolutionRay ray, vec4 ends, float k_min, float k_max) {
     return sides;
 }
 
-// Takes up the next stretch: of the piece on which the equation holds, in order of k.
+// Begins the next stretch: the part of the piece on which the next side's equation holds, in order of k.
 void next_stretch(Profile profile, RevolutionRay ray, inout Search search) {
     search.side = findLSB(search.sides) - 1;
     search.sides &= search.sides - 1u;
@@ -297,18 +298,18 @@ void next_stretch(Profile profile, RevolutionRay ray, inout Search search) {
     search.x0 = forward ? lower : upper;
     search.end = forward ? upper : lower;
     search.first = true;
-    ProfilePoint point = evaluate(profile, search.x0);
+    ProfilePoint point = evaluate_profile(profile, search.x0);
     search.d0 = point.d;
     search.e0 = equation(ray, search.side, point.p);
     search.x1 = search.end;
 }
 
-// What becomes of an interval.
+// Verdicts on an interval: it has no root, it is to be halved, or it has exactly one root.
 const uint EMPTY = 0u;
 const uint HALVE = 1u;
 const uint ROOT = 2u;
 
-uint judge(Profile profile, RevolutionRay ray, float k_min, float k_max, Search search, vec2 d1) {
+uint classify_interval(Profile profile, RevolutionRay ray, float k_min, float k_max, Search search, vec2 d1) {
     float f0 = search.e0.value;
     float f1 = search.e1.value;
     float width = abs(search.x1 - search.x0);
@@ -317,19 +318,19 @@ uint judge(Profile profile, RevolutionRay ray, float k_min, float k_max, Search 
     bool crosses = (f0 > 0.0) != (f1 > 0.0);
     bool monotone = abs(bounds.x) > bounds.y;
     float reach = (abs(bounds.x) + bounds.y) * width + REVOLUTION_TOLERANCE;
-    // Inside a stretch a root is on one side of a point or the other.
+    // Within a stretch, a root near a point belongs to the interval before or after that point.
     bool touches0 = search.first && abs(f0) <= REVOLUTION_TOLERANCE;
     bool touches1 = search.x1 == search.end && abs(f1) <= REVOLUTION_TOLERANCE;
     bool touches = touches0 || touches1 || (!monotone && min(abs(f0), abs(f1)) <= REVOLUTION_TOLERANCE);
     bool empty = !crosses && (abs(f0) + abs(f1) > reach || (monotone && !touches));
-    // k is this uncertain where A is flat and where B begins.
+    // Uncertainty of k where A is flat, and where the domain of B begins.
     float slack = search.side == SIDE_A ? 1.0e-6 * abs(ray.inverse) : 1.0e-3;
     bool elsewhere = search.e1.k < k_min - slack || search.e0.k > k_max + slack;
     bool halve = !monotone && width > SMALLEST_INTERVAL && reach > SMALLEST_CHANGE;
     return empty || elsewhere ? EMPTY : halve ? HALVE : crosses || touches ? ROOT : EMPTY;
 }
 
-// Goes on behind an interval that is done with.
+// Goes on to the interval behind the current one.
 void advance(inout Search search, vec2 d1) {
     float width = 2.0 * (search.x1 - search.x0);
     search.first = false;
@@ -339,7 +340,7 @@ void advance(inout Search search, vec2 d1) {
     search.x1 = abs(search.end - search.x0) < abs(width) + 1.0e-6 ? search.end : search.x0 + width;
 }
 
-// The only root between two points; its x and k.
+// Finds the only root of an interval. Returns its x and k.
 vec2 find_root(Profile profile, RevolutionRay ray, Search search) {
     float f0 = search.e0.value;
     float f1 = search.e1.value;
@@ -356,7 +357,7 @@ vec2 find_root(Profile profile, RevolutionRay ray, Search search) {
     uint rounds = 0u;
     do {
         x = next;
-        point = evaluate(profile, x);
+        point = evaluate_profile(profile, x);
         e = equation(ray, search.side, point.p);
         next = newton(bracket, f1 > f0, x, e.value, equation_derivative(search.side, point.d, e.slope));
         rounds++;
@@ -364,7 +365,7 @@ vec2 find_root(Profile profile, RevolutionRay ray, Search search) {
     return polish(ray, point, x, e.k);
 }
 
-// Whether a ray may meet a body at x of its profile: at parameter t, which is k from p.
+// Whether a ray may meet a body at x of its profile, by the order of surfaces in contact (contact.glsl).
 #ifdef WITHOUT_HAS_CONTACTS
 bool may_meet_profile(Profile profile, RevolutionRay ray, float x, float k, float t) {
     return true;
@@ -372,17 +373,43 @@ bool may_meet_profile(Profile profile, RevolutionRay ray, float x, float k, floa
 #else
 bool may_meet_profile(Profile profile, RevolutionRay ray, float x, float k, float t) {
     vec2 q = fma(vec2(k), ray.d.xy, ray.p.xy);
-    vec2 slope = profile_direction(profile, evaluate(profile, x));
-    // Of the direction and the outer normal, times the distance from the axis.
+    vec2 slope = profile_direction(profile, evaluate_profile(profile, x));
+    // Cosine of the direction with the outer normal, times the distance from the axis.
     float cosine = slope.y * dot(q, ray.d.xy) - slope.x * ray.d.z * length(q);
     bool leaves = (cosine > 0.0) == (revolutions_at(ray.body).flipped == 0u);
-    bool is_free = ray.whole.begin == 0.0 && ray.whole.otherwise == 0.0; // t_min alone bounds it
+    bool is_free = ray.whole.begin == 0.0 && ray.whole.otherwise == 0.0; // no surface is excluded
     return is_free || may_meet(ray.whole, revolutions_at(ray.body).material, leaves, t);
 }
 #endif
 
-// The nearest hit with t_min < t < t_max on some pieces that the ray may meet; with any_hit, some hit. hit_x is where
-// on the profile of hit_piece.
+// Begins the search on a piece.
+void begin_piece(Profile profile, RevolutionRay ray, float k_min, float k_max, inout Search search) {
+    search.sides = sides_of(ray, profile.ends, k_min, k_max);
+    vec2 radii = profile.ends.xz - ray.border;
+    if (radii.x * radii.y <= 0.0) {
+        search.border = find_border(profile, ray.border);
+    }
+}
+
+// Classifies the interval of the search. Halves it, or goes on behind it if it is empty; then `fresh`
+// tells whether the stretch is finished. Returns true if the interval holds a root.
+bool examine_interval(Profile profile, RevolutionRay ray, float k_min, float k_max, inout Search search,
+                      inout bool fresh) {
+    ProfilePoint point = evaluate_profile(profile, search.x1);
+    search.e1 = equation(ray, search.side, point.p);
+    uint verdict = classify_interval(profile, ray, k_min, k_max, search, point.d);
+    fresh = false;
+    if (verdict == HALVE) {
+        search.x1 = 0.5 * (search.x0 + search.x1);
+    } else if (verdict == EMPTY) {
+        fresh = search.x1 == search.end;
+        advance(search, point.d);
+    }
+    return verdict == ROOT;
+}
+
+// Finds the nearest hit with t_min < t < t_max on candidate pieces, or any such hit with any_hit. hit_x
+// is the parameter on hit_piece.
 bool intersect_pieces(Pieces candidates, RevolutionRay ray, float t_min, bool any_hit,
                       inout float t_max, inout float hit_x, inout uint hit_piece) {
     float k_min = k_of(ray, t_min);
@@ -391,21 +418,17 @@ bool intersect_pieces(Pieces candidates, RevolutionRay ray, float t_min, bool an
     Search search;
     Profile profile;
     search.sides = 0u;
-    bool fresh = true; // a stretch is to be taken up
+    bool fresh = true; // the next stretch is to begin
     while (!is_empty(candidates) || search.sides != 0u || !fresh) {
         bool has_root = false;
         float k_max = k_of(ray, t_max);
-        // Lanes of a processor look on until each has a root to find.
+        // Each lane searches until it has a root, then all lanes refine their roots together.
         while (!has_root && (!is_empty(candidates) || search.sides != 0u || !fresh)) {
             if (fresh && search.sides == 0u) {
                 search.piece = take_piece(candidates);
                 profile = load_profile(search.piece);
                 steps = 0u;
-                search.sides = sides_of(ray, profile.ends, k_min, k_max);
-                vec2 radii = profile.ends.xz - ray.border;
-                if (radii.x * radii.y <= 0.0) {
-                    search.border = find_border(profile, ray.border);
-                }
+                begin_piece(profile, ray, k_min, k_max, search);
                 if (search.sides == 0u) {
                     continue;
                 }
@@ -413,17 +436,7 @@ bool intersect_pieces(Pieces candidates, RevolutionRay ray, float t_min, bool an
             if (fresh) {
                 next_stretch(profile, ray, search);
             }
-            ProfilePoint point = evaluate(profile, search.x1);
-            search.e1 = equation(ray, search.side, point.p);
-            uint verdict = judge(profile, ray, k_min, k_max, search, point.d);
-            fresh = false;
-            has_root = verdict == ROOT;
-            if (verdict == HALVE) {
-                search.x1 = 0.5 * (search.x0 + search.x1);
-            } else if (verdict == EMPTY) {
-                fresh = search.x1 == search.end;
-                advance(search, point.d);
-            }
+            has_root = examine_interval(profile, ray, k_min, k_max, search, fresh);
             if (++steps > MAX_STEPS) {
                 candidates.mask = uvec4(0u);
                 search.sides = 0u;
@@ -439,19 +452,19 @@ bool intersect_pieces(Pieces candidates, RevolutionRay ray, float t_min, bool an
                 hit_x = root.x;
                 hit_piece = search.piece;
                 found = true;
-                // Stretches and intervals come in order of k.
+                // The rest of the piece is farther: stretches and intervals come in order of k.
                 search.sides = 0u;
                 candidates.mask = any_hit ? uvec4(0u) : candidates.mask;
             }
             fresh = hit || search.x1 == search.end;
-            vec2 d1 = evaluate(profile, search.x1).d;
+            vec2 d1 = evaluate_profile(profile, search.x1).d;
             advance(search, d1);
         }
     }
     return found;
 }
 
-// The nearest hit with t_min < t < t_max on a piece.
+// Finds the nearest hit with t_min < t < t_max on one piece.
 bool intersect_revolution(uint piece, RevolutionRay ray, float t_min, inout float t_max, inout float hit_x) {
     return intersect_pieces(Pieces(piece, uvec4(1u, 0u, 0u, 0u)), ray, t_min, false, t_max, hit_x, piece);
 }

@@ -108,7 +108,7 @@ impl HashGrid {
     pub fn gather(&self, on: Stage<'_>, recorded: u32, pace: &mut Pace) -> Result<Tally, RenderError> {
         let cell_mask = self.cell_count(recorded) - 1;
         let [width, height] = on.settings.resolution;
-        let push = |offset, resumed| GatherGridPush { width, height, cell_mask, resumed, offset, two: 2 };
+        let push = |offset, resumed| GatherGridPush { width, height, cell_mask, resumed, offset };
         deposit(on, ("gather_grid", &self.gather), invocations_by_tile([width, height]) / POINTS, pace, push)
     }
 

@@ -112,7 +112,7 @@ impl KdTree {
     pub fn gather(&self, on: Stage<'_>, recorded: u32, schedule: &mut Schedule) -> Result<Tally, RenderError> {
         let stride = recorded.div_ceil(schedule.per_invocation() as u32).min(MAX_INVOCATIONS);
         let node_count = self.node_count;
-        let push = |offset, resumed| GatherTreePush { recorded, stride, node_count, resumed, offset, two: 2 };
+        let push = |offset, resumed| GatherTreePush { recorded, stride, node_count, resumed, offset };
         deposit(on, ("gather_tree", &self.gather), stride.into(), &mut schedule.paces.gather, push)
     }
 

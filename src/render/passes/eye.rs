@@ -67,15 +67,7 @@ impl EyePass {
     fn trace(&mut self, on: Stage<'_>, place: Place, schedule: &mut Schedule) -> Result<Tally, RenderError> {
         let Place { turn, half: half_of_rounds, .. } = place;
         let paths = on.settings.eye_paths;
-        let push = |Start { offset, resumed, spread }| EyePush {
-            turn,
-            half_of_rounds,
-            paths,
-            offset,
-            resumed,
-            spread,
-            two: 2,
-        };
+        let push = |Start { offset, resumed, spread }| EyePush { turn, half_of_rounds, paths, offset, resumed, spread };
         let invocations = invocations_by_tile(on.settings.resolution);
         let resumable = || self.kernels.eye(on.device, on.buffers, true)?.finish();
         let counters = self.pass.run(on, invocations, &mut schedule.paces.eye, resumable, push)?;

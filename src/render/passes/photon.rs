@@ -69,7 +69,6 @@ impl PhotonPass {
             offset,
             resumed,
             spread,
-            two: 2,
         };
         let start = Instant::now();
         let resumable = || self.kernels.photon(on.device, on.buffers, true)?.finish();
