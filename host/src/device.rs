@@ -308,3 +308,28 @@ impl Device {
 fn staged_rows(texels: &RawTexels) -> u64 {
     (STAGING_BYTES / texels.row_bytes()).max(1)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_device_tells_its_memory_and_counts_what_is_allocated() {
+        let requirements = Requirements {
+            storage_buffers: 1,
+            images: 1,
+            texels_per_row: 1024,
+            push_constant_bytes: 0,
+            descriptor_sets: 1,
+            workgroup_size: 1,
+        };
+        let device = Instance::new(false).unwrap().open(None, &requirements).unwrap();
+        let DeviceMemory { total_bytes, free_bytes } = device.memory();
+        assert!(0 < free_bytes && free_bytes <= total_bytes, "{free_bytes} of {total_bytes}");
+        let before = device.allocated_bytes();
+        let buffer = device.buffer::<u32>("kept", 1 << 10).unwrap();
+        assert!(device.allocated_bytes() >= before + 4096);
+        drop(buffer);
+        assert_eq!(device.allocated_bytes(), before);
+    }
+}
