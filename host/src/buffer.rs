@@ -18,7 +18,7 @@ pub struct Buffer<T> {
 }
 
 impl<T: Pod> Buffer<T> {
-    /// A buffer that has so many bytes after its end as a guard zone.
+    /// Allocates a buffer with a guard zone of `guard` bytes after its end.
     pub(crate) fn new(device: &Arc<DeviceShared>, name: &'static str, length: u64, guard: u64) -> Result<Self> {
         let bytes = length.max(1).saturating_mul(size_of::<T>() as u64);
         let limit = device.info.max_buffer_bytes;
@@ -35,17 +35,17 @@ impl<T: Pod> Buffer<T> {
 }
 
 impl<T> Buffer<T> {
-    /// Number of elements.
+    /// Returns the number of elements.
     pub fn len(&self) -> u64 {
         self.length
     }
 
-    /// Whether it was made for no element.
+    /// Returns whether it has no element.
     pub fn is_empty(&self) -> bool {
         self.length == 0
     }
 
-    /// Its name in messages.
+    /// Returns its name in messages.
     pub fn name(&self) -> &'static str {
         self.raw.name
     }
@@ -60,10 +60,10 @@ pub(crate) struct RawBuffer {
     pub name: &'static str,
     pub handle: vk::Buffer,
     pub bytes: u64,
-    /// Where its guard zone begins: at its end, if it has none.
+    /// Byte at which its guard zone begins: its length, if it has none.
     pub guard_from: u64,
     memory: Option<Memory>,
-    /// Where the host sees it; null for device-local buffers.
+    /// Address of the host's mapping; null for device-local buffers.
     mapped: *mut u8,
     device: Arc<DeviceShared>,
 }
@@ -75,7 +75,7 @@ unsafe impl Send for RawBuffer {}
 unsafe impl Sync for RawBuffer {}
 
 impl RawBuffer {
-    /// A buffer that the host sees at all times.
+    /// Allocates a buffer in host memory, which stays mapped.
     pub fn host(device: &Arc<DeviceShared>, name: &'static str, bytes: u64) -> Result<Self> {
         let usage = vk::BufferUsageFlags::TRANSFER_SRC | vk::BufferUsageFlags::TRANSFER_DST;
         let visible = vk::MemoryPropertyFlags::HOST_VISIBLE | vk::MemoryPropertyFlags::HOST_COHERENT;
@@ -117,14 +117,14 @@ impl RawBuffer {
         Ok(buffer)
     }
 
-    /// Writes the first bytes of a host buffer.
+    /// Writes the first bytes of a host buffer. Panics if `data` is longer than it.
     pub fn map_write(&self, data: &[u8]) {
         assert!(!self.mapped.is_null() && data.len() as u64 <= self.bytes);
         // SAFETY: mapped, long enough, and no submission is in flight.
         unsafe { std::ptr::copy_nonoverlapping(data.as_ptr(), self.mapped, data.len()) };
     }
 
-    /// Reads the first bytes of a host buffer.
+    /// Reads the first bytes of a host buffer. Panics if `data` is longer than it.
     pub fn map_read(&self, data: &mut [u8]) {
         assert!(!self.mapped.is_null() && data.len() as u64 <= self.bytes);
         // SAFETY: mapped, long enough, and no submission is in flight.

@@ -1,4 +1,4 @@
-//! A device with its one compute queue.
+//! A device with one compute queue.
 
 use std::ffi::CStr;
 use std::marker::PhantomData;
@@ -21,11 +21,11 @@ use crate::shared::DeviceShared;
 use crate::texels::{GUARD_ROWS, RawTexels, Texels};
 use crate::timing::Timer;
 
-/// Bytes moved between host and device at once.
+/// Size of the staging buffer: the bytes of a transfer between host and device.
 const STAGING_BYTES: u64 = 16 << 20;
 
-/// An open device: makes buffers, passes and frames. It is neither `Send` nor `Sync`:
-/// its queue, command pool and staging memory are one thread's.
+/// An open device: makes buffers, passes and frames. It is neither `Send` nor `Sync`: one thread uses its
+/// queue, command pool and staging memory.
 pub struct Device {
     pub(crate) shared: Arc<DeviceShared>,
     staging: RawBuffer,
@@ -95,19 +95,18 @@ impl Device {
         Ok(Self { shared, staging, timer, guards: None, _one_thread: PhantomData })
     }
 
-    /// What the list of devices says of this one.
+    /// Returns what the list of devices says of this one.
     pub fn info(&self) -> &DeviceInfo {
         &self.shared.info
     }
 
-    /// What the validation layer has said so far; empty without validation.
+    /// Returns the messages of the validation layer so far; empty without validation.
     pub fn validation_messages(&self) -> Vec<String> {
         self.shared.instance.validation_messages()
     }
 
-    /// Gives every array that is made from now on a guard zone that is full of this word; the
-    /// array's own contents begin as it, too. For tests of kernels: each frame looks at all guard
-    /// zones.
+    /// Gives every array that is made from now on a guard zone filled with `word`; the array itself is
+    /// filled with it, too. For tests of kernels: each frame checks all guard zones.
     ///
     /// # Errors
     /// Out of memory.
@@ -116,14 +115,14 @@ impl Device {
         Ok(())
     }
 
-    /// Arrays past whose end a kernel has written, with the passes of the frame after which that
-    /// was found; empty without [`guard`](Self::guard).
+    /// Returns a message for each array past whose end a kernel has written, with the passes of the frame
+    /// that has done it; empty without [`guard`](Self::guard).
     pub fn broken_guards(&self) -> Vec<String> {
         self.guards.as_ref().map(Guards::broken).unwrap_or_default()
     }
 
-    /// A device-local buffer of `length` elements (at least one, since Vulkan binds
-    /// no empty buffer), its contents undefined.
+    /// Allocates a device-local buffer of `length` elements, with undefined contents. An empty one has memory
+    /// for one element, since Vulkan binds no empty buffer.
     ///
     /// # Errors
     /// Too large for one binding, or out of device memory.
@@ -136,7 +135,7 @@ impl Device {
         Ok(buffer)
     }
 
-    /// A buffer that holds `data`.
+    /// Allocates a buffer that holds `data`.
     ///
     /// # Errors
     /// As [`Device::buffer`], or the transfer fails.
@@ -163,7 +162,7 @@ impl Device {
         Ok(())
     }
 
-    /// The contents of a buffer.
+    /// Returns the contents of a buffer.
     ///
     /// # Errors
     /// The transfer fails.
@@ -180,7 +179,8 @@ impl Device {
         Ok(data)
     }
 
-    /// Texels for `length` elements (at least one), their contents undefined.
+    /// Allocates texels for `length` elements, with undefined contents. Empty ones have memory for one
+    /// element.
     ///
     /// # Errors
     /// Too large for one image, or out of device memory.
@@ -196,7 +196,7 @@ impl Device {
         Ok(texels)
     }
 
-    /// Texels that hold `data`.
+    /// Allocates texels that hold `data`.
     ///
     /// # Errors
     /// As [`Device::texels`], or the transfer fails.
@@ -223,7 +223,7 @@ impl Device {
         Ok(())
     }
 
-    /// The contents of texels.
+    /// Returns the contents of texels.
     ///
     /// # Errors
     /// The transfer fails.
@@ -231,7 +231,7 @@ impl Device {
         self.read_first_texels(texels, texels.len())
     }
 
-    /// The first elements of texels. Panics if there are not so many.
+    /// Returns the first `count` elements of texels. Panics if there are fewer.
     ///
     /// # Errors
     /// The transfer fails.
@@ -249,8 +249,7 @@ impl Device {
         Ok(data)
     }
 
-    /// Compiles a kernel for a workgroup size and binds its buffers, which the pass
-    /// keeps alive.
+    /// Compiles a kernel for a workgroup size and binds its arrays, which the pass keeps alive.
     ///
     /// # Errors
     /// The kernel was not built for that size, or the driver refuses it.
@@ -263,7 +262,7 @@ impl Device {
         Pass::new(&self.shared, kernel, specialization, workgroup_size)
     }
 
-    /// The same, without waiting for the compiler.
+    /// Starts to compile a kernel as [`Device::pass`] does, without waiting for the compiler.
     ///
     /// # Errors
     /// As [`Device::pass`].
@@ -276,7 +275,7 @@ impl Device {
         Compiling::new(&self.shared, kernel, specialization, workgroup_size)
     }
 
-    /// An empty recording.
+    /// Begins an empty recording.
     ///
     /// # Errors
     /// Out of memory.
@@ -288,8 +287,8 @@ impl Device {
         Recorder { device: &self.shared, timer: &self.timer }
     }
 
-    /// Device time by kernel name since the device was opened; empty where the
-    /// device has no timestamps.
+    /// Returns the device time by kernel since the device was opened; empty if the device has no
+    /// timestamps.
     pub fn pass_times(&self) -> Vec<(&'static str, Duration)> {
         self.timer.totals()
     }
@@ -305,7 +304,32 @@ impl Device {
     }
 }
 
-/// Rows of texels that are moved at once.
+/// Returns the rows of texels that fit into the staging buffer, at least one.
 fn staged_rows(texels: &RawTexels) -> u64 {
     (STAGING_BYTES / texels.row_bytes()).max(1)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_device_tells_its_memory_and_counts_what_is_allocated() {
+        let requirements = Requirements {
+            storage_buffers: 1,
+            images: 1,
+            texels_per_row: 1024,
+            push_constant_bytes: 0,
+            descriptor_sets: 1,
+            workgroup_size: 1,
+        };
+        let device = Instance::new(false).unwrap().open(None, &requirements).unwrap();
+        let DeviceMemory { total_bytes, free_bytes } = device.memory();
+        assert!(0 < free_bytes && free_bytes <= total_bytes, "{free_bytes} of {total_bytes}");
+        let before = device.allocated_bytes();
+        let buffer = device.buffer::<u32>("kept", 1 << 10).unwrap();
+        assert!(device.allocated_bytes() >= before + 4096);
+        drop(buffer);
+        assert_eq!(device.allocated_bytes(), before);
+    }
 }

@@ -1,4 +1,4 @@
-//! What can go wrong between the program and the device.
+//! Errors of the Vulkan layer.
 
 use std::io;
 
@@ -28,9 +28,9 @@ pub enum Error {
     /// No device has the index or name that was asked for.
     #[error("no device matches \"{wanted}\"; there are: {available}")]
     NoSuchDevice {
-        /// What was asked for.
+        /// The index or name.
         wanted: String,
-        /// The devices there are.
+        /// The devices that exist.
         available: String,
     },
     /// The device lacks something that goblet needs.
@@ -38,7 +38,7 @@ pub enum Error {
     Unfit {
         /// The device's name.
         device: String,
-        /// What it lacks.
+        /// The feature or limit that it lacks.
         reason: String,
     },
     /// A buffer is larger than one binding of the device can be.
@@ -46,7 +46,7 @@ pub enum Error {
     BufferTooLarge {
         /// The buffer's name.
         buffer: String,
-        /// Bytes asked for.
+        /// Bytes that the buffer needs.
         bytes: u64,
         /// `maxStorageBufferRange`.
         limit: u64,
@@ -58,7 +58,7 @@ pub enum Error {
     OutOfMemory {
         /// The buffer's name.
         buffer: String,
-        /// Bytes asked for.
+        /// Bytes that the buffer needs.
         bytes: u64,
         /// Bytes that other buffers hold.
         held: u64,
@@ -71,26 +71,26 @@ pub enum Error {
     /// The interface could not be drawn.
     #[error("cannot draw the interface: {0}")]
     Interface(String),
-    /// The device stopped answering.
+    /// The device stopped running commands.
     #[error("the device was lost while it ran the pass {pass}")]
     DeviceLost {
         /// The kernel that was running.
         pass: String,
     },
-    /// The system starts no more threads.
+    /// The system refuses to start a thread.
     #[error("cannot start a thread: {0}")]
     Thread(io::Error),
     /// Any other failed call.
     #[error("{call} failed: {result}")]
     Vulkan {
-        /// What was being done.
+        /// The Vulkan function, or what it was called for.
         call: &'static str,
-        /// Vulkan's answer.
+        /// The result of the call.
         result: vk::Result,
     },
 }
 
-/// Names the call in a Vulkan error.
+/// Adds the name of the call to a Vulkan error.
 pub(crate) trait Context<T> {
     fn context(self, call: &'static str) -> Result<T>;
 }

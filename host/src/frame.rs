@@ -10,10 +10,10 @@ use crate::kernel::Pass;
 use crate::recording::{Recorder, Recording};
 use crate::texels::Texels;
 
-/// Every device has at least this many workgroups along one axis.
+/// Workgroups along one axis that every device can dispatch.
 const MAX_GROUPS: u64 = 65535;
 
-/// Passes and clears in order, each seeing the writes of those before it.
+/// Passes and clears that run in order. Each sees the writes of those before it.
 pub struct Frame<'a> {
     recording: Recording<'a>,
     guards: Option<&'a Guards>,
@@ -24,8 +24,8 @@ impl<'a> Frame<'a> {
         Ok(Self { recording: recorder.begin()?, guards })
     }
 
-    /// Runs at least `invocations` invocations of a pass; kernels find their number by
-    /// `invocation_index()` and return when it is past the end.
+    /// Runs a pass with at least `invocations` invocations. Kernels get their index by `invocation_index()`,
+    /// and return if it is past the end.
     pub fn dispatch<Push: Pod>(&mut self, pass: &Pass<Push>, push: Push, invocations: u64) {
         let groups = invocations.div_ceil(u64::from(pass.workgroup_size)).max(1);
         let rows = groups.div_ceil(MAX_GROUPS);
@@ -64,7 +64,7 @@ impl<'a> Frame<'a> {
         self.clear_first(buffer, buffer.len());
     }
 
-    /// Fills the first elements of a buffer with zeros. Panics if it has not so many.
+    /// Fills the first `count` elements of a buffer with zeros. Panics if it has fewer.
     pub fn clear_first<T: Pod>(&mut self, buffer: &Buffer<T>, count: u64) {
         assert!(count <= buffer.len(), "buffer {} is too short", buffer.name());
         let bytes = count * size_of::<T>() as u64;

@@ -1,7 +1,6 @@
-//! Guard zones: on a guarded device, every array is followed by memory that holds a pattern and
-//! that kernels can reach, and every frame that dispatched something looks whether it still does.
-//! All contents begin as the pattern, too. For tests: it takes time and memory, and other devices
-//! have none of it.
+//! Guard zones, for tests. On a guarded device, memory that kernels can reach follows every array. It is
+//! filled with a pattern, and every frame that dispatched a kernel checks that the pattern is intact. New
+//! arrays are filled with the pattern, too. Other devices have no guard zones, and pay nothing for them.
 
 use std::sync::{Arc, Mutex, Weak};
 
@@ -15,10 +14,10 @@ use crate::texels::{GUARD_ROWS, RawTexels};
 
 /// Bytes of a guard zone after a buffer.
 pub(crate) const GUARD_BYTES: u64 = 4096;
-/// Bytes of guard zones that are looked at in one go.
+/// Bytes of guard zones that one transfer checks.
 const SCRATCH_BYTES: u64 = 8 << 20;
 
-/// Of the places that they are copied to: the bytes of the largest texel.
+/// Alignment of copies of guard zones: the bytes of the largest texel.
 const ALIGNMENT: u64 = 16;
 
 /// An array that has a guard zone.
@@ -30,11 +29,11 @@ enum Guarded {
 /// The guard zones of a device.
 pub(crate) struct Guards {
     word: u32,
-    /// The word over and over, as long as the longest guard zone.
+    /// The word repeated, as long as the longest guard zone.
     pattern: Vec<u8>,
-    /// Where guard zones are copied to, for the host to see them.
+    /// Host buffer to which guard zones are copied.
     scratch: RawBuffer,
-    /// The pattern on the device.
+    /// Host buffer with the pattern, from which guard zones are filled again.
     fresh: RawBuffer,
     arrays: Mutex<Vec<Guarded>>,
     broken: Mutex<Vec<String>>,
@@ -74,17 +73,17 @@ impl Guards {
         }
     }
 
-    /// Makes the guard zone of texels whole again, of which all were filled with something else.
+    /// Fills the guard zone of texels with the pattern again, after all of the image was cleared.
     pub fn renew(&self, recording: &mut Recording<'_>, texels: &RawTexels) {
         recording.copy_to_regions(&self.fresh, texels, &texels.guard_regions());
     }
 
-    /// What has been found so far.
+    /// Returns a message for each guard zone that was found broken.
     pub fn broken(&self) -> Vec<String> {
         self.broken.lock().map(|broken| broken.clone()).unwrap_or_default()
     }
 
-    /// Looks at all guard zones, after these passes. A broken one is watched no longer.
+    /// Checks all guard zones after these passes. A broken one is reported once and watched no longer.
     pub fn check(&self, recorder: Recorder<'_>, passes: &[&'static str]) -> Result<()> {
         let (Ok(mut arrays), Ok(mut broken)) = (self.arrays.lock(), self.broken.lock()) else {
             return Ok(());
@@ -152,7 +151,7 @@ impl Zone {
         })
     }
 
-    /// Copies it to a place in a buffer.
+    /// Records a copy of it to a buffer, from byte `offset` on.
     fn copy(&self, recording: &mut Recording<'_>, to: &RawBuffer, offset: u64) {
         match &self.array {
             Array::Buffer(buffer) => recording.copy(buffer, buffer.guard_from, to, offset, self.bytes),

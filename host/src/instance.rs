@@ -33,7 +33,7 @@ impl Instance {
         Self::with_extensions(validation, |_| Ok(Vec::new()))
     }
 
-    /// As [`Instance::new`], with extensions.
+    /// Loads Vulkan as [`Instance::new`] does, with extensions.
     pub(crate) fn with_extensions(
         validation: bool,
         extensions: impl FnOnce(&ash::Entry) -> Result<Vec<*const c_char>>,
@@ -68,12 +68,12 @@ impl Instance {
         Ok(Self { shared: Arc::new(shared) })
     }
 
-    /// What the validation layer has said so far; empty without validation.
+    /// Returns the messages of the validation layer so far; empty without validation.
     pub fn validation_messages(&self) -> Vec<String> {
         self.shared.messages.lock().map(|messages| messages.clone()).unwrap_or_default()
     }
 
-    /// Every device, in the order of preference: discrete, integrated, virtual, CPU.
+    /// Returns every device, in order of preference: discrete, integrated, virtual, CPU.
     ///
     /// # Errors
     /// The driver fails to list them.
@@ -81,7 +81,7 @@ impl Instance {
         Ok(self.ranked(requirements)?.into_iter().map(|(_, info)| info).collect())
     }
 
-    /// The device that [`Instance::open`] opens.
+    /// Returns the device that [`Instance::open`](crate::Instance::open) opens.
     pub(crate) fn choose(
         &self,
         selector: Option<&str>,

@@ -1,4 +1,4 @@
-//! Kernels as the build script describes them, and passes: kernels ready to run.
+//! Kernels as the build script describes them, and passes: compiled kernels with their arrays bound.
 
 use std::marker::PhantomData;
 use std::sync::Arc;
@@ -16,35 +16,36 @@ use crate::texels::{RawTexels, Texels};
 pub trait Kernel {
     /// The file stem of its source: its label, its timer and its crash marker.
     const NAME: &'static str;
-    /// Its code; the first that fits is taken.
+    /// Its variants; the first one that fits is compiled.
     const CODE: &'static [Code];
-    /// Ids of the specialization constants that it has.
+    /// Ids of its specialization constants.
     const SPECIALIZATION: &'static [u32];
     /// Its push constants.
     type Push: Pod;
     /// Values for its specialization constants.
     type Specialization: SpecializationValues;
-    /// Its arrays, by set and binding.
+    /// Returns its arrays with set and binding.
     fn bindings(&self) -> Vec<Binding<'_>>;
 }
 
-/// SPIR-V, and what it is for.
+/// A variant of a kernel as SPIR-V.
 pub struct Code {
     /// Invocations of a workgroup.
     pub workgroup_size: u32,
-    /// Specialization constants that are false: what asks for them is left out.
+    /// Ids of the specialization constants that must be false for this variant: it lacks the code that needs
+    /// them.
     pub absent: &'static [u32],
-    /// The words.
+    /// The SPIR-V, as little-endian words.
     pub spirv: &'static [u8],
 }
 
 /// Values of specialization constants by id.
 pub trait SpecializationValues {
-    /// The four bytes of a constant, or `None` if there is no such constant.
+    /// Returns the four bytes of a constant, or `None` if there is no constant with this id.
     fn value(&self, id: u32) -> Option<[u8; 4]>;
 }
 
-/// An array at its place.
+/// An array with its set and binding.
 pub struct Binding<'a> {
     set: u32,
     binding: u32,
@@ -57,12 +58,12 @@ enum Resource<'a> {
 }
 
 impl<'a> Binding<'a> {
-    /// `buffer` at `set` and `binding`.
+    /// Binds `buffer` at `set` and `binding`.
     pub fn buffer<T: Pod>(set: u32, binding: u32, buffer: &'a Buffer<T>) -> Self {
         Self { set, binding, resource: Resource::Buffer(buffer.raw()) }
     }
 
-    /// `texels` at `set` and `binding`.
+    /// Binds `texels` at `set` and `binding`.
     pub fn texels<T: Pod>(set: u32, binding: u32, texels: &'a Texels<T>) -> Self {
         Self { set, binding, resource: Resource::Texels(texels.raw()) }
     }
@@ -74,7 +75,7 @@ impl<'a> Binding<'a> {
         }
     }
 
-    /// What a descriptor points to; the other kind's is not looked at.
+    /// Returns the contents of the descriptor; only the one of its type is used.
     fn descriptor(&self) -> ([vk::DescriptorBufferInfo; 1], [vk::DescriptorImageInfo; 1]) {
         let buffer = vk::DescriptorBufferInfo::default();
         let image = vk::DescriptorImageInfo::default();
@@ -92,7 +93,7 @@ impl<'a> Binding<'a> {
     }
 }
 
-/// What lives as long as the pass that it is bound to.
+/// An array that a pass keeps alive.
 enum Kept {
     Buffer(#[expect(dead_code, reason = "held, not used")] Arc<RawBuffer>),
     Texels(#[expect(dead_code, reason = "held, not used")] Arc<RawTexels>),
@@ -122,7 +123,7 @@ impl<Push: Pod> Pass<Push> {
         Compiling::new(device, kernel, specialization, workgroup_size)?.finish()
     }
 
-    /// All but the pipeline.
+    /// Creates a pass without its pipeline.
     fn unfinished<K: Kernel<Push = Push>>(device: &Arc<DeviceShared>, kernel: &K, workgroup_size: u32) -> Result<Self> {
         let bindings = kernel.bindings();
         let mut pass = Self {
@@ -210,7 +211,7 @@ impl<Push: Pod> Pass<Push> {
     }
 }
 
-/// What a driver compiles.
+/// The input of the driver's compiler.
 struct Source {
     words: Vec<u32>,
     constants: Vec<u8>,
@@ -260,8 +261,8 @@ impl Source {
     }
 }
 
-/// A pass whose kernel is being compiled, on a thread of its own: drivers take a third of a
-/// second for a kernel that traces rays.
+/// A pass whose kernel is being compiled on a thread of its own: a driver takes about a third of a second
+/// for a kernel that traces rays.
 pub struct Compiling<Push> {
     pass: Option<Pass<Push>>,
     thread: Option<JoinHandle<Result<vk::Pipeline>>>,
@@ -281,7 +282,7 @@ impl<Push: Pod> Compiling<Push> {
         Ok(Self { pass: Some(pass), thread: Some(thread) })
     }
 
-    /// The pass, once it is ready.
+    /// Waits for the compiler and returns the pass.
     ///
     /// # Errors
     /// The driver refuses the kernel.

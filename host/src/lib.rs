@@ -1,13 +1,11 @@
 //! The Vulkan compute layer of goblet. It knows Vulkan and no physics.
 //!
-//! An [`Instance`] lists devices; [`Instance::open`] makes a [`Device`]; the device
-//! makes [`Buffer`]s, [`Texels`] (arrays that kernels read faster) and [`Pass`]es (a
-//! compiled kernel with its arrays bound) and records them into a [`Frame`], which runs
-//! them in order.
+//! An [`Instance`] lists devices, and [`Instance::open`] opens a [`Device`]. The device makes
+//! [`Buffer`]s, [`Texels`] (arrays in images, which software devices read faster) and [`Pass`]es (compiled
+//! kernels with their arrays bound). A [`Frame`] records passes and runs them in order.
 //!
-//! Synchronisation: one global memory barrier after every command of a frame, and
-//! [`Frame::run`] returns when the device has finished. All `unsafe` of the project
-//! is in this crate.
+//! Synchronisation: one global memory barrier follows every command of a frame, and [`Frame::run`] returns
+//! when the device has finished. All `unsafe` code of the project is in this crate.
 
 mod buffer;
 mod device;

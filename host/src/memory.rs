@@ -1,4 +1,4 @@
-//! Device memory of one buffer or image.
+//! The device memory of one buffer or image.
 
 use std::sync::Arc;
 use std::sync::atomic::Ordering;
@@ -8,7 +8,7 @@ use ash::vk;
 use crate::error::{Error, Result};
 use crate::shared::DeviceShared;
 
-/// An allocation, freed on drop: after what is bound to it.
+/// An allocation of device memory, freed on drop. Its buffer or image must be destroyed before.
 pub(crate) struct Memory {
     pub handle: vk::DeviceMemory,
     bytes: u64,
@@ -16,7 +16,7 @@ pub(crate) struct Memory {
 }
 
 impl Memory {
-    /// Memory for what is called `name` in messages.
+    /// Allocates memory for a buffer or image that messages call `name`.
     pub fn new(
         device: &Arc<DeviceShared>,
         name: &'static str,
@@ -48,7 +48,7 @@ impl Drop for Memory {
     }
 }
 
-/// The first memory type that a resource allows and that has the properties.
+/// Returns the index of the first memory type that a resource allows and that has the properties.
 fn memory_type(device: &DeviceShared, allowed: u32, properties: vk::MemoryPropertyFlags) -> Option<u32> {
     let types = device.memory.memory_types_as_slice();
     (0..types.len() as u32)

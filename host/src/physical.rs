@@ -1,4 +1,4 @@
-//! Physical devices: what each one is, its memory, and whether it has what a program needs.
+//! Physical devices: their properties, memory, and limits.
 
 use std::ffi::c_char;
 
@@ -9,14 +9,14 @@ use crate::machine;
 /// The Vulkan version that every device must have.
 pub(crate) const API_VERSION: u32 = vk::API_VERSION_1_2;
 
-/// What a program needs of a device.
+/// The least limits of a device that can run a program.
 #[derive(Clone, Copy, Debug)]
 pub struct Requirements {
     /// Storage buffers bound to one kernel.
     pub storage_buffers: u32,
     /// Storage images bound to one kernel.
     pub images: u32,
-    /// Texels in a row of them.
+    /// Texels in a row of a storage image.
     pub texels_per_row: u32,
     /// Bytes of push constants.
     pub push_constant_bytes: u32,
@@ -26,25 +26,25 @@ pub struct Requirements {
     pub workgroup_size: u32,
 }
 
-/// Where a device's processor is. In order of preference.
+/// The kind of a device, in order of preference.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum DeviceKind {
-    /// A graphics card.
+    /// A graphics card with memory of its own.
     Discrete,
-    /// Shares memory with the CPU.
+    /// A GPU that shares memory with the CPU.
     Integrated,
-    /// Passed through by a hypervisor.
+    /// A GPU that a hypervisor passes through.
     Virtual,
-    /// Software, such as lavapipe.
+    /// A software device, such as lavapipe.
     Cpu,
-    /// Unknown to Vulkan.
+    /// Another kind.
     Other,
 }
 
 /// One line of the list of devices.
 #[derive(Clone, Debug)]
 pub struct DeviceInfo {
-    /// Its place in the list; stable while the drivers are.
+    /// Its position in the list, which stays the same as long as the drivers do.
     pub index: usize,
     /// The device's own name.
     pub name: String,
@@ -52,29 +52,29 @@ pub struct DeviceInfo {
     pub driver: String,
     /// Kind of device.
     pub kind: DeviceKind,
-    /// Its memory, when the list was made.
+    /// Its memory at the time of the list.
     pub memory: DeviceMemory,
-    /// Bytes that one storage buffer binding can have.
+    /// The largest storage buffer that can be bound, in bytes.
     pub max_buffer_bytes: u64,
-    /// Rows that an image can have.
+    /// The largest number of rows of an image.
     pub max_image_rows: u32,
-    /// Whether compute kernels can take a vote in a subgroup and read other invocations' values.
+    /// Whether compute kernels can use ballots and shuffles of a subgroup.
     pub has_shuffle: bool,
-    /// Why it cannot be used, if it cannot.
+    /// The reason why it cannot be used; `None` if it can.
     pub unfit: Option<String>,
 }
 
-/// Memory of a device: of the heap that holds buffers and texels.
+/// The memory of a device: that of the heap from which buffers and texels are allocated.
 ///
-/// A software device allocates from the machine's memory, so both numbers are the machine's where
-/// the system tells them (on Linux).
+/// A software device allocates from the machine's memory. Both numbers are then the machine's, where the
+/// system tells them (on Linux).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct DeviceMemory {
-    /// Bytes of the heap.
+    /// Bytes of the heap, used or not.
     pub total_bytes: u64,
-    /// Bytes that this process could still allocate when the device was asked: by
-    /// `VK_EXT_memory_budget`, or all bytes of a GPU's heap where the driver does not have that
-    /// extension.
+    /// Bytes that this process could still allocate at the time of the query, by `VK_EXT_memory_budget`.
+    /// A driver without that extension does not tell: then these are all bytes of the heap, and what is
+    /// allocated is to be subtracted ([`Device::allocated_bytes`](crate::Device::allocated_bytes)).
     pub free_bytes: u64,
 }
 
@@ -117,7 +117,7 @@ pub(crate) fn describe(
     }
 }
 
-/// Why a device cannot run the program, if it cannot.
+/// Returns the reason why a device cannot run the program; `None` if it can.
 fn unfit(
     instance: &ash::Instance,
     physical: vk::PhysicalDevice,
@@ -145,7 +145,7 @@ fn unfit(
         .map(|(what, has, needed)| format!("it has {has} {what}, and {needed} are needed"))
 }
 
-/// The first queue family that computes, and its timestamp bits.
+/// Returns the index and the number of timestamp bits of the first queue family that computes.
 pub(crate) fn compute_family(instance: &ash::Instance, physical: vk::PhysicalDevice) -> Option<(u32, u32)> {
     // SAFETY: `physical` belongs to `instance`.
     let families = unsafe { instance.get_physical_device_queue_family_properties(physical) };
@@ -176,14 +176,14 @@ pub(crate) fn memory(instance: &ash::Instance, physical: vk::PhysicalDevice, kin
     }
 }
 
-/// The heap of the first device-local memory type. Vulkan lists types with fewer properties first,
-/// so that this is not the small heap that the host sees as well.
+/// Returns the heap of the first device-local memory type. Vulkan lists types with fewer properties first,
+/// so that this is not the smaller heap that is also visible to the host.
 fn local_heap(memory: &vk::PhysicalDeviceMemoryProperties) -> usize {
     let local = |kind: &&vk::MemoryType| kind.property_flags.contains(vk::MemoryPropertyFlags::DEVICE_LOCAL);
     memory.memory_types_as_slice().iter().find(local).map_or(0, |kind| kind.heap_index as usize)
 }
 
-/// Whether a device has an extension; not, if it does not list them.
+/// Returns whether a device has an extension; false if it fails to list its extensions.
 pub(crate) fn has_extension(instance: &ash::Instance, physical: vk::PhysicalDevice, name: &std::ffi::CStr) -> bool {
     // SAFETY: `physical` belongs to `instance`.
     let extensions = unsafe { instance.enumerate_device_extension_properties(physical) }.unwrap_or_default();

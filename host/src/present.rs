@@ -21,7 +21,7 @@ use crate::physical::Requirements;
 use crate::shared::DeviceShared;
 use crate::texels::WHOLE;
 
-/// A window's surface, and a device that draws there. One frame is in flight.
+/// A window's surface with a device that draws there. At most one frame is in flight.
 pub struct Screen {
     painter: Painter,
     swapchain: Swapchain,
@@ -30,7 +30,7 @@ pub struct Screen {
     surface: Surface,
 }
 
-/// What a frame is recorded to and waits for.
+/// Command buffer and synchronisation of the frame in flight.
 struct FrameInFlight {
     commands: vk::CommandBuffer,
     finished: vk::Fence,
@@ -39,8 +39,8 @@ struct FrameInFlight {
 }
 
 impl Screen {
-    /// Opens the device that `selector` names, or the first that fits, for a window of this size,
-    /// which is kept as long as it is needed.
+    /// Opens the device that `selector` names, or the first that fits, for a window of this size. The window
+    /// is kept alive as long as the screen.
     ///
     /// # Errors
     /// As [`Instance::open`], or the device cannot draw there.
@@ -68,23 +68,23 @@ impl Screen {
         Ok(Self { painter, swapchain, frame, device, surface })
     }
 
-    /// The device, for what makes the pixels.
+    /// Returns the device, on which the pixels are computed.
     pub fn device(&self) -> &Device {
         &self.device
     }
 
-    /// Width and height in pixels.
+    /// Returns width and height of the window in pixels.
     pub fn size(&self) -> [u32; 2] {
         [self.swapchain.extent.width, self.swapchain.extent.height]
     }
 
-    /// Whether pixels have blue in their lowest byte, and red in the third, instead of red in the
+    /// Returns whether pixels have blue in the lowest byte and red in the third; otherwise red is in the
     /// lowest and blue in the third.
     pub fn is_bgra(&self) -> bool {
         self.swapchain.is_bgra()
     }
 
-    /// Waits until the frame before is drawn: until then it reads the pixels that it was shown with.
+    /// Waits until the last frame is drawn: until then the device reads its pixels.
     ///
     /// # Errors
     /// The device is lost.
@@ -92,7 +92,7 @@ impl Screen {
         self.frame.wait()
     }
 
-    /// Follows the window, which may be told to have this size.
+    /// Adapts to the window's size. `size` counts if the window does not tell its own.
     ///
     /// # Errors
     /// Out of memory, or the window is gone.
@@ -101,10 +101,9 @@ impl Screen {
         self.swapchain.resize(&self.surface, size)
     }
 
-    /// Shows pixels, row by row, with the interface above them. False if the window has another
-    /// size by now, for which there should be [`Screen::resize`] and another frame. The pixels must
-    /// be left as they are until [`Screen::finish`]. Panics if there are fewer of them than
-    /// [`Screen::size`] says.
+    /// Shows pixels, row by row, with the interface above them. Returns false if the window has another size
+    /// by now: call [`Screen::resize`] and show another frame. The pixels must not change before
+    /// [`Screen::finish`]. Panics if there are fewer pixels than [`Screen::size`] says.
     ///
     /// # Errors
     /// The device is lost, or out of memory.
@@ -190,7 +189,7 @@ impl FrameInFlight {
         Ok(frame)
     }
 
-    /// Waits for the frame before.
+    /// Waits for the last frame.
     fn wait(&self) -> Result<()> {
         // SAFETY: the fence was made signalled, or a submission signals it.
         unsafe { self.device.raw.wait_for_fences(&[self.finished], true, u64::MAX) }.context("vkWaitForFences")

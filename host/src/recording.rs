@@ -10,14 +10,14 @@ use crate::shared::DeviceShared;
 use crate::texels::{RawTexels, WHOLE};
 use crate::timing::{MAX_TIMED, Timer};
 
-/// What recordings of a device need.
+/// The parts of a device that recordings use.
 #[derive(Clone, Copy)]
 pub(crate) struct Recorder<'a> {
     pub device: &'a Arc<DeviceShared>,
     pub timer: &'a Timer,
 }
 
-/// Commands in order, each seeing the writes of those before it.
+/// Commands that run in order. Each sees the writes of those before it.
 pub(crate) struct Recording<'a> {
     pub recorder: Recorder<'a>,
     pub commands: vk::CommandBuffer,
@@ -69,7 +69,7 @@ impl Recording<'_> {
         self.barrier();
     }
 
-    /// Fills all of an image.
+    /// Fills all of an image with four words a texel, or the first of them.
     pub fn fill_texels(&mut self, texels: &RawTexels, words: [u32; 4]) {
         let color = vk::ClearColorValue { uint32: words };
         self.transfer(texels, vk::ImageLayout::TRANSFER_DST_OPTIMAL, |vulkan, commands, layout| {
@@ -78,7 +78,7 @@ impl Recording<'_> {
         });
     }
 
-    /// Copies the first bytes of a buffer to texels from a row on.
+    /// Copies the first `bytes` bytes of a buffer to texels, from a row on.
     pub fn copy_to_rows(&mut self, from: &RawBuffer, to: &RawTexels, first_row: u64, bytes: u64) {
         self.copy_to_regions(from, to, &to.regions(first_row, bytes));
     }
@@ -91,7 +91,7 @@ impl Recording<'_> {
         });
     }
 
-    /// Copies texels from a row on to the first bytes of a buffer.
+    /// Copies `bytes` bytes of texels, from a row on, to the start of a buffer.
     pub fn copy_from_rows(&mut self, from: &RawTexels, first_row: u64, to: &RawBuffer, bytes: u64) {
         self.copy_from_regions(from, to, &from.regions(first_row, bytes));
     }
@@ -105,7 +105,7 @@ impl Recording<'_> {
         self.barrier();
     }
 
-    /// Records a transfer that needs texels in another layout.
+    /// Records a transfer for which texels need another layout.
     fn transfer(
         &mut self,
         texels: &RawTexels,
@@ -117,7 +117,7 @@ impl Recording<'_> {
         self.transition(texels, layout, vk::ImageLayout::GENERAL);
     }
 
-    /// Gives texels another layout, after all commands before and before all after.
+    /// Changes the layout of texels, between the commands before and those after.
     pub fn transition(&mut self, texels: &RawTexels, from: vk::ImageLayout, to: vk::ImageLayout) {
         let access = vk::AccessFlags::MEMORY_READ | vk::AccessFlags::MEMORY_WRITE;
         let barrier = [vk::ImageMemoryBarrier::default()
@@ -158,7 +158,7 @@ impl Recording<'_> {
         }
     }
 
-    /// One global barrier: simple, and not measurably slower than finer ones here.
+    /// Records a global memory barrier. Finer barriers are not measurably faster here.
     pub fn barrier(&self) {
         let stages = vk::PipelineStageFlags::COMPUTE_SHADER | vk::PipelineStageFlags::TRANSFER;
         let access = vk::AccessFlags::SHADER_READ
@@ -173,7 +173,7 @@ impl Recording<'_> {
         unsafe { self.recorder.device.raw.cmd_pipeline_barrier(commands, stages, after, none, &barrier, &[], &[]) };
     }
 
-    /// The pass that the device began last.
+    /// Returns the name of the pass that the device began last.
     fn running(&self) -> String {
         let mut number = [0; 4];
         self.recorder.timer.marker.map_read(&mut number);

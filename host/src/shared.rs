@@ -1,4 +1,4 @@
-//! What every part of a device holds: its Vulkan handles.
+//! The Vulkan handles of a device, which all its parts hold.
 
 use std::sync::atomic::AtomicU64;
 
@@ -18,11 +18,11 @@ pub(crate) struct DeviceShared {
     pub queue: vk::Queue,
     pub command_pool: vk::CommandPool,
     pub memory: vk::PhysicalDeviceMemoryProperties,
-    /// Of a timestamp; `None` where the queue has no timestamps.
+    /// Nanoseconds of a timestamp's unit; `None` if the queue has no timestamps.
     pub nanoseconds_per_tick: Option<f32>,
     /// Bytes of device memory that buffers and texels hold now.
     pub allocated: AtomicU64,
-    /// Dropped after the device.
+    /// Kept alive until the device is destroyed.
     pub instance: Instance,
 }
 

@@ -1,8 +1,8 @@
-//! What a process does with signals.
+//! The disposition of signals.
 
 use std::mem::MaybeUninit;
 
-/// Whether this process ignores a signal, as one that `nohup` has started does `SIGHUP`.
+/// Returns whether this process ignores a signal. A process that `nohup` has started ignores `SIGHUP`.
 pub fn is_ignored(signal: i32) -> bool {
     let mut action = MaybeUninit::<libc::sigaction>::zeroed();
     // SAFETY: with no new action, the present one is written to the place that is given.

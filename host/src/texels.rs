@@ -1,5 +1,5 @@
-//! Arrays in images, for kernels that read them at random: software devices load from images
-//! many times faster than from buffers.
+//! Arrays in images, for random access by kernels: software devices load from images many times faster
+//! than from buffers.
 
 use std::marker::PhantomData;
 use std::sync::Arc;
@@ -14,8 +14,8 @@ use crate::shared::DeviceShared;
 /// Rows of a guard zone after texels, besides the rest of their last row.
 pub(crate) const GUARD_ROWS: u64 = 1;
 
-/// An array of `T` in an image, row by row. An element is one word of four bytes, or as many
-/// texels of four words as it fills.
+/// An array of `T` in an image, row by row. An element of four bytes is one texel of a word; others are a
+/// whole number of texels of four words.
 pub struct Texels<T> {
     raw: Arc<RawTexels>,
     length: u64,
@@ -23,7 +23,7 @@ pub struct Texels<T> {
 }
 
 impl<T: Pod> Texels<T> {
-    /// Texels that have so many rows after their last one as a guard zone.
+    /// Allocates texels with a guard zone of `guard_rows` rows after their last one.
     pub(crate) fn new(device: &Arc<DeviceShared>, name: &'static str, length: u64, guard_rows: u64) -> Result<Self> {
         let size = size_of::<T>() as u64;
         let texel_bytes = if size == 4 { 4 } else { 16 };
@@ -35,17 +35,17 @@ impl<T: Pod> Texels<T> {
 }
 
 impl<T> Texels<T> {
-    /// Number of elements.
+    /// Returns the number of elements.
     pub fn len(&self) -> u64 {
         self.length
     }
 
-    /// Whether it was made for no element.
+    /// Returns whether they have no element.
     pub fn is_empty(&self) -> bool {
         self.length == 0
     }
 
-    /// Its name in messages.
+    /// Returns their name in messages.
     pub fn name(&self) -> &'static str {
         self.raw.name
     }
@@ -62,7 +62,7 @@ pub(crate) struct RawTexels {
     pub view: vk::ImageView,
     pub texel_bytes: u32,
     pub per_row: u32,
-    /// How many texels have elements in them.
+    /// Number of texels that hold elements.
     texels: u64,
     memory: Option<Memory>,
     device: Arc<DeviceShared>,
@@ -121,12 +121,12 @@ impl RawTexels {
         Ok(())
     }
 
-    /// Bytes of a row.
+    /// Returns the bytes of a row.
     pub fn row_bytes(&self) -> u64 {
         u64::from(self.per_row) * u64::from(self.texel_bytes)
     }
 
-    /// Where bytes of a buffer go that fill the image from a row on: whole rows, then part of one.
+    /// Returns the regions that `bytes` bytes of a buffer fill from a row on: whole rows, then part of one.
     pub fn regions(&self, first_row: u64, bytes: u64) -> Vec<vk::BufferImageCopy> {
         let whole = bytes / self.row_bytes() * self.row_bytes();
         let parts = [(0, whole), (whole, bytes - whole)].into_iter().filter(|(_, bytes)| *bytes > 0);
@@ -135,7 +135,7 @@ impl RawTexels {
             .collect()
     }
 
-    /// The place of `bytes` bytes from a row on: whole rows, or part of one.
+    /// Returns the region of `bytes` bytes from a row on: whole rows, or part of one.
     fn region(&self, first_row: u64, bytes: u64) -> vk::BufferImageCopy {
         let rows = (bytes / self.row_bytes()) as u32;
         let (width, height) = match rows {
@@ -145,12 +145,12 @@ impl RawTexels {
         place(vk::Offset3D { x: 0, y: first_row as i32, z: 0 }, vk::Extent3D { width, height, depth: 1 })
     }
 
-    /// The place of its guard zone.
+    /// Returns the regions of the guard zone.
     pub fn guard_regions(&self) -> Vec<vk::BufferImageCopy> {
         guard_regions(self.texels, self.per_row, self.texel_bytes)
     }
 
-    /// Bytes of its guard zone.
+    /// Returns the bytes of the guard zone.
     pub fn guard_bytes(&self) -> u64 {
         let extents = self.guard_regions().into_iter().map(|region| region.image_extent);
         extents.map(|extent| u64::from(extent.width) * u64::from(extent.height)).sum::<u64>()
@@ -158,14 +158,14 @@ impl RawTexels {
     }
 }
 
-/// A part of an image, and the first bytes of a buffer.
+/// Returns the copy between a region of an image and the start of a buffer.
 fn place(offset: vk::Offset3D, extent: vk::Extent3D) -> vk::BufferImageCopy {
     let layers = vk::ImageSubresourceLayers::default().aspect_mask(vk::ImageAspectFlags::COLOR).layer_count(1);
     vk::BufferImageCopy::default().image_subresource(layers).image_offset(offset).image_extent(extent)
 }
 
-/// The guard zone of an image whose first `texels` texels have elements: the rest of the row in which
-/// they end, then whole rows.
+/// Returns the guard zone of an image whose first `texels` texels hold elements: the rest of the row in
+/// which they end, then whole rows.
 fn guard_regions(texels: u64, per_row: u32, texel_bytes: u32) -> Vec<vk::BufferImageCopy> {
     let used = (texels % u64::from(per_row)) as u32;
     let rows = texels.div_ceil(u64::from(per_row)) as i32;

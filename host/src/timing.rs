@@ -1,4 +1,4 @@
-//! Device time by pass, and the marker that tells which pass a lost device ran.
+//! Device time by pass, and the marker that tells which pass ran when a device was lost.
 
 use std::collections::BTreeMap;
 use std::sync::{Arc, Mutex};
@@ -10,12 +10,12 @@ use crate::buffer::RawBuffer;
 use crate::error::{Context, Result};
 use crate::shared::DeviceShared;
 
-/// Dispatches of one frame that are timed; later ones run untimed.
+/// Number of dispatches of a frame that are timed; later ones are not.
 pub(crate) const MAX_TIMED: u32 = 256;
 
 pub(crate) struct Timer {
     pub queries: vk::QueryPool,
-    /// The number of the pass that the device began last, written by the device.
+    /// Index of the pass that the device began last; the device writes it.
     pub marker: RawBuffer,
     totals: Mutex<BTreeMap<&'static str, Duration>>,
     device: Arc<DeviceShared>,
@@ -33,7 +33,7 @@ impl Timer {
         Ok(Self { queries, marker, totals: Mutex::default(), device: Arc::clone(device) })
     }
 
-    /// Whether the pass with this number is timed.
+    /// Returns whether the pass with this index is timed.
     pub fn has(&self, pass: usize) -> bool {
         self.queries != vk::QueryPool::null() && pass < MAX_TIMED as usize
     }

@@ -1,5 +1,4 @@
-//! Files that others have written: they are read only if they are files, and what is read of
-//! them takes no more memory than a budget.
+//! Reads files that are not trusted: only regular files, and within a budget of memory.
 
 use std::fmt;
 use std::fs::{self, File};
@@ -10,33 +9,34 @@ use std::sync::{Arc, OnceLock};
 
 use goblet_host::machine_memory;
 
-/// Memory that a scene, or an image by itself, may take once it is read.
+/// A limit for the memory of a scene, or of a single image.
 ///
-/// A few kilobytes can ask for any amount: by a gzip stream, by a header, by subdivision. Whoever
-/// makes something large asks for its memory first. Nor may more bytes be read than that, of all
-/// files together: what is inherited, included or expanded again and again never ends. What a
-/// render adds comes on top.
+/// A file of a few kilobytes can ask for any amount of memory: by a gzip stream, a header, or subdivision.
+/// So code that makes something large takes its memory from the budget first. The budget also limits the
+/// bytes that are read of all files together, since a scene can include files or expand objects without
+/// end. The memory of a render itself is not part of it.
 #[derive(Debug)]
 pub struct Budget {
     limit: u64,
-    /// For as long as the scene.
+    /// Bytes that are taken for as long as the scene.
     kept: AtomicU64,
-    /// While it is read.
+    /// Bytes that are taken while the scene is read.
     held: AtomicU64,
-    /// Once it is read.
+    /// Bytes that will be taken once the scene is read.
     packed: AtomicU64,
     read: AtomicU64,
-    /// What raises the limit, for messages.
+    /// The option that raises the limit, for messages.
     option: Option<&'static str>,
 }
 
-/// The least that a scene may take, unless something else is asked for.
+/// The least default limit in bytes.
 const LEAST: u64 = 1 << 30;
-/// The share of the machine's memory that a scene may take.
+/// The default limit is the machine's memory divided by this.
 const SHARE: u64 = 16;
 
 impl Default for Budget {
-    /// A sixteenth of the machine's memory where that is known (on Linux), and at least 1 GiB.
+    /// Returns a budget of a sixteenth of the machine's memory where that is known (on Linux), and at least
+    /// 1 GiB.
     fn default() -> Self {
         static MACHINE: OnceLock<Option<u64>> = OnceLock::new();
         Self::new(MACHINE.get_or_init(machine_memory).map_or(LEAST, |bytes| LEAST.max(bytes / SHARE)))
@@ -44,20 +44,20 @@ impl Default for Budget {
 }
 
 impl Budget {
-    /// Of so many bytes.
+    /// Returns a budget of `limit` bytes.
     pub fn new(limit: u64) -> Self {
         let [kept, held, packed, read] = std::array::from_fn(|_| AtomicU64::new(0));
         Self { limit, kept, held, packed, read, option: None }
     }
 
-    /// Messages say that this option raises the limit.
+    /// Makes messages say that this option raises the limit.
     #[must_use]
     pub fn raised_by(mut self, option: &'static str) -> Self {
         self.option = Some(option);
         self
     }
 
-    /// As large a one, of which nothing is taken.
+    /// Returns a budget with the same limit, of which nothing is taken.
     pub fn anew(&self) -> Self {
         Self { option: self.option, ..Self::new(self.limit) }
     }
@@ -65,7 +65,7 @@ impl Budget {
     /// Takes memory that is kept for as long as the scene.
     ///
     /// # Errors
-    /// There is not so much left.
+    /// The budget has less left.
     pub fn take(&self, bytes: u64) -> Result<(), OverBudget> {
         self.check(bytes)?;
         self.fits(self.once_read(), bytes, Need::Memory)?;
@@ -73,10 +73,10 @@ impl Budget {
         Ok(())
     }
 
-    /// Takes memory that is kept, but for which there is need only once all is read.
+    /// Takes memory that is needed once the scene is read, and not while it is.
     ///
     /// # Errors
-    /// There will not be so much left.
+    /// The budget will have less left.
     pub fn take_later(&self, bytes: u64) -> Result<(), OverBudget> {
         self.fits(self.once_read(), bytes, Need::Memory)?;
         self.packed.fetch_add(bytes, Ordering::Relaxed);
@@ -91,28 +91,28 @@ impl Budget {
         self.kept.load(Ordering::Relaxed) + self.held.load(Ordering::Relaxed)
     }
 
-    /// Takes memory until what is returned is dropped.
+    /// Takes memory until the returned value is dropped.
     ///
     /// # Errors
-    /// There is not so much left.
+    /// The budget has less left.
     pub fn hold(self: &Arc<Self>, bytes: u64) -> Result<Held, OverBudget> {
         let mut held = Held { budget: Arc::clone(self), bytes: 0 };
         held.grow(bytes)?;
         Ok(held)
     }
 
-    /// Makes sure that there is memory for what is needed for a moment.
+    /// Checks that the budget has this memory left, without taking it.
     ///
     /// # Errors
-    /// There is not so much left.
+    /// The budget has less left.
     pub fn check(&self, bytes: u64) -> Result<(), OverBudget> {
         self.fits(self.while_read(), bytes, Need::Memory)
     }
 
-    /// Counts bytes of files that are read, or of what is as if it were read again.
+    /// Counts bytes that are read of files, or that are expanded again as if they were read again.
     ///
     /// # Errors
-    /// They are more than the memory that may be taken.
+    /// All bytes that were read are more than the limit.
     pub fn read(&self, bytes: u64) -> Result<(), OverBudget> {
         self.fits(self.read.load(Ordering::Relaxed), bytes, Need::Reading)?;
         self.read.fetch_add(bytes, Ordering::Relaxed);
@@ -127,12 +127,12 @@ impl Budget {
         Err(OverBudget { need, needed, limit: self.limit, option: self.option })
     }
 
-    /// Bytes that are left.
+    /// Returns the bytes that are left.
     pub fn left(&self) -> u64 {
         self.limit.saturating_sub(self.while_read())
     }
 
-    /// Gives back what was taken and is not needed any more.
+    /// Gives back memory that was taken by [`take`](Self::take).
     pub fn give_back(&self, bytes: u64) {
         self.kept.fetch_sub(bytes.min(self.kept.load(Ordering::Relaxed)), Ordering::Relaxed);
     }
@@ -146,10 +146,10 @@ pub struct Held {
 }
 
 impl Held {
-    /// Takes some more.
+    /// Takes more memory.
     ///
     /// # Errors
-    /// There is not so much left.
+    /// The budget has less left.
     pub fn grow(&mut self, bytes: u64) -> Result<(), OverBudget> {
         self.budget.check(bytes)?;
         self.budget.held.fetch_add(bytes, Ordering::Relaxed);
@@ -157,27 +157,27 @@ impl Held {
         Ok(())
     }
 
-    /// The budget that it is of.
+    /// Returns its budget.
     pub fn budget(&self) -> &Arc<Budget> {
         &self.budget
     }
 
-    /// Gives some of it back.
+    /// Gives memory back; at most all.
     pub fn shrink(&mut self, bytes: u64) {
         let bytes = bytes.min(self.bytes);
         self.budget.held.fetch_sub(bytes, Ordering::Relaxed);
         self.bytes -= bytes;
     }
 
-    /// Bytes that it has taken.
+    /// Returns the bytes that it has taken.
     pub fn bytes(&self) -> u64 {
         self.bytes
     }
 
-    /// Counts it as read once more.
+    /// Counts its bytes as read once more.
     ///
     /// # Errors
-    /// More is read than may be.
+    /// All bytes that were read are more than the limit.
     pub fn read_again(&self) -> Result<(), OverBudget> {
         self.budget.read(self.bytes)
     }
@@ -189,25 +189,25 @@ impl Drop for Held {
     }
 }
 
-/// What is asked of a budget.
+/// The use of a budget.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Need {
-    /// To take memory.
+    /// Memory is taken.
     Memory,
-    /// To read.
+    /// Bytes are read.
     Reading,
 }
 
-/// What is read needs more memory than it may take.
+/// A budget is exceeded.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 pub struct OverBudget {
-    /// What is needed.
+    /// The use.
     pub need: Need,
-    /// Bytes that would be needed in all.
+    /// Bytes that are needed in all.
     pub needed: u64,
-    /// Bytes that may be.
+    /// The limit in bytes.
     pub limit: u64,
-    /// What raises the limit.
+    /// The option that raises the limit.
     pub option: Option<&'static str>,
 }
 
@@ -232,10 +232,10 @@ impl From<OverBudget> for io::Error {
     }
 }
 
-/// Opens what is a file: a pipe may never begin, and a device may never end.
+/// Opens a regular file. Others are refused: a pipe may never begin, and a device may never end.
 ///
 /// # Errors
-/// It is something else, or cannot be opened.
+/// It is not a regular file, or cannot be opened.
 pub fn open(path: &Path) -> io::Result<File> {
     let kind = fs::metadata(path)?.file_type();
     if kind.is_dir() {
@@ -247,17 +247,17 @@ pub fn open(path: &Path) -> io::Result<File> {
     File::open(path)
 }
 
-/// All of a file.
+/// Returns the contents of a file.
 ///
 /// # Errors
-/// It is no file, cannot be read, or is longer than the budget has bytes left.
+/// It is not a regular file, cannot be read, or is longer than the budget has bytes left.
 pub fn read(path: &Path, budget: &Budget) -> io::Result<Vec<u8>> {
     let file = open(path)?;
     budget.check(file.metadata()?.len())?;
     read_to_end(file, budget)
 }
 
-/// All of a stream.
+/// Returns the rest of a stream.
 ///
 /// # Errors
 /// It cannot be read, or is longer than the budget has bytes left.
@@ -270,11 +270,11 @@ pub fn read_to_end(stream: impl Read, budget: &Budget) -> io::Result<Vec<u8>> {
     Ok(bytes)
 }
 
-/// A stream that is read bit by bit, of which a budget counts each.
+/// A stream whose bytes a budget counts as they are read.
 pub struct Counted<'a, R> {
     /// The stream.
     pub stream: R,
-    /// What counts.
+    /// The budget.
     pub budget: &'a Budget,
 }
 

@@ -1,5 +1,5 @@
-//! What every stage may use: files that are read within a budget of memory, memory that is asked
-//! for before it is used, colour spaces.
+//! Tools of every stage: reading files within a budget of memory, replacing files as a whole, checks for
+//! memory, colour spaces.
 
 pub(crate) mod color;
 pub mod input;

@@ -1,24 +1,24 @@
-//! Room in the host's memory for what options make large.
+//! Checks that the host has memory for large arrays.
 //!
-//! A vector that cannot grow ends the process, and leaves no time to keep what there is. So who is
-//! about to fill large ones asks before. The answer is the system's: it knows of limits such as
-//! `ulimit -v`, and of requests that no memory could ever hold. Linux promises more than it has,
-//! and ends a process that takes it at its word.
+//! A vector that cannot grow aborts the process, and finished iterations would be lost. So code that is
+//! about to fill large vectors checks first. The system answers: it knows limits such as `ulimit -v`, and
+//! refuses requests that no memory could hold. Linux grants more memory than it has; a process that then
+//! uses too much of it is killed all the same.
 
-/// The host has no room.
+/// The host does not have enough memory.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("out of memory: {what} needs {bytes} bytes more, which the system does not give")]
 pub struct NoRoom {
-    /// What it is for.
+    /// The use of the memory.
     pub what: &'static str,
-    /// How much.
+    /// Bytes that were asked for.
     pub bytes: u64,
 }
 
-/// Asks for so many bytes and gives them back untouched, which takes no time.
+/// Checks that the system grants `bytes` bytes more: allocates them, and frees them unused.
 ///
 /// # Errors
-/// The system does not give them.
+/// The system does not grant them.
 pub fn check(what: &'static str, bytes: u64) -> Result<(), NoRoom> {
     let no_room = NoRoom { what, bytes };
     let length = usize::try_from(bytes).map_err(|_| no_room)?;

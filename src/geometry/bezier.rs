@@ -1,5 +1,5 @@
-//! Bezier curves in the half plane of (radius, height): the profiles of bodies of
-//! revolution. Everything is f64.
+//! Bezier curves in the half plane of (radius, height): the profiles of bodies of revolution. All numbers
+//! are f64, in scene units.
 
 use glam::DVec2;
 
@@ -13,22 +13,22 @@ pub struct Curve {
     pub points: Vec<DVec2>,
 }
 
-/// A stretch of a curve.
+/// A part of a curve.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Stretch {
-    /// Parameters of the curve where it begins and ends, in [0, 1].
+    /// Parameters of the whole curve at its ends, in [0, 1].
     pub range: [f64; 2],
-    /// The stretch, as a curve of its own.
+    /// The part as a curve of its own.
     pub curve: Curve,
 }
 
 impl Curve {
-    /// The degree, at least 1.
+    /// Returns the degree, at least 1.
     pub fn degree(&self) -> usize {
         self.points.len() - 1
     }
 
-    /// The point at a parameter in [0, 1].
+    /// Returns the point at a parameter in [0, 1].
     pub fn at(&self, t: f64) -> DVec2 {
         let mut row = self.points.clone();
         while row.len() > 1 {
@@ -37,7 +37,7 @@ impl Curve {
         row[0]
     }
 
-    /// The curve before and after a parameter (de Casteljau).
+    /// Returns the parts of the curve before and after a parameter (de Casteljau).
     pub fn split(&self, t: f64) -> [Self; 2] {
         let mut row = self.points.clone();
         let (mut left, mut right) = (Vec::new(), Vec::new());
@@ -50,19 +50,19 @@ impl Curve {
         [left, right].map(|points| Self { points })
     }
 
-    /// The curve between two parameters.
+    /// Returns the part of the curve between two parameters.
     pub fn part(&self, [from, to]: [f64; 2]) -> Self {
         let [left, _] = self.split(to);
         if from <= 0.0 { left } else { left.split(from / to)[1].clone() }
     }
 
-    /// Control points of the derivative by the parameter.
+    /// Returns the control points of the derivative by the parameter.
     pub fn hodograph(&self) -> Vec<DVec2> {
         let degree = self.degree() as f64;
         self.points.windows(2).map(|pair| (pair[1] - pair[0]) * degree).collect()
     }
 
-    /// Coefficients of the powers of the parameter, lowest first: forward differences.
+    /// Returns the coefficients of the powers of the parameter, the lowest first, by forward differences.
     pub fn powers(&self) -> Vec<DVec2> {
         let degree = self.degree();
         let mut differences = self.points.clone();
@@ -76,9 +76,9 @@ impl Curve {
         powers
     }
 
-    /// Coefficients of the powers of x = 2 t - 1, in [-1, 1], lowest first.
+    /// Returns the coefficients of the powers of x = 2 t - 1, in [-1, 1], the lowest first.
     pub fn coefficients(&self) -> Vec<DVec2> {
-        // Horner's rule puts (x + 1) / 2 into the powers of t.
+        // Substitutes t = (x + 1) / 2 by Horner's rule.
         let degree = self.degree();
         let powers = self.powers();
         let mut result = vec![DVec2::ZERO; degree + 1];
@@ -92,13 +92,13 @@ impl Curve {
         result
     }
 
-    /// The curve in stretches on which radius and height are monotone, none longer than
-    /// `1 / per_unit` of the parameter. Stretches without length are left out.
+    /// Splits the curve into parts on which radius and height are monotone and whose parameters span at
+    /// most `1 / per_unit`. Parts without length are left out.
     pub fn monotone_stretches(&self, per_unit: f64) -> Vec<Stretch> {
         let mut cuts = vec![0.0];
         cuts.extend(self.turns());
         cuts.push(1.0);
-        // The last cut is 1, whatever was near it.
+        // This may remove the end: the last cut becomes 1.
         cuts.dedup_by(|later, earlier| *later - *earlier < 1e-9);
         if let Some(last) = cuts.last_mut() {
             *last = 1.0;
@@ -118,7 +118,7 @@ impl Curve {
         stretches
     }
 
-    /// Parameters inside (0, 1) where radius or height turns, in order.
+    /// Returns the parameters in (0, 1) at which radius or height has an extremum, in order.
     fn turns(&self) -> Vec<f64> {
         let derivative = self.hodograph();
         let mut turns = Vec::new();
@@ -131,7 +131,8 @@ impl Curve {
     }
 }
 
-/// Finds where a polynomial in Bernstein form changes sign, by Descartes' rule and halving.
+/// Appends the parameters at which a polynomial in Bernstein form changes sign, by Descartes' rule and
+/// bisection.
 fn sign_changes(values: &[f64], [from, to]: [f64; 2], found: &mut Vec<f64>) {
     let mut signs: Vec<bool> = values.iter().filter(|value| **value != 0.0).map(|value| *value > 0.0).collect();
     signs.dedup();
@@ -152,7 +153,7 @@ fn sign_changes(values: &[f64], [from, to]: [f64; 2], found: &mut Vec<f64>) {
     }
     right.reverse();
     if right[0] == 0.0 {
-        found.push(middle); // neither half sees a root at its end
+        found.push(middle); // neither half counts a root at its end
     }
     sign_changes(&left, [from, middle], found);
     sign_changes(&right, [middle, to], found);

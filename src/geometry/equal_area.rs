@@ -3,17 +3,17 @@
 //!
 //! The middle of the square is +z, its corners are -z. The diamond |u| + |v| = 1 about the
 //! middle is the equator, where u to the right points along +x and v downward along +y.
-//! shaders/include/light/light_image.glsl has the same in fp32.
+//! shaders/include/light/light_image.glsl is the same map in fp32.
 
 use std::f64::consts::{FRAC_PI_4, PI};
 
 use glam::{DVec2, DVec3};
 
-/// The direction that a place in the unit square stands for.
+/// Returns the unit direction of a point of the unit square.
 pub fn direction(place: DVec2) -> DVec3 {
     let signed = 2.0 * place - 1.0;
     let p = signed.abs();
-    // Positive in the diamond, which is the upper half.
+    // Positive in the diamond, which maps to the upper hemisphere.
     let height = 1.0 - (p.x + p.y);
     let r = 1.0 - height.abs();
     let phi = if r == 0.0 { 0.0 } else { FRAC_PI_4 * ((p.y - p.x) / r + 1.0) };
@@ -22,7 +22,7 @@ pub fn direction(place: DVec2) -> DVec3 {
     DVec3::new((sin_theta * phi.cos()).copysign(signed.x), (sin_theta * phi.sin()).copysign(signed.y), z)
 }
 
-/// The place in the unit square of a unit direction.
+/// Returns the point of the unit square of a unit direction.
 pub fn place(direction: DVec3) -> DVec2 {
     let w = direction.abs();
     // The square root of 1 - |z|, without cancellation.

@@ -1,14 +1,13 @@
-//! How far an image is from a reference: the numbers, their picture, and gates on
-//! the numbers.
+//! The error of an image against a reference: metrics, a difference image, and limits for the metrics.
 //!
-//! Sums are f64. A value that is not finite is counted, stays visible in the sums
-//! that it belongs to, and fails every gate.
+//! Sums are f64. A value that is not finite is counted, makes the metrics that contain it not finite, and
+//! fails every limit.
 
 use serde::Serialize;
 
 use crate::image::film::Image;
 
-/// What is added to a reference's square that squared errors are divided by.
+/// The term that is added to the square of a reference value before a squared error is divided by it.
 pub(crate) const DARK_SQUARE: f64 = 0.01;
 
 /// Two images of different sizes cannot be compared.
@@ -24,9 +23,9 @@ pub struct SizeMismatch {
     pub reference: [u32; 2],
 }
 
-/// What [`compare`] measures. "All pixels" unless a field says otherwise; "trimmed"
-/// leaves out the [`left_out`](Self::left_out) pixels of the largest relative
-/// squared error. As JSON, a value that is not finite is `null`.
+/// The result of [`compare`]: over all pixels, or, where "trimmed", without the
+/// [`left_out`](Self::left_out) pixels of the largest relative squared error. In JSON, a value that is not
+/// finite is `null`.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Comparison {
     /// Width in pixels.
@@ -54,17 +53,16 @@ pub struct Comparison {
     pub non_finite_reference: usize,
 }
 
-/// Limits that an image must keep to; `None` is no limit. Both hold for the trimmed
-/// values, so that they speak of the same pixels.
+/// Limits for an image; `None` is no limit. Both are for trimmed values, and so for the same pixels.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
 pub struct Gates {
-    /// The most that [`Comparison::relmse_trimmed`] may be.
+    /// The largest [`Comparison::relmse_trimmed`].
     pub max_relmse: Option<f64>,
-    /// The most that [`Comparison::energy_ratio_trimmed`] may differ from 1.
+    /// The largest difference of [`Comparison::energy_ratio_trimmed`] from 1.
     pub max_energy: Option<f64>,
 }
 
-/// Measures an image against a reference.
+/// Compares an image with a reference.
 ///
 /// # Errors
 /// When their sizes differ.
@@ -102,7 +100,8 @@ pub fn compare(image: &Image, reference: &Image) -> Result<Comparison, SizeMisma
 }
 
 impl Comparison {
-    /// One line for each gate that is not kept; none means passed.
+    /// Returns a line for each limit that is exceeded, and one for values that are not finite; none if the
+    /// image passes.
     #[must_use]
     pub fn failures(&self, gates: &Gates) -> Vec<String> {
         let mut failures = Vec::new();
@@ -124,9 +123,9 @@ impl Comparison {
     }
 }
 
-/// A picture of the signed relative error: red where the image is too bright, blue
-/// where it is too dark, black where it is right, green where a value is not finite.
-/// Full colour is a root mean squared relative error of 1 over the channels.
+/// Returns an image of the signed relative error: red where the image is too bright, blue where it is too
+/// dark, black where it is equal, green where a value is not finite. Full colour is a root mean square
+/// over the channels of 1.
 ///
 /// # Errors
 /// When the sizes differ.
@@ -145,7 +144,7 @@ pub fn difference_image(image: &Image, reference: &Image) -> Result<Image, SizeM
     Ok(Image { width: image.width, height: image.height, pixels: pairs(image, reference).map(colour).collect() })
 }
 
-/// A pixel of the image and the same of the reference.
+/// A pixel of the image and that of the reference.
 type Pair = ([f64; 3], [f64; 3]);
 
 fn pairs<'a>(image: &'a Image, reference: &'a Image) -> impl Iterator<Item = Pair> + 'a {
@@ -157,7 +156,7 @@ fn differences((x, r): Pair) -> [f64; 3] {
     [x[0] - r[0], x[1] - r[1], x[2] - r[2]]
 }
 
-/// (x - r)² / (r² + 0.01), mean over the channels.
+/// Returns the mean over the channels of (x - r)² / (r² + 0.01).
 fn relative_error(pair: Pair) -> f64 {
     let squared = differences(pair).map(|difference| difference * difference);
     let channels = squared.iter().zip(pair.1);
@@ -172,8 +171,8 @@ fn check_sizes(image: &Image, reference: &Image) -> Result<(), SizeMismatch> {
     Ok(())
 }
 
-/// Marks the `count` pixels of the largest error. NaN is the largest of all; of
-/// equal errors the first is taken, so that the choice is reproducible.
+/// Returns whether each pixel is one of the `count` pixels with the largest error. NaN is the largest
+/// error; of equal errors the first are taken, so that the choice is reproducible.
 fn worst_pixels(errors: &[f64], count: usize) -> Vec<bool> {
     let key = |index: usize| {
         if errors[index].is_nan() { f64::INFINITY } else { errors[index] }
@@ -189,7 +188,7 @@ fn worst_pixels(errors: &[f64], count: usize) -> Vec<bool> {
     worst
 }
 
-/// `f64::max` would drop the NaN.
+/// Returns the larger number, and NaN if one is NaN, which `f64::max` ignores.
 fn max_or_nan(a: f64, b: f64) -> f64 {
     if a.is_nan() || b.is_nan() { f64::NAN } else { a.max(b) }
 }

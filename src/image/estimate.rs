@@ -1,35 +1,35 @@
-//! The image as it stands: exact sums over iterations, their mean, and how far it may be off.
+//! An image in progress: exact sums over iterations, their mean, and an estimate of its error.
 
 use crate::image::film::{Image, LUMINANCE, Window};
 
 /// Sums are in units of 2^-56 of [`Estimate::unit`]: `shaders/include/math/sum.glsl`.
 const FRACTION_BITS: i32 = 56;
-/// The weight of a pixel's relative error falls where it is darker than this part of the
-/// image's typical luminance.
+/// Relative errors of pixels that are darker than this share of the image's median luminance weigh less.
 const DARK: f64 = 0.1;
 
-/// 128 bits, the lowest word first; a sign is two's complement.
+/// A signed number of 128 bits in two's complement, the lowest word first, in units of 2^-56 of
+/// [`Estimate::unit`].
 pub type Sum = [u32; 4];
 
-/// Sums of each pixel over iterations, of radiance as the film exposes it. Sums of shares of the iterations add
-/// up to the sums of all, to the last bit, in any order.
+/// Sums over iterations of each pixel's radiance, times the film's exposure. Sums over parts of the
+/// iterations add up to the sums over all, to the last bit, in any order.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Estimate {
     /// Width and height in pixels.
     pub resolution: [u32; 2],
-    /// Where the pixels lie in what the camera sees.
+    /// The position of the pixels in the full image of the camera.
     pub window: Window,
-    /// Unit of the sums, W/(m² sr): a power of two times the film's exposure.
+    /// Unit of the sums in W/(m² sr): a power of two times the film's exposure.
     pub unit: f64,
-    /// Iterations in the sums, by half: [`crate::render::sequence::Place::half`].
+    /// Iterations in the sums, for each half: [`crate::render::sequence::Place::half`].
     pub halves: [u64; 2],
-    /// Radiance of each pixel, by channel.
+    /// Sums of radiance of each pixel, for red, green and blue.
     pub radiance: [Vec<Sum>; 3],
-    /// Luminance of each pixel over the iterations of the second half.
+    /// Sums of luminance of each pixel over the iterations of the second half.
     pub second_half: Vec<Sum>,
 }
 
-/// A sum in units, to the nearest f64.
+/// Returns a sum in multiples of [`Estimate::unit`], as the nearest f64.
 fn in_units(sum: Sum) -> f64 {
     let bits = sum.iter().rev().fold(0u128, |bits, word| bits << 32 | u128::from(*word));
     bits.cast_signed() as f64 * f64::from(-FRACTION_BITS).exp2()
@@ -44,13 +44,13 @@ fn add(sum: &mut Sum, other: Sum) {
     }
 }
 
-/// What is added to squared luminances that errors are divided by: the square of a tenth of the
-/// median of those above 0. `None` where all is black.
+/// Returns the term that is added to squared luminances before errors are divided by them: the square of
+/// a tenth of the median of the luminances above 0. `None` if all are 0.
 pub fn dark_square(luminances: impl Iterator<Item = f64>) -> Option<f64> {
     median_lit(luminances).map(|median| (DARK * median).powi(2))
 }
 
-/// The median of those above 0; `None` where all is black.
+/// Returns the median of the luminances above 0; `None` if all are 0.
 fn median_lit(luminances: impl Iterator<Item = f64>) -> Option<f64> {
     let mut lit: Vec<f64> = luminances.filter(|luminance| *luminance > 0.0).collect();
     if lit.is_empty() {
@@ -66,40 +66,40 @@ fn luminance([red, green, blue]: [f64; 3]) -> f64 {
 }
 
 impl Estimate {
-    /// The mean of the iterations; black without any.
+    /// Returns the mean over the iterations; black if there is none.
     pub fn image(&self) -> Image {
         let [width, height] = self.resolution;
         let pixels = self.means().map(|mean| mean.map(|channel| (channel * self.unit) as f32)).collect();
         Image { width, height, pixels }
     }
 
-    /// Iterations in the sums.
+    /// Returns the number of iterations in the sums.
     pub fn iterations(&self) -> u64 {
         self.halves[0] + self.halves[1]
     }
 
-    /// The mean of each pixel, in units.
+    /// Returns the mean of each pixel, in multiples of the unit.
     fn means(&self) -> impl Iterator<Item = [f64; 3]> {
         let scale = 1.0 / self.iterations().max(1) as f64;
         let [red, green, blue] = &self.radiance;
         red.iter().zip(green).zip(blue).map(move |((r, g), b)| [*r, *g, *b].map(|sum| in_units(sum) * scale))
     }
 
-    /// The standard error of each pixel's luminance, W/(m² sr); `None` before both halves have
-    /// an iteration. It knows of noise, and not of the blur that the radius makes. Two halves
-    /// tell little about one pixel: its square is right in the mean over many.
+    /// Returns the standard error of each pixel's luminance in W/(m² sr); `None` before both halves have an
+    /// iteration. It contains noise, but not the blur from the radius. It comes from two halves, so that
+    /// the value of a single pixel is uncertain; its square is right in the mean over many pixels.
     pub fn standard_error(&self) -> Option<Vec<f32>> {
         Some(self.errors()?.map(|[_, variance]| (variance.sqrt() * self.unit) as f32).collect())
     }
 
-    /// As [`Estimate::standard_error`], and infinite for all pixels where that is `None`: no error is too
-    /// large for what is unknown.
+    /// Returns [`Estimate::standard_error`], or infinity for each pixel where that is `None`: the error of an
+    /// image that is unknown has no bound.
     pub fn standard_error_or_infinite(&self) -> Vec<f32> {
         self.standard_error().unwrap_or_else(|| vec![f32::INFINITY; self.second_half.len()])
     }
 
-    /// Luminance of each pixel, in units, by each half alone: two numbers of the same mean, with
-    /// independent noise. `None` before both halves have an iteration.
+    /// Returns the luminance of each pixel in each half of the iterations, in multiples of the unit: two
+    /// numbers with the same mean and independent noise. `None` before both halves have an iteration.
     pub fn half_luminances(&self) -> Option<impl Iterator<Item = [f64; 2]>> {
         let [first, second] = self.halves.map(|iterations| iterations as f64);
         let halves = move |(mean, sum): ([f64; 3], &Sum)| {
@@ -109,19 +109,19 @@ impl Estimate {
         (first > 0.0 && second > 0.0).then(|| self.means().zip(&self.second_half).map(halves))
     }
 
-    /// Luminance of each pixel, in units, and an estimate of the variance of that.
+    /// Returns the luminance of each pixel in multiples of the unit, and an estimate of its variance.
     fn errors(&self) -> Option<impl Iterator<Item = [f64; 2]>> {
         let [first, second] = self.halves.map(|iterations| iterations as f64);
         let [part, rest] = [first, second].map(|half| half / (first + second));
-        // Of independent means over n and m iterations, (a - b)^2 is s^2 (1 / n + 1 / m) in the
-        // mean, and s^2 / (n + m) is asked for.
+        // For independent means a and b over n and m iterations of variance s^2, the mean of (a - b)^2 is
+        // s^2 (1 / n + 1 / m). The variance of the mean over all is s^2 / (n + m).
         let error = move |[a, b]: [f64; 2]| [part * a + rest * b, (a - b).powi(2) * part * rest];
         Some(self.half_luminances()?.map(error))
     }
 
-    /// The root mean square over pixels of the standard error over the luminance. Pixels
-    /// darker than a tenth of the image's median count as that bright, so that black ones do
-    /// not decide.
+    /// Returns the root mean square over pixels of the standard error divided by the luminance. The
+    /// squared luminance is increased by [`dark_square`], so that black pixels do not dominate. `None` before
+    /// both halves have an iteration.
     pub fn relative_error(&self) -> Option<f64> {
         let errors: Vec<[f64; 2]> = self.errors()?.collect();
         let Some(floor) = dark_square(errors.iter().map(|[luminance, _]| *luminance)) else { return Some(0.0) };
@@ -129,18 +129,19 @@ impl Estimate {
         Some((squares.sum::<f64>() / errors.len() as f64).sqrt())
     }
 
-    /// The median luminance of the pixels that have any light, in units; `None` where all is black.
+    /// Returns the median luminance of the pixels that are not black, in multiples of the unit; `None` if
+    /// all are black.
     pub fn median_lit(&self) -> Option<f64> {
         median_lit(self.means().map(luminance))
     }
 
-    /// The sums of red, green, blue, and of the second half's luminance.
+    /// Returns the sums of red, green and blue, and of the second half's luminance.
     pub fn sums(&self) -> [&[Sum]; 4] {
         let [red, green, blue] = &self.radiance;
         [red, green, blue, &self.second_half]
     }
 
-    /// Adds another share of the iterations. Both must be of the same render.
+    /// Adds the sums over other iterations of the same render. Panics if resolution or unit differ.
     pub fn add(&mut self, other: &Self) {
         assert_eq!((self.resolution, self.unit), (other.resolution, other.unit));
         let shares = self.radiance.iter_mut().zip(&other.radiance).chain([(&mut self.second_half, &other.second_half)]);
@@ -157,7 +158,7 @@ impl Estimate {
 mod tests {
     use super::*;
 
-    /// A sum of so many units of 2^-56.
+    /// Returns the sum that is `bits` times 2^-56.
     fn sum(bits: u128) -> Sum {
         [0, 32, 64, 96].map(|shift| (bits >> shift) as u32)
     }

@@ -26,7 +26,7 @@ pub use read::{Layers, Transfer, Use, read, read_layers};
 /// Why an image file could not be read or written; says which file.
 #[derive(Debug, thiserror::Error)]
 pub enum ImageError {
-    /// The extension names no format that is supported.
+    /// The extension is not that of a supported format.
     #[error(
         "{}: the extension names no image format; supported are {supported}",
         .path.display()
@@ -34,7 +34,7 @@ pub enum ImageError {
     Extension {
         /// The file.
         path: PathBuf,
-        /// The extensions that would do.
+        /// The extensions of supported formats.
         supported: &'static str,
     },
     /// The file could not be opened or read.
@@ -42,17 +42,17 @@ pub enum ImageError {
     Read {
         /// The file.
         path: PathBuf,
-        /// What the operating system says.
+        /// The error of the operating system.
         reason: io::Error,
     },
-    /// The file was read, and is not an image of its format.
+    /// The file is not an image of its format.
     #[error("{}: expected {expected}: {reason}", .path.display())]
     Decode {
         /// The file.
         path: PathBuf,
         /// The format, and what it must hold.
         expected: &'static str,
-        /// What was found instead.
+        /// What is wrong with the file.
         reason: String,
     },
     /// The file could not be created or written.
@@ -60,7 +60,7 @@ pub enum ImageError {
     Write {
         /// The file.
         path: PathBuf,
-        /// What the operating system says, or what is in the way.
+        /// The error of the operating system, or what is at the path.
         reason: io::Error,
     },
     /// The image or its metadata cannot be expressed in the format.
@@ -68,7 +68,7 @@ pub enum ImageError {
     Encode {
         /// The file.
         path: PathBuf,
-        /// What cannot be expressed.
+        /// The part that the format cannot express.
         reason: String,
     },
 }
@@ -92,7 +92,7 @@ impl WriteFormat {
     }
 }
 
-/// The extension in lower case; empty when there is none.
+/// Returns the extension in lower case; empty if there is none.
 fn extension(path: &Path) -> String {
     path.extension().map(|extension| extension.to_string_lossy().to_lowercase()).unwrap_or_default()
 }
@@ -105,8 +105,8 @@ pub fn check_extension(path: &Path) -> Result<(), ImageError> {
     WriteFormat::of(path).map(|_| ())
 }
 
-/// Checks, before a long render, that [`write`] will be able to: the extension is
-/// known, and the directory exists and takes a new file.
+/// Checks, before a long render, that [`write`] can write to a path: the extension is known, and the
+/// directory exists and takes a new file.
 ///
 /// # Errors
 /// The error that [`write`] would return.
@@ -118,9 +118,9 @@ pub fn check_writable(path: &Path) -> Result<(), ImageError> {
 /// A channel of an EXR besides the image.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Channel {
-    /// By convention `layer.X`, as in `standardError.Y`.
+    /// Its name, by convention `layer.X`, as in `standardError.Y`.
     pub name: String,
-    /// As many as the image has pixels.
+    /// A value for each pixel of the image.
     pub values: Vec<f32>,
 }
 
@@ -162,13 +162,14 @@ pub fn write_part(
     replace(path, &bytes).map_err(|reason| write_error(path, reason))
 }
 
-/// Bytes of host memory, about, from an image's sums to its file.
+/// Estimates the bytes of host memory that it takes to make a file from an image's sums.
 pub(crate) fn host_bytes(resolution: [u32; 2]) -> u64 {
     let sums = size_of::<[Sum; 4]>() + size_of::<[f32; 3]>();
     pixels(resolution) * sums as u64 + encoding_bytes(resolution)
 }
 
-/// Of these, those for making a file: the planes, their bytes in order, compressed, and the whole.
+/// Estimates the part of these bytes for the file: the planes, their bytes in order, those compressed, and
+/// the whole file.
 fn encoding_bytes(resolution: [u32; 2]) -> u64 {
     pixels(resolution) * 4 * size_of::<[f32; 3]>() as u64
 }
@@ -218,7 +219,7 @@ fn rgb_channels(image: &Image) -> SmallVec<[AnyChannel<FlatSamples>; 4]> {
 }
 
 fn exr_attributes(metadata: &[(String, String)]) -> Result<BTreeMap<Text, AttributeValue>, String> {
-    // The format allows UTF-8 in both, which the crate's own constructor does not.
+    // The format allows UTF-8 in keys and values; the crate's checked constructor does not.
     let text = |text: &str| Text::from_slice_unchecked(text.as_bytes());
     let mut attributes = BTreeMap::new();
     for (key, value) in metadata {
@@ -236,11 +237,11 @@ fn exr_attributes(metadata: &[(String, String)]) -> Result<BTreeMap<Text, Attrib
     Ok(attributes)
 }
 
-/// Sorts the attributes of the header by name. The format leaves their order free,
-/// and the `exr` crate writes that of a randomly seeded hash map, so that the same
-/// image would give other bytes in every run. No offset changes.
+/// Sorts the attributes of the header by name. The format leaves their order free, and the `exr` crate
+/// writes them in the order of a randomly seeded hash map, so that the bytes of an image would differ
+/// between runs. No offset changes.
 ///
-/// `None` if the header does not have the form of a single-part file's.
+/// `None` if the header is not that of a file with a single part.
 fn sort_exr_attributes(file: &mut [u8]) -> Option<()> {
     const MAGIC_AND_VERSION: usize = 8;
     let text_end = |from: usize| Some(from + file.get(from..)?.iter().position(|&b| b == 0)?);
@@ -262,10 +263,10 @@ fn sort_exr_attributes(file: &mut [u8]) -> Option<()> {
     Some(())
 }
 
-/// The bytes of a PNG file.
+/// Returns the bytes of a PNG file.
 ///
 /// # Errors
-/// What the encoder says.
+/// The error of the encoder.
 pub(crate) fn encode_png(image: &Image) -> Result<Vec<u8>, String> {
     let mut file = Vec::new();
     PngEncoder::new(&mut file)

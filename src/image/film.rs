@@ -1,7 +1,6 @@
-//! The image that a render makes and that files hold: linear RGB, row by row.
+//! Images of linear RGB, row by row, as renders make them and files hold them.
 
-/// An image of linear RGB in the sRGB primaries; radiance in W/(m² sr) when it
-/// comes from a render.
+/// An image of linear RGB in the sRGB primaries. Its values are radiance in W/(m² sr) if a render made it.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Image {
     /// Width in pixels.
@@ -12,25 +11,26 @@ pub struct Image {
     pub pixels: Vec<[f32; 3]>,
 }
 
-/// Where an image lies in a larger one, of which it is a part.
+/// The position of an image in a larger one, of which it is a part.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Window {
-    /// The place of its first pixel, from the upper left corner; may lie outside of the larger
-    /// image.
+    /// Column and row of its first pixel, from the upper left corner of the larger image, outside of
+    /// which it may lie.
     pub first: [i32; 2],
     /// Width and height of the larger image, in pixels.
     pub full: [u32; 2],
 }
 
 impl Window {
-    /// Of an image that is no part.
+    /// Returns the window of an image that is the whole of its own.
     #[must_use]
     pub fn whole(resolution: [u32; 2]) -> Self {
         Self { first: [0; 2], full: resolution }
     }
 }
 
-/// What two parts of one image both show; nothing where they are no such parts, or show the same.
+/// Returns the pixels that two parts of one image have in common, as two images of equal size. `None` if
+/// they have the same window, or are not parts of one image.
 ///
 /// # Errors
 /// They have no pixel in common.
@@ -46,7 +46,7 @@ pub fn common_part(a: (&Image, Window), b: (&Image, Window)) -> Result<Option<[I
     if common.iter().any(|[low, high]| low >= high) {
         return Err(Apart);
     }
-    // Within both images, whose sides are of 32 bits.
+    // Inside both images, whose sides fit into 32 bits.
     let size = common.map(|[low, high]| (high - low) as u32);
     let part = |image: &Image, place: [[i64; 2]; 2]| {
         image.part([0, 1].map(|axis| (common[axis][0] - place[axis][0]) as u32), size)
@@ -67,19 +67,19 @@ pub struct ShapeError {
     pub width: u32,
     /// The stated height in pixels.
     pub height: u32,
-    /// How many pixels there are.
+    /// The number of pixels given.
     pub pixels: usize,
 }
 
 impl Image {
-    /// A black image.
+    /// Returns a black image.
     #[must_use]
     pub fn new(width: u32, height: u32) -> Self {
         let pixels = vec![[0.0; 3]; width as usize * height as usize];
         Self { width, height, pixels }
     }
 
-    /// An image of the given pixels: row-major, the top row first.
+    /// Returns an image of the given pixels: row-major, the top row first.
     ///
     /// # Errors
     /// When there are not exactly `width * height` pixels, or none at all.
@@ -89,14 +89,14 @@ impl Image {
         Ok(image)
     }
 
-    /// The part from a pixel on, of a size; both in pixels, and within the image.
+    /// Returns the part that begins at pixel (x, y) and has this size. It must lie inside the image.
     fn part(&self, [x, y]: [u32; 2], [width, height]: [u32; 2]) -> Self {
         let rows = self.pixels.chunks_exact(self.width as usize).skip(y as usize).take(height as usize);
         let pixels = rows.flat_map(|row| &row[x as usize..(x + width) as usize]).copied().collect();
         Self { width, height, pixels }
     }
 
-    /// Whether the pixels still fill the size: the fields are public.
+    /// Checks that the number of pixels is still `width * height`: the fields are public.
     ///
     /// # Errors
     /// When there are not exactly `width * height` pixels, or none at all.
@@ -109,20 +109,20 @@ impl Image {
     }
 }
 
-/// The image as a screen shows it: 8 bits in the sRGB transfer function, clamped to 0 to 1,
-/// with NaN as black; row-major, red, green, blue.
+/// Returns the image as a screen shows it: 8 bits in the sRGB transfer function, clamped to 0 to 1, with
+/// NaN as black; row-major, three bytes a pixel: red, green, blue.
 #[must_use]
 pub fn picture(image: &Image) -> Vec<u8> {
-    // The cast saturates and takes NaN to 0.
+    // The cast saturates, and makes NaN 0.
     let quantise = |linear: f32| (srgb_encode(linear.clamp(0.0, 1.0)) * 255.0).round() as u8;
     image.pixels.iter().flat_map(|pixel| pixel.map(quantise)).collect()
 }
 
-/// What each channel adds to the relative luminance of linear RGB in the sRGB primaries
+/// Weights of red, green and blue in the relative luminance of linear RGB in the sRGB primaries
 /// (ITU-R BT.709).
 pub const LUMINANCE: [f64; 3] = [0.2126, 0.7152, 0.0722];
 
-/// Relative luminance of linear RGB in the sRGB primaries.
+/// Returns the relative luminance of linear RGB in the sRGB primaries.
 #[must_use]
 pub fn luminance([r, g, b]: [f32; 3]) -> f32 {
     let [red, green, blue] = LUMINANCE.map(|weight| weight as f32);

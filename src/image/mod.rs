@@ -1,4 +1,4 @@
-//! Images: estimates that become linear radiance, files, comparison.
+//! Images: estimates of radiance from sums over iterations, image files, comparison.
 
 pub mod compare;
 pub mod estimate;

@@ -184,7 +184,7 @@ mod tests {
         for aov in &AOVS {
             let planes = aov.planes(&estimate, None).unwrap();
             assert_eq!(planes.is_some(), aov.is_of_estimate(), "{aov:?}");
-            for planes in planes {
+            if let Some(planes) = planes {
                 assert_eq!(planes.len(), aov.channels.len(), "{aov:?}");
                 assert!(planes.iter().all(|plane| plane.len() == 6), "{aov:?}");
             }

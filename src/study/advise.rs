@@ -1,9 +1,9 @@
-//! Which settings to use for a time or an error, and what to expect of them.
+//! Finds the settings to use for a time or an error, and predicts their error and time.
 //!
-//! A probe renders a few iterations at three radii and with fewer eye paths. From that a
-//! model of the error is fitted ([`Model`]): what part is noise of eye paths, noise of photons
-//! and blur, how each depends on the settings, and what an iteration takes. The settings that
-//! the model likes best are then rendered for a moment, to correct what it says of them.
+//! A probe renders a few iterations at three radii and with fewer eye paths. A model of the error is
+//! fitted to it ([`Model`]): the parts of the error that are noise of eye paths, noise of photons and blur,
+//! how each part depends on the settings, and the time of an iteration. The settings with the best
+//! prediction are then rendered for a few iterations, to correct the model for them.
 
 mod goal;
 mod model;
@@ -21,26 +21,26 @@ use crate::render::error::RenderError;
 use crate::render::options::Options;
 use crate::scene::Scene;
 
-/// Settings, and what to expect of them.
+/// Settings with a prediction of their error and time.
 #[derive(Clone, Debug)]
 pub struct Advice {
-    /// How to render.
+    /// The settings.
     pub options: Options,
-    /// By the model, corrected by a moment's render of these settings.
+    /// Prediction of the model, corrected by a short render of these settings.
     pub expected: Expected,
-    /// What the scene's own settings would do for the same goal, by the same model.
+    /// Prediction for the scene's own settings and the same goal, by the same model.
     pub by_default: Expected,
-    /// Seconds that the probe has taken.
+    /// Duration of the probe in seconds.
     pub probe_seconds: f64,
 }
 
-/// Settings with fewer iterations than this are left to scenes where that cannot be helped.
+/// Settings with fewer iterations than this are not advised, unless the default settings have fewer, too.
 const FEW: u32 = 8;
-/// A gain of error or time below this is no reason to leave the defaults.
+/// The default settings are advised unless others reduce the error or the time by more than this share.
 const WORTH_IT: f64 = 0.05;
 
-/// Probes, and says what to expect of settings after some iterations, and their options. `base` has
-/// what is not to be changed, such as the resolution.
+/// Probes a scene, and returns the options of a choice of settings and a prediction for that number of
+/// iterations. `base` has the options that stay as they are, such as the resolution.
 ///
 /// # Errors
 /// The scene or the device is at fault.
@@ -58,8 +58,8 @@ pub fn expect(
     Ok((probe.options(choice), corrected.after(choice, iterations)))
 }
 
-/// Probes, and advises. `base` has what is not to be changed, such as the
-/// resolution.
+/// Probes a scene, and returns the best settings for a goal. `base` has the options that stay as they are,
+/// such as the resolution.
 ///
 /// # Errors
 /// The scene or the device is at fault.
@@ -73,7 +73,7 @@ pub fn advise(
     let mut probe = Probe::new(device, scene, base, length);
     let model = probe.model()?;
     let by_default = model.expect(Choice::DEFAULT, goal);
-    // A few long iterations are a matter of luck: one more or less is half of the error.
+    // With few iterations the error is not predictable: one more or less changes it too much.
     let enough = FEW.min(by_default.iterations);
     let choices = Choice::all().map(|choice| (choice, model.expect(choice, goal)));
     let best = choices.filter(|(_, expected)| expected.iterations >= enough);

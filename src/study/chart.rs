@@ -6,7 +6,7 @@ use std::ops::Range;
 use plotters::coord::Shift;
 use plotters::prelude::*;
 
-/// For what has no colour of its own: readable on light and dark pages.
+/// Colours of curves, readable on light and dark pages.
 pub const COLORS: [RGBColor; 10] = [
     RGBColor(57, 119, 214),
     RGBColor(224, 140, 20),
@@ -20,39 +20,39 @@ pub const COLORS: [RGBColor; 10] = [
     RGBColor(110, 160, 220),
 ];
 
-/// Where charts are drawn.
+/// The area of a chart.
 pub type Area<'a> = DrawingArea<SVGBackend<'a>, Shift>;
 
-/// What is written at a chart's edges, and the part of the plane that it shows.
+/// The texts at a chart's edges, and the ranges of its axes.
 pub struct Axes<'a> {
-    /// Above it.
+    /// Text above the chart.
     pub title: &'a str,
-    /// Below it.
+    /// Text below the chart.
     pub x_label: &'a str,
-    /// From left to right, above 0.
+    /// Range from left to right, above 0.
     pub x: Range<f64>,
-    /// From bottom to top, above 0.
+    /// Range from bottom to top, above 0.
     pub y: Range<f64>,
 }
 
-/// Points that belong together, from left to right.
+/// Points that a line joins, from left to right.
 #[derive(Clone)]
 pub struct Curve {
-    /// In the legend, if there.
+    /// Name in the legend; not in it without one.
     pub label: Option<String>,
-    /// Of the line and its points.
+    /// Colour of the line and its points.
     pub color: RGBColor,
-    /// Pixels.
+    /// Width of the line in pixels.
     pub width: u32,
-    /// Or a whole line.
+    /// Whether the line is dashed.
     pub dashed: bool,
-    /// Whether points are circles; else they are corners only.
+    /// Whether each point is marked by a circle.
     pub marked: bool,
-    /// Values, above 0.
+    /// Coordinates, above 0.
     pub points: Vec<(f64, f64)>,
 }
 
-/// Draws curves, the last on top.
+/// Draws curves; later ones cover earlier ones.
 ///
 /// # Errors
 /// The backend fails; SVG does not.
@@ -91,14 +91,15 @@ pub fn draw(area: &Area<'_>, axes: Axes<'_>, curves: &[Curve]) -> Result<(), Box
     Ok(())
 }
 
-/// A number at a logarithmic axis: 1, 2 and 5 of each decade; others would overlap.
+/// Returns the text of a number at a logarithmic axis: that of 1, 2 and 5 of each decade, and none for
+/// others, which would overlap.
 fn label(value: f64) -> String {
     let decade = value.log10().floor() as i32;
     let digit = value / 10_f64.powi(decade);
     if [1.0, 2.0, 5.0, 10.0].iter().all(|shown| (digit - shown).abs() > 1e-6) {
         String::new()
     } else if (-4..5).contains(&decade) {
-        // Steps are sums, which f64 would show the rounding of.
+        // Steps are sums; an f64 would be written with its rounding error.
         (value as f32).to_string()
     } else {
         format!("{:e}", value as f32)

@@ -1,9 +1,10 @@
-//! What each setting of a render is worth: its error against time, measured on this device.
+//! Measures the error of each setting of a render against time, on this device.
 //!
-//! In a turn, all settings have the same seed and take slices of time one after the other, to
-//! and fro, so that what else the machine does favours none. The first turn renders each for
-//! the budget, and the others as many iterations, so that images of the same iteration can be
-//! set side by side: what they differ by is noise, and what their mean is off by is bias.
+//! In a turn, all settings have the same seed. They take slices of time one after the other, forwards and
+//! backwards in alternation, so that other load of the machine favours none. The first turn renders each
+//! setting for the budget. Later turns render as many iterations as the first, so that images of the same
+//! iteration can be compared: the difference between them is noise, and the difference of their mean
+//! from the reference is bias.
 
 mod error_of;
 mod knob;
@@ -26,33 +27,34 @@ use crate::image::film::{Image, Window};
 use crate::render::error::RenderError;
 use crate::scene::Scene;
 
-/// The budget is spent in so many slices.
+/// Number of slices into which the budget of a setting is divided.
 const SLICES: u32 = 10;
-/// Renders side by side may hold this part of the device's memory.
+/// Renders that run side by side may hold 1 / `MEMORY_SHARE` of the device's free memory.
 const MEMORY_SHARE: u64 = 3;
 
-/// A measurement in progress: its settings, and what is known of each.
+/// A measurement in progress: its settings, and the results of each so far.
 pub struct Measurement<'a> {
     device: &'a Rc<Device>,
     scene: &'a Scene,
     reference: &'a Reference,
     settings: &'a [Setting],
-    /// Of the first turn.
+    /// Time of iterations of each setting in the first turn.
     budget: Duration,
     known: Vec<Known>,
 }
 
-/// What the turns of a setting left.
+/// Results of the turns of one setting.
 #[derive(Default)]
 struct Known {
     runs: Vec<Trajectory>,
-    /// For each point, the sum over runs of each pixel's weighted difference.
+    /// For each point, the sum over runs of each pixel's difference from the reference, as
+    /// [`Reference::add_differences`] weights it.
     differences: Vec<Vec<[f32; 3]>>,
     last_image: Option<Image>,
 }
 
 impl<'a> Measurement<'a> {
-    /// Nothing is rendered yet.
+    /// Starts a measurement; nothing is rendered yet.
     pub fn new(
         device: &'a Rc<Device>,
         scene: &'a Scene,
@@ -64,7 +66,7 @@ impl<'a> Measurement<'a> {
         Self { device, scene, reference, settings, budget, known }
     }
 
-    /// Renders every setting once more, with the next seed; says of each what came out.
+    /// Renders every setting once more, with the next seed, and calls `say` with the result of each.
     ///
     /// # Errors
     /// A setting does not fit the scene, or the device fails.
@@ -75,7 +77,7 @@ impl<'a> Measurement<'a> {
         }
         let room = self.device.info().memory.free_bytes / MEMORY_SHARE;
         while !waiting.is_empty() {
-            // As many as fit run side by side.
+            // As many settings as fit into memory run side by side.
             let mut group = Vec::new();
             let mut held = 0;
             while let Some(index) = waiting.first().copied().filter(|_| held < room || group.is_empty()) {
@@ -113,7 +115,7 @@ impl<'a> Measurement<'a> {
         Run::new(self.device, self.scene, &options, budget)
     }
 
-    /// Lets a run go on for its slice.
+    /// Runs a render for a slice of time. Returns whether it has ended.
     fn advance(&mut self, index: usize, run: &mut Run) -> Result<bool, RenderError> {
         let Known { differences, last_image, .. } = &mut self.known[index];
         let mut point = run.points();
@@ -129,7 +131,7 @@ impl<'a> Measurement<'a> {
         })
     }
 
-    /// All that is known so far.
+    /// Returns the results so far.
     pub fn results(&self, conditions: Conditions) -> Results {
         let measured = self.settings.iter().zip(&self.known).map(|(setting, known)| {
             let biases = known.differences.iter().map(|sums| self.reference.squared_mean(sums, known.runs.len()));
@@ -138,8 +140,8 @@ impl<'a> Measurement<'a> {
         Results::new(conditions, measured.collect())
     }
 
-    /// The last image of each setting, where it lies in what the camera sees, and where it is
-    /// off; `None` before the first turn.
+    /// Returns the last image of each setting, its window in the full image, and its difference image;
+    /// `None` before the first turn.
     pub fn images(&self) -> impl Iterator<Item = Option<(&Image, Window, Option<Image>)>> {
         self.known.iter().zip(self.settings).map(|(known, setting)| {
             let image = known.last_image.as_ref()?;

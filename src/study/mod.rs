@@ -1,5 +1,4 @@
-//! Renders that are compared: error against time for many settings, and the settings that are
-//! best for a time.
+//! Comparisons of renders: the error of many settings against time, and the best settings for a time.
 
 pub mod advise;
 #[doc(hidden)]

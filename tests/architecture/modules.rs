@@ -185,81 +185,89 @@ impl Reader<'_> {
     /// Reads tokens of a module; those at its top define items.
     fn items(&mut self, tokens: TokenStream, path: &[String], own: &mut Module, is_test: bool, is_top: bool) {
         let tokens: Vec<TokenTree> = tokens.into_iter().collect();
-        let (mut at, mut next_is_test, mut is_public) = (0, false, false);
+        let outer = Item { is_test, is_public: false };
+        let (mut at, mut item) = (0, outer);
         while at < tokens.len() {
-            let is_test = is_test || next_is_test;
-            let rest = &tokens[at..];
-            match rest {
-                [TokenTree::Punct(hash), TokenTree::Group(attribute), ..] if hash.as_char() == '#' => {
-                    next_is_test |= attribute.stream().to_string().replace(' ', "") == "cfg(test)";
-                    at += 2;
-                    continue;
-                }
-                [TokenTree::Ident(word), ..] if *word == "pub" => {
-                    is_public = true;
-                    at += 1 + usize::from(matches!(rest.get(1), Some(TokenTree::Group(_))));
-                    continue;
-                }
-                [TokenTree::Ident(word), TokenTree::Ident(name), TokenTree::Group(body), ..]
-                    if *word == "mod" && body.delimiter() == Delimiter::Brace =>
-                {
-                    let inner = Module { file: own.file.clone(), is_test: own.is_test || is_test, ..Module::default() };
-                    self.module(body.stream(), inside(path, name.to_string()), inner);
-                    at += 3;
-                }
-                [TokenTree::Ident(word), TokenTree::Ident(name), ..] if *word == "mod" => {
-                    self.modules.entry(inside(path, name.to_string())).or_default().is_test |= is_test;
-                    at += 2;
-                }
-                [TokenTree::Ident(word), ..] if *word == "use" => {
-                    let end = rest.iter().position(|token| is_punct(token, ';')).unwrap_or(rest.len());
-                    let line = word.span().start().line;
-                    for (alias, target) in use_tree(&rest[1..end], &[]) {
-                        own.import(alias, target, line, is_test, is_public);
-                    }
-                    at += end;
-                }
-                [TokenTree::Group(group), ..] => {
-                    self.items(Group::stream(group), path, own, is_test, false);
-                    at += 1;
-                    let ends = group.delimiter() == Delimiter::Brace;
-                    next_is_test &= !ends;
-                    is_public &= !ends;
-                    continue;
-                }
-                [TokenTree::Ident(first), ..] => {
-                    let (named, length) = path_at(rest);
-                    if is_top && let Some(name) = defined(rest) {
-                        own.items.insert(name);
-                    }
-                    if named.len() > 1 {
-                        own.named.push(Named {
-                            path: named,
-                            line: first.span().start().line,
-                            is_test,
-                            is_facade: false,
-                        });
-                    }
-                    at += length;
-                    continue;
-                }
-                _ => {
-                    let ends = is_punct(&rest[0], ';');
-                    next_is_test &= !ends;
-                    is_public &= !ends;
-                    at += 1;
-                    continue;
-                }
+            let (length, is_end) = self.token(&tokens[at..], path, own, &mut item, is_top);
+            at += length;
+            if is_end {
+                item = outer;
             }
-            (next_is_test, is_public) = (false, false);
+        }
+    }
+
+    /// Reads the tokens at the start that belong together. Returns how many they are, and whether an item
+    /// ends with them.
+    fn token(
+        &mut self,
+        rest: &[TokenTree],
+        path: &[String],
+        own: &mut Module,
+        item: &mut Item,
+        is_top: bool,
+    ) -> (usize, bool) {
+        match rest {
+            [TokenTree::Punct(hash), TokenTree::Group(attribute), ..] if hash.as_char() == '#' => {
+                item.is_test |= attribute.stream().to_string().replace(' ', "") == "cfg(test)";
+                (2, false)
+            }
+            [TokenTree::Ident(word), ..] if *word == "pub" => {
+                item.is_public = true;
+                (1 + usize::from(matches!(rest.get(1), Some(TokenTree::Group(_)))), false)
+            }
+            [TokenTree::Ident(word), TokenTree::Ident(name), TokenTree::Group(body), ..]
+                if *word == "mod" && body.delimiter() == Delimiter::Brace =>
+            {
+                let is_test = own.is_test || item.is_test;
+                let inner = Module { file: own.file.clone(), is_test, ..Module::default() };
+                self.module(body.stream(), inside(path, name.to_string()), inner);
+                (3, true)
+            }
+            [TokenTree::Ident(word), TokenTree::Ident(name), ..] if *word == "mod" => {
+                self.modules.entry(inside(path, name.to_string())).or_default().is_test |= item.is_test;
+                (2, true)
+            }
+            [TokenTree::Ident(word), ..] if *word == "use" => {
+                let end = rest.iter().position(|token| is_punct(token, ';')).unwrap_or(rest.len());
+                for (alias, target) in use_tree(&rest[1..end], &[]) {
+                    own.import(alias, target, word.span().start().line, *item);
+                }
+                (end, true)
+            }
+            [TokenTree::Group(group), ..] => {
+                self.items(Group::stream(group), path, own, item.is_test, false);
+                (1, group.delimiter() == Delimiter::Brace)
+            }
+            [TokenTree::Ident(first), ..] => {
+                let (named, length) = path_at(rest);
+                if is_top && let Some(name) = defined(rest) {
+                    own.items.insert(name);
+                }
+                if named.len() > 1 {
+                    let line = first.span().start().line;
+                    own.named.push(Named { path: named, line, is_test: item.is_test, is_facade: false });
+                }
+                (length, false)
+            }
+            _ => (1, is_punct(&rest[0], ';')),
         }
     }
 }
 
+/// What is said before an item.
+#[derive(Clone, Copy)]
+struct Item {
+    /// `#[cfg(test)]`, here or around it.
+    is_test: bool,
+    /// `pub`, with or without bounds.
+    is_public: bool,
+}
+
 impl Module {
-    fn import(&mut self, alias: String, target: Vec<String>, line: usize, is_test: bool, is_public: bool) {
+    fn import(&mut self, alias: String, target: Vec<String>, line: usize, item: Item) {
         let is_outer = ["crate", "super"].contains(&target[0].as_str());
-        self.named.push(Named { path: target.clone(), line, is_test, is_facade: is_public && !is_outer });
+        let is_facade = item.is_public && !is_outer;
+        self.named.push(Named { path: target.clone(), line, is_test: item.is_test, is_facade });
         if alias == "*" {
             self.globs.push(target[..target.len() - 1].to_vec());
         } else {

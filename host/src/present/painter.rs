@@ -1,4 +1,4 @@
-//! Draws what egui wants.
+//! Draws the shapes of egui.
 
 use std::mem;
 
@@ -9,19 +9,19 @@ use super::swapchain::Swapchain;
 use crate::error::{Error, Result};
 use crate::shared::DeviceShared;
 
-/// What egui wants to be drawn.
+/// The output of egui for a frame.
 pub struct Interface {
-    /// Its shapes.
+    /// Shapes to draw.
     pub primitives: Vec<egui::ClippedPrimitive>,
-    /// Textures that they need, and those that nothing needs any more.
+    /// Textures to create or change, and those that are no longer needed.
     pub textures: egui::TexturesDelta,
-    /// Pixels of one of its units.
+    /// Pixels of a unit of egui.
     pub pixels_per_point: f32,
 }
 
 pub(super) struct Painter {
     renderer: Renderer,
-    /// Textures that only the frame in flight may still need.
+    /// Textures that the frame in flight may need, and later ones do not.
     to_free: Vec<egui::TextureId>,
 }
 
@@ -38,14 +38,14 @@ impl Painter {
         Ok(Self { renderer: renderer.map_err(failed)?, to_free: Vec::new() })
     }
 
-    /// Makes textures ready. The frame before must have finished.
+    /// Creates, changes and frees textures. The last frame must have finished.
     pub fn take_textures(&mut self, device: &DeviceShared, textures: &egui::TexturesDelta) -> Result<()> {
         let to_free = mem::replace(&mut self.to_free, textures.free.clone());
         self.renderer.free_textures(&to_free).map_err(failed)?;
         self.renderer.set_textures(device.queue, device.command_pool, &textures.set).map_err(failed)
     }
 
-    /// Records, inside the render pass.
+    /// Records the drawing of an interface, inside of the render pass.
     pub fn paint(&mut self, commands: vk::CommandBuffer, extent: vk::Extent2D, interface: &Interface) -> Result<()> {
         let Interface { primitives, pixels_per_point, .. } = interface;
         self.renderer.cmd_draw(commands, extent, *pixels_per_point, primitives).map_err(failed)

@@ -1,4 +1,4 @@
-//! Where a window can be drawn to.
+//! The surface of a window.
 
 use std::sync::Arc;
 
@@ -9,16 +9,16 @@ use crate::error::{Context, Error, Result};
 use crate::instance::Instance;
 use crate::physical;
 
-/// A window as Vulkan knows it.
+/// A window's Vulkan surface.
 pub(super) struct Surface {
     pub handle: vk::SurfaceKHR,
     pub loader: khr::surface::Instance,
     instance: Instance,
-    /// What owns the window.
+    /// The window, kept alive.
     _window: Box<dyn std::any::Any>,
 }
 
-/// The connection that a window belongs to.
+/// Returns the display connection of a window.
 pub(super) fn display(window: &impl HasDisplayHandle) -> Result<RawDisplayHandle> {
     let handle = window.display_handle().map_err(|error| Error::NoPresentation(format!("this display ({error})")))?;
     Ok(handle.as_raw())
@@ -37,7 +37,8 @@ impl Surface {
         Ok(Self { handle, loader, instance: instance.clone(), _window: Box::new(window) })
     }
 
-    /// The first queue family of a device that computes and draws here, and its timestamp bits.
+    /// Returns the index and the number of timestamp bits of the first queue family of a device that computes
+    /// and draws on the surface.
     pub fn family(&self, physical: vk::PhysicalDevice) -> Result<Option<(u32, u32)>> {
         let vulkan = &self.instance.shared.raw;
         let wanted = vk::QueueFlags::COMPUTE | vk::QueueFlags::GRAPHICS;

@@ -1,4 +1,4 @@
-//! The images of a window.
+//! The swapchain of a window.
 
 use std::sync::Arc;
 
@@ -9,14 +9,14 @@ use crate::error::{Context, Error, Result};
 use crate::shared::DeviceShared;
 use crate::texels::WHOLE;
 
-/// Formats whose bytes are colours as a screen takes them. Pixels are copied, so that it does
-/// not matter to them whether drawing encodes.
+/// Supported formats. Pixels are copied as bytes in the screen's encoding, whether or not the format
+/// encodes colours that are drawn.
 const FORMATS: [vk::Format; 4] =
     [vk::Format::B8G8R8A8_UNORM, vk::Format::R8G8B8A8_UNORM, vk::Format::B8G8R8A8_SRGB, vk::Format::R8G8B8A8_SRGB];
 
 pub(super) struct Swapchain {
     pub extent: vk::Extent2D,
-    /// Draws above what was copied.
+    /// Render pass that draws above the copied pixels.
     pub pass: vk::RenderPass,
     format: vk::SurfaceFormatKHR,
     mode: vk::PresentModeKHR,
@@ -27,12 +27,12 @@ pub(super) struct Swapchain {
     device: Arc<DeviceShared>,
 }
 
-/// One of the images.
+/// An image of the swapchain.
 struct Target {
     image: vk::Image,
     view: vk::ImageView,
     framebuffer: vk::Framebuffer,
-    /// Signalled when it can be shown.
+    /// Signalled when the image is ready to be shown.
     drawn: vk::Semaphore,
 }
 
@@ -70,7 +70,7 @@ impl Swapchain {
         Ok(swapchain)
     }
 
-    /// Makes the images again. The frame before must have finished.
+    /// Creates the images again for the window's size. The last frame must have finished.
     pub fn resize(&mut self, surface: &Surface, size: [u32; 2]) -> Result<()> {
         // SAFETY: device and surface are of one instance; one thread uses the device.
         let capabilities = unsafe {
@@ -143,7 +143,7 @@ impl Swapchain {
         Ok(())
     }
 
-    /// Whether drawing, other than copying, takes linear colours.
+    /// Returns whether colours that are drawn must be linear.
     pub fn encodes_srgb(&self) -> bool {
         FORMATS[2..].contains(&self.format.format)
     }
@@ -160,7 +160,8 @@ impl Swapchain {
         self.targets[index as usize].drawn
     }
 
-    /// The next image, once the semaphore is signalled; none if the window has changed.
+    /// Returns the index of the next image, which is free once the semaphore is signalled; `None` if the
+    /// window has changed.
     pub fn acquire(&self, acquired: vk::Semaphore) -> Result<Option<u32>> {
         // SAFETY: no frame is in flight, so the semaphore is free.
         match unsafe { self.loader.acquire_next_image(self.handle, u64::MAX, acquired, vk::Fence::null()) } {
@@ -170,7 +171,7 @@ impl Swapchain {
         }
     }
 
-    /// Shows an image that was drawn; false if the window has changed too much for that.
+    /// Shows an image that was drawn. Returns false if the window has changed too much.
     pub fn present(&self, index: u32) -> Result<bool> {
         let (handles, indices, drawn) = ([self.handle], [index], [self.drawn(index)]);
         let present =
@@ -184,7 +185,7 @@ impl Swapchain {
         }
     }
 
-    /// Begins to draw above what was copied to an image.
+    /// Begins the render pass on an image.
     pub fn begin_pass(&self, commands: vk::CommandBuffer, index: u32) {
         let begin = vk::RenderPassBeginInfo::default()
             .render_pass(self.pass)
@@ -217,7 +218,7 @@ impl Drop for Swapchain {
     }
 }
 
-/// The window's size, where the system says it, else what was asked for.
+/// Returns the window's size where the system tells it, else `size` within the limits.
 fn extent(capabilities: &vk::SurfaceCapabilitiesKHR, [width, height]: [u32; 2]) -> vk::Extent2D {
     let vk::SurfaceCapabilitiesKHR { current_extent, min_image_extent, max_image_extent, .. } = capabilities;
     if current_extent.width != u32::MAX {
@@ -235,7 +236,7 @@ fn composite_alpha(supported: vk::CompositeAlphaFlagsKHR) -> vk::CompositeAlphaF
     if supported.contains(opaque) { opaque } else { vk::CompositeAlphaFlagsKHR::INHERIT }
 }
 
-/// A pass that keeps what was copied and leaves an image that can be shown.
+/// Creates a render pass that keeps the copied pixels and leaves the image ready to be shown.
 fn render_pass(device: &DeviceShared, format: vk::Format) -> Result<vk::RenderPass> {
     let attachments = [vk::AttachmentDescription::default()
         .format(format)

@@ -1,5 +1,5 @@
-//! Image files to images. A file is foreign: whatever it holds ends in an image or
-//! in an error, and never takes much more memory than the image it claims to be.
+//! Reads image files. A file is not trusted: any bytes give an image or an error, and take no more memory
+//! than a budget allows.
 
 mod exr;
 mod hdr;
@@ -18,7 +18,7 @@ use crate::image::film::Image;
 /// The extensions that [`read`] accepts.
 pub const READABLE_EXTENSIONS: &str = ".exr, .hdr, .jpg, .pfm, .png and .tga";
 
-/// One format's source to an image, or what is wrong with it.
+/// Decodes a file of one format. An error says what is wrong with it.
 type Decode = fn(&Source) -> Result<Layers, String>;
 
 /// Reads an image as linear RGB in the primaries of sRGB.
@@ -38,13 +38,12 @@ pub fn read(path: &Path) -> Result<Image, ImageError> {
     read_layers(path, Transfer::Srgb, Use::Light, &Budget::default()).map(|layers| layers.image)
 }
 
-/// As [`read`], with alpha, and with a transfer function of whole numbers, which alpha has, too.
-/// What the image holds is taken from a budget.
+/// Reads an image with its alpha. `transfer` is the transfer function of whole numbers, alpha included. The
+/// memory of the image is taken from `budget`.
 ///
-/// Of an EXR it is the first part that has the channels R, G and B, or else X, Y and Z (CIE XYZ,
-/// which is converted as it is), or those of the only layer that has R, G and B, as in
-/// `beauty.R`, or Y, or a single channel of any name, which becomes grey. Its `chromaticities`
-/// are those of R, G and B.
+/// Of an EXR it reads the first part with the channels R, G and B. Without one it reads X, Y and Z (CIE
+/// XYZ), or Y as grey, or R, G and B of the only layer that has them, as in `beauty.R`, or the only
+/// channel, of any name, as grey. `chromaticities` apply to R, G and B.
 ///
 /// # Errors
 /// As [`read`].
@@ -90,7 +89,7 @@ fn decode_integers(source: &Source, format: ImageFormat) -> Result<Layers, Strin
     })
 }
 
-/// Colour and alpha of pixels.
+/// Returns colour and alpha of each pixel.
 fn split_alpha<T: Copy>(
     samples: &[T],
     has_alpha: bool,
@@ -101,8 +100,8 @@ fn split_alpha<T: Copy>(
     (colors, has_alpha.then(|| pixels.map(|pixel| decode(pixel[3])).collect()))
 }
 
-/// PFM: `PF` or `Pf`, width, height and scale as text, each ended by one white
-/// space; then floats, the bottom row first. A negative scale means little-endian.
+/// Decodes a PFM: `PF` or `Pf`, width, height and scale as text, each followed by one white space; then
+/// floats, the bottom row first. A negative scale means little-endian.
 fn decode_pfm(source: &Source) -> Result<Image, String> {
     let mut rest = source.bytes;
     let channels = match pfm_word(&mut rest)? {
@@ -138,7 +137,7 @@ fn decode_pfm(source: &Source) -> Result<Image, String> {
     Image::from_pixels(width, height, pixels).map_err(|error| error.to_string())
 }
 
-/// Takes one word and the single white space that ends it.
+/// Takes one word and the white space after it.
 fn pfm_word<'a>(rest: &mut &'a [u8]) -> Result<&'a str, String> {
     const LONGEST: usize = 64;
     let start = rest.iter().take_while(|byte| byte.is_ascii_whitespace());

@@ -2,21 +2,21 @@
 
 use std::time::Duration;
 
-/// What a user wants.
+/// The goal of a render.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Goal {
-    /// The least error after so many seconds of iterations.
+    /// The least error after this number of seconds of iterations.
     Time(f64),
-    /// A relative error, as soon as possible.
+    /// This relative error in the least time.
     Error(f64),
 }
 
-/// How long a probe is.
+/// The length of a probe.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Length {
-    /// About so long in all.
+    /// About this time in all.
     Time(Duration),
-    /// Iterations of each of its renders, an even number from 2. What is expected of settings does
-    /// not depend on how fast the device is, then.
+    /// Iterations of each of its renders: an even number of at least 2. Predictions of errors then do not
+    /// depend on the speed of the device.
     Iterations(u32),
 }

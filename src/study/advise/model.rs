@@ -1,11 +1,11 @@
-//! What the error of an image is made of, and how it falls.
+//! A model of the parts of an image's error, and of how they fall with iterations.
 
 use serde::Serialize;
 
 use super::goal::Goal;
 use crate::render::radius::GlobalShrink;
 
-/// Settings, relative to those of the probe.
+/// Settings that can be advised.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Choice {
     /// Eye paths of a pixel and iteration.
@@ -17,10 +17,10 @@ pub struct Choice {
 }
 
 impl Choice {
-    /// What goblet does where nobody says anything.
+    /// The default settings.
     pub const DEFAULT: Self = Self { eye_paths: crate::render::options::DEFAULT_EYE_PATHS, radius: 1.0, photons: 1.0 };
 
-    /// All that are considered.
+    /// Returns all choices that are considered.
     pub fn all() -> impl Iterator<Item = Self> {
         let radii = [0.5, 0.7, 1.0, 1.4, 2.0];
         let photons = [0.25, 0.5, 1.0, 2.0, 4.0];
@@ -30,29 +30,29 @@ impl Choice {
     }
 }
 
-/// Shares of the squared error, or the squares themselves.
+/// The parts of the squared relative error: absolute, or as shares that add up to 1.
 #[derive(Clone, Copy, Debug, Default, Serialize)]
 pub struct Parts {
     /// Noise of eye paths: direct light and edges.
     pub eye: f64,
     /// Noise of photons.
     pub photons: f64,
-    /// Blur, where photons are gathered from too far.
+    /// Blur: the bias from gathering photons on discs.
     pub blur: f64,
 }
 
-/// What to expect of settings.
+/// A prediction for settings.
 #[derive(Clone, Copy, Debug, Serialize)]
 pub struct Expected {
-    /// To be rendered.
+    /// Number of iterations.
     pub iterations: u32,
     /// Seconds of iterations.
     pub seconds: f64,
-    /// The root mean square over pixels of the error over the luminance, of noise and blur;
-    /// dark pixels count as in [`crate::image::estimate::Estimate::relative_error`], and the 0.1 % worst
-    /// are left out, as in [`crate::image::compare::Gates`].
+    /// Root mean square over pixels of the error over the luminance, noise and blur together. Dark
+    /// pixels count as in [`crate::image::estimate::Estimate::relative_error`], and the 0.1 % worst
+    /// pixels are left out, as in [`crate::image::compare::Gates`].
     pub error: f64,
-    /// Shares of the squared error.
+    /// The parts as shares of the squared error.
     pub parts: Parts,
 }
 
@@ -62,51 +62,52 @@ impl Parts {
     }
 }
 
-/// Fitted to a probe. Squared errors are relative, of an image of one iteration with the
-/// default settings.
+/// A model that is fitted to a probe. Its squared errors are relative, and those of an image of one
+/// iteration with the default settings.
 #[derive(Clone, Copy, Debug)]
 pub struct Model {
-    /// Share of photons kept.
+    /// Share of new photons that is kept while the radius shrinks.
     pub alpha: f64,
-    /// Noise that more eye paths an iteration would divide, with the default number.
+    /// Squared noise that falls as 1 / (eye paths of an iteration), at the default number of these.
     pub eye: f64,
-    /// Noise that only more iterations divide.
+    /// Squared noise that falls with iterations only.
     pub iteration: f64,
-    /// Noise of photons, which is as 1 / r² and 1 / photons.
+    /// Squared noise of photons, in proportion to 1 / r² and 1 / photons.
     pub photons: f64,
-    /// Root of the squared blur.
+    /// Blur: the root of its square.
     pub blur: f64,
-    /// It is as r to this power: 2 inside of smooth light, 1/2 where all of it is at edges.
+    /// Blur is in proportion to r to this power: 2 in smooth light, 1/2 if all blur is at edges.
     pub blur_power: f64,
     /// Seconds of an iteration.
     pub seconds: Seconds,
 }
 
-/// Of an iteration with the default settings.
+/// Seconds of an iteration with the default settings.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Seconds {
-    /// Of one eye path for each pixel.
+    /// For one eye path of each pixel.
     pub eye_path: f64,
     /// In proportion to photons.
     pub photons: f64,
     /// In proportion to photons and to the area of discs.
     pub gather: f64,
-    /// Whatever the settings.
+    /// Independent of the settings.
     pub rest: f64,
 }
 
-/// Iterations, at most.
+/// The largest number of iterations that is predicted.
 const MOST: u32 = 1 << 30;
 
-/// Sums over iterations of powers of the radius: as progressive photon mapping shrinks it, the
-/// noise of an image adds up (Knaus and Zwicker 2011, section 4).
+/// Sums over iterations of powers of the radius, which shrinks: noise and blur of an image are in
+/// proportion to them (Knaus and Zwicker 2011, section 4).
 struct Sums {
     noise: f64,
     blur: f64,
 }
 
 impl Sums {
-    /// Over `n` iterations, with squared radii of so many times the first; long ones by steps.
+    /// Sums over `n` iterations, with the radius of the first as unit. Beyond a number of iterations the
+    /// sum is approximated by an integral.
     fn new(alpha: f64, blur_power: f64, n: u32) -> Self {
         /// Iterations that are summed one by one.
         const EXACT: u32 = 4096;
@@ -118,7 +119,7 @@ impl Sums {
             sums.blur += area.powf(0.5 * blur_power);
         }
         if n > EXACT {
-            // From there the area is as i^(α - 1): an integral.
+            // From there on the area is in proportion to i^(α - 1).
             let area = shrink.at((EXACT - 1).into());
             let [from, to] = [EXACT, n].map(f64::from);
             let integral = |power: f64| from * ((to / from).powf(power + 1.0) - 1.0) / (power + 1.0);
@@ -130,7 +131,7 @@ impl Sums {
 }
 
 impl Model {
-    /// Squared error after `n` iterations, by parts.
+    /// Returns the parts of the squared error after `n` iterations.
     pub fn parts(&self, choice: Choice, n: u32) -> Parts {
         let sums = Sums::new(self.alpha, self.blur_power, n);
         let count = f64::from(n);
@@ -142,13 +143,13 @@ impl Model {
         }
     }
 
-    /// Seconds of an iteration.
+    /// Returns the seconds of an iteration.
     pub fn seconds_of(&self, choice: Choice) -> f64 {
         let Seconds { eye_path, photons, gather, rest } = self.seconds;
         f64::from(choice.eye_paths) * eye_path + choice.photons * (photons + choice.radius.powi(2) * gather) + rest
     }
 
-    /// When the goal is reached, or what is reached by then.
+    /// Predicts error and time at the iteration that reaches a goal.
     pub fn expect(&self, choice: Choice, goal: Goal) -> Expected {
         let iterations = match goal {
             Goal::Time(seconds) => (seconds / self.seconds_of(choice)).ceil().clamp(1.0, f64::from(MOST)) as u32,
@@ -157,7 +158,7 @@ impl Model {
         self.after(choice, iterations)
     }
 
-    /// What is reached by some iterations.
+    /// Predicts error and time after this number of iterations.
     pub fn after(&self, choice: Choice, iterations: u32) -> Expected {
         let parts = self.parts(choice, iterations);
         let sum = parts.sum();
@@ -166,7 +167,8 @@ impl Model {
         Expected { iterations, seconds: f64::from(iterations) * self.seconds_of(choice), error: sum.sqrt(), parts }
     }
 
-    /// By bisection: more iterations never have more error.
+    /// Returns the least number of iterations with an error of at most `error`, by bisection: the error
+    /// never grows with iterations.
     fn iterations_for(&self, choice: Choice, error: f64) -> u32 {
         let reached = |n: u32| self.parts(choice, n).sum() <= error * error;
         let (mut too_few, mut enough) = (0, 1);

@@ -1,4 +1,4 @@
-//! Short renders that a model is fitted to.
+//! Short renders to which a model is fitted.
 
 use std::collections::BTreeMap;
 use std::rc::Rc;
@@ -14,20 +14,20 @@ use crate::render::options::Options;
 use crate::render::renderer::Renderer;
 use crate::scene::Scene;
 
-/// Four renders of equal length give a model, and one that is so much longer corrects it.
+/// Four renders of equal length give a model; one that is longer by this factor corrects it.
 const LONGER: u32 = 3;
-/// The lengths of all.
+/// Sum of the lengths of all five, in lengths of a short one.
 const SHARES: u32 = 4 + LONGER;
-/// Iterations of each: two halves have at least one.
+/// Least number of iterations of each: one in each half.
 const LEAST: u32 = 2;
 const MOST: u32 = 64;
-/// Kernels whose time is in proportion to photons; gathering is told by its radii.
+/// Kernels whose time is in proportion to photons. The time to gather follows from its radii instead.
 const OF_PHOTONS: [&str; 4] = ["photon", "grid_count", "grid_reserve", "grid_fill"];
 
-/// Where a probe cannot tell: edges and smooth light have part in it.
+/// The power of blur where a probe cannot measure it: between edges (1/2) and smooth light (2).
 const USUAL_BLUR_POWER: f64 = 1.0;
 
-/// Where and what to probe.
+/// A probe of a scene on a device.
 pub struct Probe<'a> {
     device: &'a Rc<Device>,
     scene: &'a Scene,
@@ -37,34 +37,35 @@ pub struct Probe<'a> {
     /// Luminance of each pixel, summed over the iterations of all shots.
     luminances: Vec<f64>,
     iterations: u32,
-    /// What squared errors are divided by, as far as is known.
+    /// Divisors of the squared errors: squared luminances, as far as they are known.
     weights: Vec<f64>,
 }
 
 /// A short render.
 struct Shot {
     iterations: u32,
-    /// Luminance of each pixel by each half.
+    /// Luminance of each pixel in each half of the iterations.
     halves: Vec<[f64; 2]>,
-    /// Of an iteration: all, and of kernels whose time is in proportion to photons.
+    /// Seconds of an iteration: of all of it, and of the kernels of [`OF_PHOTONS`].
     seconds: f64,
     photon_seconds: f64,
 }
 
-/// A square that noise may make negative.
+/// An estimate of a square, which noise may make negative.
 struct Estimated {
     square: f64,
-    /// Of that.
+    /// Standard deviation of `square`.
     deviation: f64,
 }
 
 impl Estimated {
-    /// What it hardly exceeds: wide discs must not look good for blur that noise hides.
+    /// Returns an upper bound of the square, two deviations above it: wide discs must not look good
+    /// because noise hides their blur.
     fn at_most(&self) -> f64 {
         self.square.max(0.0) + 2.0 * self.deviation
     }
 
-    /// If it is surely more than noise.
+    /// Returns the root, if the square is three deviations above 0.
     fn root(&self) -> Option<f64> {
         (self.square > 3.0 * self.deviation).then(|| self.square.sqrt())
     }
@@ -75,12 +76,12 @@ impl<'a> Probe<'a> {
         Self { device, scene, base, length, start: Instant::now(), luminances: vec![], iterations: 0, weights: vec![] }
     }
 
-    /// Since it was begun.
+    /// Returns the seconds since the probe was begun.
     pub fn seconds(&self) -> f64 {
         self.start.elapsed().as_secs_f64()
     }
 
-    /// Options of `goblet render` for a choice; those that are as by default are left out.
+    /// Returns the options of `goblet render` for a choice. Those that have their defaults stay unset.
     pub fn options(&self, choice: Choice) -> Options {
         let mut options = self.base.clone();
         if choice.eye_paths != Choice::DEFAULT.eye_paths {
@@ -107,14 +108,14 @@ impl<'a> Probe<'a> {
         self.scene.integrator.photons_per_iteration.unwrap_or(pixels)
     }
 
-    /// Renders what a model needs, and fits it.
+    /// Renders four short images, and fits a model to them.
     pub fn model(&mut self) -> Result<Model, RenderError> {
         let at = |radius| Choice { radius, ..Choice::DEFAULT };
         let (iterations, share) = match self.length {
             Length::Time(time) => (LEAST..=MOST, time / SHARES),
             Length::Iterations(count) => (count..=count, Duration::MAX),
         };
-        // The same random numbers throughout: what differs is what the settings make of them.
+        // All have the same random numbers, so that images differ by the settings only.
         let wide = self.shoot(at(2.0), iterations, share)?;
         let same = wide.iterations..=wide.iterations;
         let usual = self.shoot(at(1.0), same.clone(), share)?;
@@ -126,14 +127,14 @@ impl<'a> Probe<'a> {
     fn fit(&self, [wide, usual, narrow]: [&Shot; 3], few: &Shot) -> Model {
         let n = f64::from(wide.iterations);
         let alpha = self.base.alpha.unwrap_or(crate::render::options::DEFAULT_ALPHA);
-        // Noise is a + v / r²: of the same eye paths, so that differences are of photons alone.
+        // Noise is a + v / r². Eye paths are the same at all radii, so that differences are noise of photons.
         let [noise_wide, noise, noise_narrow] = [wide, usual, narrow].map(|shot| self.noise(shot));
         let photons = ((noise_narrow - noise_wide) / (4.0 - 0.25)).clamp(0.0, noise_narrow / 4.0);
         let rest = ((noise_wide + noise + noise_narrow - 5.25 * photons) / 3.0).max(0.0);
         let eye_paths = f64::from(Choice::DEFAULT.eye_paths);
         let eye = ((self.noise(few) - noise) / (eye_paths - 1.0)).clamp(0.0, rest);
 
-        // Blur is b r^k, whose differences between radii the halves tell.
+        // Blur is b r^k. Its differences between radii follow from the halves.
         let [outer, inner] = [self.blur(wide, usual), self.blur(usual, narrow)];
         let blur_power = match (outer.root(), inner.root()) {
             (Some(outer), Some(inner)) => (outer / inner).log2().clamp(0.5, 2.0),
@@ -162,8 +163,8 @@ impl<'a> Probe<'a> {
         }
     }
 
-    /// Renders a choice for a moment: how noisy it is and how long an iteration takes is then
-    /// measured, and the rest remains the model's.
+    /// Renders a choice for a short time, and returns the model with the noise and the time of an iteration
+    /// that were measured.
     pub fn correct(&mut self, model: &Model, choice: Choice) -> Result<Model, RenderError> {
         let (iterations, left) = match self.length {
             Length::Time(time) => {
@@ -192,8 +193,8 @@ impl<'a> Probe<'a> {
         })
     }
 
-    /// Errors are divided by luminances, which the noise of so few iterations must not make too
-    /// dark: they are of all shots, and of the pixels around.
+    /// Updates the weights. Errors are divided by luminances; the noise of few iterations would make some
+    /// too dark, so each luminance is the mean over all shots and over the pixels around.
     fn learn(&mut self, halves: &[[f64; 2]], iterations: u32, width: usize) {
         self.luminances.resize(halves.len(), 0.0);
         for (sum, [a, b]) in self.luminances.iter_mut().zip(halves) {
@@ -206,14 +207,14 @@ impl<'a> Probe<'a> {
         self.weights = blurred.into_iter().map(|sum| mean(sum).powi(2) + floor).collect();
     }
 
-    /// Squared noise of an image: that of the mean of two halves.
+    /// Returns the squared noise of an image: that of the mean of its two halves.
     fn noise(&self, shot: &Shot) -> f64 {
         let squares = shot.halves.iter().zip(&self.weights).map(|([a, b], weight)| (a - b).powi(2) / (4.0 * weight));
         trimmed_mean(squares.collect())
     }
 
-    /// Squared difference of what two images would be without noise. The halves of an image
-    /// are independent, so that the mean of a product has none.
+    /// Estimates the squared difference of two images without their noise. The halves of an image are
+    /// independent, so that noise does not contribute to the mean of a product.
     fn blur(&self, a: &Shot, b: &Shot) -> Estimated {
         let products = a.halves.iter().zip(&b.halves).map(|(a, b)| (a[0] - b[0]) * (a[1] - b[1]));
         let products: Vec<f64> = products.zip(&self.weights).map(|(product, weight)| product / weight).collect();
@@ -221,7 +222,7 @@ impl<'a> Probe<'a> {
         Estimated { deviation: (variance / products.len() as f64).sqrt(), square: trimmed_mean(products) }
     }
 
-    /// Renders for a time, within bounds of the number of iterations, which is made even.
+    /// Renders for a time, with a number of iterations in a range, made even.
     fn shoot(
         &mut self,
         choice: Choice,
@@ -255,9 +256,9 @@ impl<'a> Probe<'a> {
     }
 }
 
-/// The mean over a square of 5 x 5 pixels, as far as it is on the image.
+/// Returns the mean over a square of 5 x 5 pixels around each, without those outside of the image.
 fn blurred(image: &[f64], width: usize) -> Vec<f64> {
-    /// Along lines whose pixels are `step` apart.
+    /// Returns the mean over 5 pixels of a line around each; pixels of a line are `step` apart.
     fn along(image: &[f64], length: usize, place: impl Fn(usize) -> usize, step: usize) -> Vec<f64> {
         let at = |i: usize| {
             let p = place(i);
@@ -271,8 +272,8 @@ fn blurred(image: &[f64], width: usize) -> Vec<f64> {
     along(&rows, image.len() / width, |i| i / width, width)
 }
 
-/// Without the 0.1 % of the largest size, as errors are compared: a few pixels may have half
-/// of an error, and nobody can tell which will be hit.
+/// Returns the mean without the 0.1 % of the values that are largest in magnitude, as comparisons of
+/// images leave them out: a few pixels can have half of an error, and which ones is chance.
 fn trimmed_mean(mut values: Vec<f64>) -> f64 {
     let left_out = values.len() / 1000;
     if left_out > 0 {
@@ -282,7 +283,7 @@ fn trimmed_mean(mut values: Vec<f64>) -> f64 {
     kept.iter().sum::<f64>() / kept.len().max(1) as f64
 }
 
-/// So that commands are short.
+/// Rounds to three significant figures, so that commands are short.
 fn three_figures(value: f64) -> f64 {
     format!("{value:.2e}").parse().unwrap_or(value)
 }

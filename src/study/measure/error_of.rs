@@ -1,4 +1,4 @@
-//! How far an image is from the reference: numbers, and what bias and noise are made of.
+//! The error of an image against a reference, and the sums from which bias and noise follow.
 
 use std::borrow::Cow;
 
@@ -9,7 +9,7 @@ use serde::Serialize;
 use crate::image::compare::{DARK_SQUARE, SizeMismatch, compare, difference_image};
 use crate::image::film::{self, Image};
 
-/// How far one image is from the reference.
+/// The error of one image against the reference.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct ErrorOf {
     /// [`crate::image::compare::Comparison::relmse`].
@@ -18,32 +18,32 @@ pub struct ErrorOf {
     pub relmse_trimmed: f64,
     /// [`crate::image::compare::Comparison::energy_ratio`].
     pub energy_ratio: f64,
-    /// What a person notices of it, 0 to 1: the mean of LDR-FLIP (Andersson and others 2020)
-    /// over the pictures as PNG shows them, at 67 pixels a degree.
+    /// Perceived difference, 0 to 1: the mean of LDR-FLIP (Andersson and others 2020) over the images as
+    /// PNG shows them, at 67 pixels a degree.
     pub flip: f64,
 }
 
 /// The image that is taken to be right.
 pub struct Reference {
     image: Image,
-    /// What FLIP compares to.
+    /// The image as 8-bit sRGB, to which FLIP compares.
     picture: Vec<u8>,
-    /// Whether images of other sizes are resampled, as a screen would to show them as large.
+    /// Whether images of other sizes are resampled to this one's size.
     resample: bool,
 }
 
 impl Reference {
-    /// Where `resample` is not set, images of other sizes are errors.
+    /// Creates a reference. Without `resample`, images of other sizes are errors.
     pub fn new(image: Image, resample: bool) -> Self {
         Self { picture: film::picture(&image), image, resample }
     }
 
-    /// How many there are.
+    /// Returns the number of pixels.
     pub fn pixels(&self) -> usize {
         self.image.pixels.len()
     }
 
-    /// Width and height.
+    /// Returns width and height in pixels.
     pub fn resolution(&self) -> [u32; 2] {
         [self.image.width, self.image.height]
     }
@@ -69,7 +69,8 @@ impl Reference {
         })
     }
 
-    /// Adds each pixel's difference, over the root of what its square is divided by in relMSE.
+    /// Adds each pixel's difference from the reference to `sums`, divided by √(r² + 0.01): its square is
+    /// the pixel's term of relMSE.
     ///
     /// # Errors
     /// The image has another size.
@@ -84,13 +85,13 @@ impl Reference {
         Ok(())
     }
 
-    /// relMSE of the mean of so many images, from the sums of their differences.
+    /// Returns the relMSE of the mean of `images` images, from the sums of their differences.
     pub fn squared_mean(&self, sums: &[[f32; 3]], images: usize) -> f64 {
         let squares = sums.iter().flatten().map(|sum| (f64::from(*sum) / images as f64).powi(2));
         squares.sum::<f64>() / (3 * sums.len()) as f64
     }
 
-    /// [`difference_image`], of the reference's size.
+    /// Returns [`difference_image`] in the reference's size.
     ///
     /// # Errors
     /// The image has another size.

@@ -1,5 +1,4 @@
-//! The plots of a report, as SVG. Black and white stand for the page's own colours, which
-//! its style sheet puts in their place.
+//! The plots of a report, as SVG. The style sheet of the page replaces black and white by its own colours.
 
 use std::error::Error;
 use std::ops::Range;
@@ -13,15 +12,15 @@ type Result<T> = std::result::Result<T, Box<dyn Error>>;
 
 const SIZE: (u32, u32) = (620, 400);
 
-/// A plot and what it is called.
+/// A plot with its title.
 pub struct Plot {
-    /// What it shows; also its title.
+    /// The title.
     pub title: &'static str,
     /// An `svg` element.
     pub svg: String,
 }
 
-/// Every plot that the results have data for.
+/// Returns every plot for which the results have data.
 ///
 /// # Errors
 /// The backend fails; SVG does not.
@@ -47,7 +46,7 @@ pub fn plots(results: &Results) -> Result<Vec<Plot>> {
     Ok(plots)
 }
 
-/// The kernels that took time, the slowest over all settings first.
+/// Returns the names of the kernels, the slowest over all settings first.
 pub fn passes(results: &Results) -> Vec<&'static str> {
     let mut totals = std::collections::BTreeMap::new();
     for (name, seconds) in results.settings.iter().flat_map(|setting| &setting.passes) {
@@ -58,12 +57,12 @@ pub fn passes(results: &Results) -> Vec<&'static str> {
     names.into_iter().map(|(name, _)| name).collect()
 }
 
-/// The colour of a setting, or of a pass.
+/// Returns the colour of a setting or of a pass.
 pub fn color(index: usize) -> RGBColor {
     COLORS[index % COLORS.len()]
 }
 
-/// A curve for each setting; what cannot be on a logarithmic axis is left out.
+/// Returns a curve for each setting, without the points that a logarithmic axis cannot show.
 fn all(results: &Results, x: &dyn Fn(&Point) -> f64, y: &dyn Fn(&Point) -> Option<f64>) -> Vec<Curve> {
     let curve = |(i, setting): (usize, &Measured)| {
         let points = setting.points.iter().filter_map(|point| Some((x(point), y(point)?)));
@@ -73,7 +72,7 @@ fn all(results: &Results, x: &dyn Fn(&Point) -> f64, y: &dyn Fn(&Point) -> Optio
     results.settings.iter().enumerate().map(curve).collect()
 }
 
-/// All points, and a line through those that none beats.
+/// Returns all points, and a line through those of the Pareto front.
 fn front(results: &Results) -> Vec<Curve> {
     let alone =
         |curve: Curve| curve.points.clone().into_iter().map(move |at| Curve { points: vec![at], ..curve.clone() });
@@ -89,7 +88,7 @@ fn front(results: &Results) -> Vec<Curve> {
     curves
 }
 
-/// Nothing where there is no point.
+/// Draws curves; `None` if they have no point.
 fn lines(title: &'static str, x_label: &str, curves: &[Curve]) -> Result<Option<Plot>> {
     let points = || curves.iter().flat_map(|curve| &curve.points);
     if points().next().is_none() {
@@ -105,14 +104,14 @@ fn lines(title: &'static str, x_label: &str, curves: &[Curve]) -> Result<Option<
     Ok(Some(Plot { title, svg }))
 }
 
-/// A range with some room, half a decade wide at least.
+/// Returns a range of values with a margin, at least half a decade wide.
 fn around(values: impl Iterator<Item = f64>) -> Range<f64> {
     let (least, most) = values.fold((f64::INFINITY, 0.0_f64), |(least, most), v| (least.min(v), most.max(v)));
     let room = (3.2 * least / most).sqrt().max(1.15);
     least / room..most * room
 }
 
-/// A bar for each setting, of what its passes take an iteration.
+/// Draws a bar for each setting: the times of its passes in an iteration.
 fn stack(results: &Results) -> Result<Plot> {
     let title = "Time of an iteration by pass, milliseconds";
     let settings = &results.settings;

@@ -1,4 +1,4 @@
-//! What was measured, as `results.json` and `results.csv` have it.
+//! The results of a measurement, as `results.json` and `results.csv` hold them.
 
 use std::collections::BTreeMap;
 use std::error::Error;
@@ -9,118 +9,117 @@ use super::knob::Setting;
 use super::trajectory::Trajectory;
 use crate::study::machine::Machine;
 
-/// What the errors are against.
+/// The reference of the errors.
 #[derive(Clone, Debug, Serialize)]
 pub struct Source {
     /// The file.
     pub path: String,
     /// Width and height in pixels.
     pub resolution: [u32; 2],
-    /// Iterations of goblet's own reference; null for one that was given. Its own noise and
-    /// blur then are not in the errors.
+    /// Iterations of a reference that goblet has rendered itself; null for one that was given.
     pub own_iterations: Option<u32>,
-    /// The estimated relative error of goblet's own reference, of noise.
+    /// Estimated relative error from noise of a reference that goblet has rendered itself.
     pub own_relative_error: Option<f64>,
 }
 
-/// What holds for all settings.
+/// The conditions that all settings have in common.
 #[derive(Clone, Debug, Serialize)]
 pub struct Conditions {
-    /// Device, driver, commit.
+    /// Device, driver, commit, date.
     pub machine: Machine,
     /// The command line.
     pub command: String,
     /// The scene's file.
     pub scene: String,
-    /// What is right.
+    /// The image that counts as correct.
     pub reference: Source,
     /// Seconds for each setting, in the first turn.
     pub budget: f64,
-    /// Turns, with a seed each.
+    /// Number of turns, each with another seed.
     pub repeat: u32,
 }
 
 /// The contents of `results.json`.
 #[derive(Clone, Debug, Serialize)]
 pub struct Results {
-    /// What holds for all settings.
+    /// The conditions that all settings have in common.
     #[serde(flatten)]
     pub conditions: Conditions,
     /// In the order of the command line.
     pub settings: Vec<Measured>,
 }
 
-/// One way to render.
+/// The results of one setting.
 #[derive(Clone, Debug, Serialize)]
 pub struct Measured {
-    /// For people.
+    /// Its name in reports.
     pub label: String,
-    /// As they are written.
+    /// The values that are varied, as the command line has them.
     pub knobs: BTreeMap<&'static str, String>,
-    /// What is rendered so.
+    /// All options, as `goblet render` takes them.
     pub options: String,
-    /// To build the hierarchy, upload and compile; the mean over turns.
+    /// Seconds to build the hierarchy, upload it and compile the kernels; mean over turns.
     pub start_seconds: f64,
-    /// While it rendered.
+    /// Device memory that the render holds.
     pub device_memory_bytes: u64,
-    /// Seconds of the device an iteration, by kernel; the mean over turns.
+    /// Seconds of the device for an iteration, by kernel; mean over turns.
     pub passes: BTreeMap<&'static str, f64>,
     /// In the order of iterations.
     pub points: Vec<Point>,
-    /// Whether no setting has less error at one of these points' times.
+    /// Whether one of its points is on the Pareto front.
     pub on_front: bool,
 }
 
 /// The image of a setting at one iteration: means over turns.
 #[derive(Clone, Debug, Serialize)]
 pub struct Point {
-    /// So far.
+    /// Number of iterations.
     pub iterations: u32,
-    /// So far.
+    /// Photons emitted by these iterations.
     pub photons: u64,
-    /// Of iterations alone.
+    /// Seconds of iterations, without start and measuring.
     pub seconds: f64,
     /// Mean over pixels and channels of (x - r)² / (r² + 0.01).
     pub relmse: f64,
-    /// Without the 0.1 % worst pixels.
+    /// relMSE without the 0.1 % worst pixels.
     pub relmse_trimmed: f64,
-    /// Mean of the image over that of the reference.
+    /// Mean of the image over the mean of the reference.
     pub energy_ratio: f64,
     /// Mean of LDR-FLIP.
     pub flip: f64,
-    /// Null for a single turn.
+    /// relMSE as a sum of bias and noise; null for a single turn.
     pub separated: Option<Bias>,
-    /// Whether no setting has less error in less time.
+    /// Whether no point of any setting has less error in less time: the Pareto front.
     pub on_front: bool,
-    /// The same of each turn.
+    /// The values of each turn.
     pub runs: Vec<Run>,
 }
 
-/// relMSE is the sum of both. From so many turns; the noise of the reference counts as bias.
+/// The parts of relMSE, estimated from several turns. The noise of the reference counts as bias.
 #[derive(Clone, Copy, Debug, Serialize)]
 pub struct Bias {
-    /// What remains however many images are averaged. Below 0 by chance only.
+    /// relMSE of the mean of infinitely many images. An estimate can be below 0.
     pub bias: f64,
-    /// What differs from seed to seed.
+    /// Mean squared difference of an image from that mean.
     pub noise: f64,
 }
 
-/// One turn.
+/// The error at a point in one turn.
 #[derive(Clone, Debug, Serialize)]
 pub struct Run {
-    /// Of iterations alone.
+    /// As [`Point::seconds`].
     pub seconds: f64,
-    /// As above.
+    /// As [`Point::relmse`].
     pub relmse: f64,
-    /// As above.
+    /// As [`Point::energy_ratio`].
     pub energy_ratio: f64,
-    /// As above.
+    /// As [`Point::flip`].
     pub flip: f64,
 }
 
 impl Bias {
-    /// Of `images` with a mean relMSE, and the relMSE of their mean: that has all of the bias
-    /// and 1 / `images` of the noise.
+    /// Separates the mean relMSE of `images` images by the relMSE of their mean, which has all of the bias
+    /// and 1 / `images` of the noise. `None` for a single image.
     pub fn new(relmse: f64, of_mean: f64, images: usize) -> Option<Self> {
         let images = images as f64;
         let noise = (relmse - of_mean) * images / (images - 1.0);
@@ -129,7 +128,7 @@ impl Bias {
 }
 
 impl Measured {
-    /// Of the runs of a setting, and of the relMSE of their mean at each point.
+    /// Summarises the runs of a setting; `of_means` has the relMSE of their mean image at each point.
     pub fn new(setting: &Setting, runs: &[Trajectory], of_means: &[f64]) -> Self {
         let mean = |values: &mut dyn Iterator<Item = f64>| values.sum::<f64>() / runs.len() as f64;
         let points = runs.first().map_or(0, |run| run.steps.len());
@@ -176,7 +175,7 @@ impl Run {
 }
 
 impl Results {
-    /// Marks the Pareto front: points that none beats in both time and error.
+    /// Marks the Pareto front: the points for which no other has less error in the same time or less.
     pub fn new(conditions: Conditions, mut settings: Vec<Measured>) -> Self {
         let all: Vec<[f64; 2]> =
             settings.iter().flat_map(|setting| &setting.points).map(|point| [point.seconds, point.relmse]).collect();

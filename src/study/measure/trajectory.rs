@@ -1,4 +1,4 @@
-//! One render of one setting, and its error on the way.
+//! One render of one setting, whose error is measured as iterations are added.
 
 use std::collections::BTreeMap;
 use std::rc::Rc;
@@ -14,49 +14,49 @@ use crate::render::options::Options;
 use crate::render::renderer::Renderer;
 use crate::scene::Scene;
 
-/// When a run ends: at least one iteration is rendered.
+/// The end of a run, which renders at least one iteration.
 #[derive(Clone, Copy, Debug)]
 pub struct Budget {
-    /// Of iterations; measuring is not counted.
+    /// Time of iterations; the time to measure errors does not count.
     pub time: Duration,
-    /// If there, the most.
+    /// The largest number of iterations; `None` for no limit.
     pub iterations: Option<u32>,
 }
 
-/// The image of a run at one of its iterations.
+/// The error of a run after one of its iterations.
 #[derive(Clone, Copy, Debug)]
 pub struct Step {
-    /// So far.
+    /// Number of iterations.
     pub iterations: u32,
-    /// So far.
+    /// Photons emitted by these iterations.
     pub photons: u64,
-    /// So far, of iterations alone.
+    /// Seconds of iterations.
     pub seconds: f64,
-    /// How far it is from the reference.
+    /// Error of the image against the reference.
     pub error: ErrorOf,
 }
 
-/// What a run left.
+/// The result of a run.
 #[derive(Clone, Debug)]
 pub struct Trajectory {
-    /// At geometric steps; the last is the end.
+    /// At geometric steps of the iteration; the last is the end of the run.
     pub steps: Vec<Step>,
-    /// To build the hierarchy, upload and compile.
+    /// Seconds to build the hierarchy, upload it and compile the kernels.
     pub start_seconds: f64,
-    /// Of the device, an iteration, by kernel.
+    /// Seconds of the device for an iteration, by kernel.
     pub passes: BTreeMap<&'static str, f64>,
-    /// Held while it rendered.
+    /// Device memory that the run held.
     pub device_memory_bytes: u64,
 }
 
 impl Trajectory {
-    /// All that it rendered.
+    /// Returns the number of iterations.
     pub fn iterations(&self) -> u32 {
         self.steps.last().map_or(0, |step| step.iterations)
     }
 }
 
-/// A run that is not over: others may run between its iterations.
+/// A run in progress. Others may run between its iterations.
 pub struct Run {
     renderer: Renderer,
     budget: Budget,
@@ -66,11 +66,11 @@ pub struct Run {
     device_memory_bytes: u64,
 }
 
-/// What is measured of an image, which is the next of its run.
+/// Measures the next image of a run.
 pub type Measure<'a> = dyn FnMut(&Image) -> Result<ErrorOf, SizeMismatch> + 'a;
 
 impl Run {
-    /// Prepares, and renders nothing.
+    /// Prepares a run; nothing is rendered yet.
     ///
     /// # Errors
     /// The options do not fit the scene, or the device fails.
@@ -82,18 +82,18 @@ impl Run {
         Ok(Self { renderer, budget, spent, steps, passes, device_memory_bytes })
     }
 
-    /// Held until it is over.
+    /// Returns the bytes of device memory that the run holds.
     pub fn device_memory_bytes(&self) -> u64 {
         self.device_memory_bytes
     }
 
-    /// How often it was measured.
+    /// Returns the number of images that were measured.
     pub fn points(&self) -> usize {
         self.steps.len()
     }
 
-    /// Renders for a while, one iteration at least, and measures at 1, 2, 3, 4, 6, 8, 11 and so
-    /// on: each is about the root of 2 times the one before. Whether it is over.
+    /// Renders for a time, at least one iteration, and measures after iterations 1, 2, 3, 4, 6, 8, 11 and so
+    /// on, each about √2 times the one before. Returns whether the run has ended.
     ///
     /// # Errors
     /// The device fails, or images have another size than the reference.
@@ -136,7 +136,7 @@ impl Run {
         self.renderer.device().pass_times().into_iter().collect()
     }
 
-    /// What it left.
+    /// Returns the result.
     pub fn finish(self) -> Trajectory {
         let iterations = f64::from(self.renderer.iterations().max(1));
         let passes = self.passes.into_iter().map(|(name, time)| (name, time.as_secs_f64() / iterations));
@@ -149,7 +149,7 @@ impl Run {
     }
 }
 
-/// The next iteration to be measured: every second is twice the one before the last.
+/// Returns the next iteration to be measured: twice the one before the last, for every second one.
 fn following(iterations: u32) -> u32 {
     let next = (f64::from(iterations) * std::f64::consts::SQRT_2).round() as u32;
     next.max(iterations.saturating_add(1))

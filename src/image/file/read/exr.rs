@@ -10,20 +10,20 @@ use super::source::{Layers, RGBA_BYTES, Source, convert, opaque, with_alpha};
 use crate::base::color::{Primaries, srgb_from_xyz};
 use crate::image::film::{Image, Window};
 
-/// What channels are read, and what they mean.
+/// The channels that are read.
 enum Channels {
-    /// Red, green and blue, and alpha.
+    /// Red, green and blue; alpha if there.
     Rgb([Text; 3], Option<Text>),
-    /// CIE XYZ, and alpha.
+    /// CIE XYZ; alpha if there.
     Xyz([Text; 3], Option<Text>),
-    /// One that is all of them.
+    /// One channel, which becomes grey.
     Grey(Text),
 }
 
-/// Reads the channels that [`super::read_layers`] names, of the data window.
+/// Decodes the channels that [`super::read_layers`] names, in the data window.
 ///
 /// # Errors
-/// What is wrong with the bytes, or which channels they have instead.
+/// The bytes are not an EXR, or have other channels; the message says which.
 pub(super) fn decode(source: &Source) -> Result<Layers, String> {
     let bytes = source.bytes;
     let headers = MetaData::read_from_buffered(bytes, false).map_err(|error| error.to_string())?.headers;
@@ -54,7 +54,7 @@ pub(super) fn decode(source: &Source) -> Result<Layers, String> {
     Ok(layers)
 }
 
-/// The first part with channels that make an image, and which they are.
+/// Returns the first part with channels that make an image, and these channels.
 fn choose<'a>(headers: &[&'a Header]) -> Result<(&'a Header, Channels), String> {
     let with = |names: [&str; 3]| {
         headers
@@ -98,7 +98,7 @@ fn choose<'a>(headers: &[&'a Header]) -> Result<(&'a Header, Channels), String> 
     })
 }
 
-/// Three channels of a part: the ones that `place` gives the places 0, 1 and 2.
+/// Returns three channels of a part: those to which `place` gives the places 0, 1 and 2.
 fn three(header: &Header, place: impl Fn(&str) -> Option<usize>) -> Option<[Text; 3]> {
     let mut found = [None, None, None];
     for channel in &header.channels.list {
@@ -122,7 +122,7 @@ fn primaries(header: &Header) -> Option<Primaries> {
     Some(Primaries { red, green, blue, white })
 }
 
-/// Where the data window lies in the display window.
+/// Returns the position of the data window in the display window.
 fn window(header: &Header) -> Option<Window> {
     let display = header.shared_attributes.display_window;
     let at = header.own_attributes.layer_position;
@@ -130,15 +130,15 @@ fn window(header: &Header) -> Option<Window> {
     Some(Window { first, full: [u32::try_from(display.size.0).ok()?, u32::try_from(display.size.1).ok()?] })
 }
 
-/// The `exr` crate panics on some damaged B44 blocks (1.74). It must then decode on
-/// this thread: a panic on one of its own would abort the process.
+/// Makes a panic an error: the `exr` crate (1.74) panics on some damaged B44 blocks. It must decode on this
+/// thread, since a panic on one of its own aborts the process.
 fn catch_panic(decode: impl FnOnce() -> Result<Layers, String>) -> Result<Layers, String> {
     std::panic::catch_unwind(std::panic::AssertUnwindSafe(decode))
         .unwrap_or_else(|_| Err("its pixel data is damaged".to_owned()))
 }
 
 fn decode_three(bytes: &[u8], [first, second, third]: &[Text; 3], alpha: Option<&Text>) -> Result<Layers, String> {
-    // Without one, any name that the file does not have.
+    // Without alpha, a name that the file does not have.
     let alpha = alpha.cloned().unwrap_or_else(|| Text::from("no alpha"));
     exr::prelude::read()
         .no_deep_data()
@@ -182,7 +182,7 @@ fn decode_one(bytes: &[u8], name: &Text) -> Result<Layers, String> {
 }
 
 fn black(size: Vec2<usize>) -> Image {
-    // `decode` has checked that both fit.
+    // `decode` has checked that both fit into 32 bits.
     Image::new(size.0 as u32, size.1 as u32)
 }
 

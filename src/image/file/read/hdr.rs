@@ -7,23 +7,23 @@ use super::source::{Source, Use, convert, decode_with_image_crate};
 use crate::base::color::{Primaries, srgb_from_xyz};
 use crate::image::film::Image;
 
-/// What a file may begin with.
+/// The bytes with which a file begins.
 const MAGICS: [&[u8]; 2] = [b"#?RADIANCE\n", b"#?RGBE\n"];
-/// Longer headers are no headers.
+/// The longest header in bytes.
 const LONGEST: usize = 1 << 16;
 
-/// Reads an image of shared exponents, of RGB or CIE XYZ.
+/// Decodes an image with shared exponents, of RGB or CIE XYZ.
 ///
 /// # Errors
-/// What is wrong with the bytes.
+/// The bytes are not a Radiance file; the message says why.
 pub(super) fn decode(source: &Source) -> Result<Image, String> {
     let rest = MAGICS.iter().find_map(|magic| source.bytes.strip_prefix(*magic));
     let rest = rest.ok_or("it begins neither with #?RADIANCE nor with #?RGBE")?;
     let end = rest.windows(2).take(LONGEST).position(|two| two == b"\n\n");
-    // There may be no variables at all.
+    // A header can have no variables.
     let end = if rest.starts_with(b"\n") { 0 } else { end.ok_or("its header has no end")? + 1 };
     let to_srgb = conversion(&String::from_utf8_lossy(&rest[..end]), source.of)?;
-    // The decoder knows one magic and one format.
+    // The decoder accepts one magic and one format.
     let pixels = [b"#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n", &rest[end..]].concat();
     let decoded = decode_with_image_crate(&pixels, ImageFormat::Hdr, source)?.into_rgb32f();
     let pixels = decoded.pixels().map(|pixel| pixel.0).collect();
@@ -34,7 +34,8 @@ pub(super) fn decode(source: &Source) -> Result<Image, String> {
     Ok(image)
 }
 
-/// From the file's colours to linear sRGB, if they are others, by the lines of its header.
+/// Returns the conversion from the colours that the header names to linear sRGB; `None` if they are those
+/// of sRGB.
 fn conversion(header: &str, of: Use) -> Result<Option<DMat3>, String> {
     let value =
         |name: &str| header.lines().rev().filter_map(|line| line.split_once('=')).find(|(key, _)| key.trim() == name);

@@ -1,4 +1,4 @@
-//! What decoders have in common: a file's bytes with the way to read them, and what comes out.
+//! Input and output of the decoders, and steps that they have in common.
 
 use std::io::Cursor;
 
@@ -9,14 +9,14 @@ use crate::base::color::Primaries;
 use crate::base::input::Budget;
 use crate::image::film::{Image, Window, srgb_decode};
 
-/// How the whole numbers of a PNG, JPEG or TGA become linear.
+/// The transfer function of the whole numbers in a PNG, JPEG or TGA.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Transfer {
-    /// By the sRGB transfer function.
+    /// That of sRGB.
     Srgb,
-    /// They are.
+    /// None: the numbers are linear.
     Linear,
-    /// By this exponent.
+    /// A power with this exponent.
     Gamma(f32),
 }
 
@@ -30,9 +30,9 @@ impl Transfer {
     }
 }
 
-/// What the colours of a file with primaries of its own are of: of another white than that of
-/// sRGB, light is seen as it is, and a reflectance as it was seen, so that white stays white
-/// (Bradford's adaptation). As pbrt's images of lights and its textures.
+/// The use of an image, which decides how colours with other primaries than those of sRGB are converted.
+/// Light is converted as it is. A reflectance is adapted to the white of sRGB (Bradford), so that white
+/// stays white. pbrt does the same for images of lights and for textures.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Use {
     /// Radiance or intensity.
@@ -42,7 +42,7 @@ pub enum Use {
 }
 
 impl Use {
-    /// To linear sRGB; `None` where colours are that already.
+    /// Returns the conversion to linear sRGB; `None` if the primaries are those of sRGB.
     pub(super) fn to_srgb(self, primaries: &Primaries) -> Result<Option<DMat3>, String> {
         if primaries.are_srgb() {
             return Ok(None);
@@ -57,18 +57,18 @@ impl Use {
     }
 }
 
-/// All that is read of a file.
+/// The contents of an image file.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Layers {
-    /// Its colour.
+    /// The colours.
     pub image: Image,
-    /// Alpha of each pixel, where the file has it and it is not 1 everywhere.
+    /// Alpha of each pixel; `None` if the file has no alpha or it is 1 everywhere.
     pub alpha: Option<Vec<f32>>,
-    /// Where the image lies in a larger one, if the format can say so.
+    /// Position of the image in a larger one; `None` if the format does not have it.
     pub window: Option<Window>,
 }
 
-/// A file's bytes, and how they become an image.
+/// A file's bytes, and how to decode them.
 pub(super) struct Source<'a> {
     pub bytes: &'a [u8],
     pub transfer: Transfer,
@@ -80,13 +80,13 @@ pub(super) fn opaque(image: Image) -> Layers {
     Layers { image, alpha: None, window: None }
 }
 
-/// Alpha that is 1 everywhere says nothing.
+/// Returns an image with its alpha, unless that is 1 everywhere.
 pub(super) fn with_alpha(image: Image, alpha: Vec<f32>) -> Layers {
     let alpha = Some(alpha).filter(|alpha| alpha.iter().any(|alpha| *alpha != 1.0));
     Layers { image, alpha, window: None }
 }
 
-/// Takes all colours through a matrix.
+/// Multiplies all colours by a matrix.
 pub(super) fn convert(image: &mut Image, matrix: DMat3) {
     for pixel in &mut image.pixels {
         *pixel = (matrix * glam::DVec3::from(pixel.map(f64::from))).as_vec3().to_array();
@@ -94,8 +94,8 @@ pub(super) fn convert(image: &mut Image, matrix: DMat3) {
 }
 
 impl Source<'_> {
-    /// The size of an image, if decoding it, which takes so many bytes for a pixel, is within the
-    /// budget.
+    /// Returns the size of an image. An error says that it is not plausible, or that decoding it, at
+    /// `bytes_per_pixel` bytes for a pixel, would exceed the budget.
     pub fn check_size(&self, width: u64, height: u64, bytes_per_pixel: u64) -> Result<(u32, u32), String> {
         let size = || Some((u32::try_from(width).ok()?, u32::try_from(height).ok()?));
         let (Some(pixels @ 1..), Some(size)) = (width.checked_mul(height), size()) else {
@@ -109,7 +109,7 @@ impl Source<'_> {
 
 /// Bytes of a pixel: three floats.
 pub(super) const RGB_BYTES: u64 = 12;
-/// The same with alpha.
+/// Bytes of a pixel with alpha: four floats.
 pub(super) const RGBA_BYTES: u64 = 16;
 
 pub(super) fn decode_with_image_crate(
@@ -118,11 +118,11 @@ pub(super) fn decode_with_image_crate(
     source: &Source,
 ) -> Result<DynamicImage, String> {
     let mut reader = ImageReader::with_format(Cursor::new(bytes), format);
-    // Those of the crate do not follow the budget; `check_size` does.
+    // `check_size` keeps to the budget, which the crate's own limits do not know.
     reader.limits(Limits::no_limits());
     let decoder = reader.into_decoder().map_err(|error| error.to_string())?;
     let (width, height) = decoder.dimensions();
-    // As the decoder makes it, with alpha, and as floats.
+    // For the decoder's output, the same with alpha, and floats.
     let color = decoder.color_type();
     let with_alpha = 4 * u64::from(color.bytes_per_pixel() / color.channel_count());
     let bytes_per_pixel = u64::from(color.bytes_per_pixel()) + with_alpha + RGBA_BYTES;

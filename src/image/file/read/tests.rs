@@ -2,7 +2,12 @@ use ::exr::meta::attribute::Chromaticities;
 use ::exr::prelude::*;
 use proptest::prelude::{ProptestConfig, any, prop_assert, proptest};
 
+use std::io::Cursor;
+
+use image::DynamicImage;
+
 use super::*;
+use crate::image::film::{Window, srgb_decode};
 
 /// The channels, three pixels wide and two high, at a data window that lies
 /// partly outside the display window.
