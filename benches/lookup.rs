@@ -1,6 +1,6 @@
 //! Measures the hash grid against the kd-tree: the time to index visible points, and the
 //! time to add photons to those in reach. Writes lookup.csv and lookup.svg, and prints the
-//! tables of docs/lookup.md: `cargo run --release --example lookup -- OUT_DIR`
+//! tables as Markdown: `cargo bench --bench lookup -- OUT_DIR`
 
 #[path = "lookup/plot.rs"]
 mod plot;

@@ -1,5 +1,5 @@
-//! Measures every way to render the same image at equal time, and prints the tables of
-//! docs/variants.md: `cargo run --release --example variants -- [SECONDS]`
+//! Measures every way to render the same image at equal time, and prints tables as
+//! Markdown: `cargo bench --bench variants -- [SECONDS]`
 
 #[path = "../tests/support/variants.rs"]
 mod variants;

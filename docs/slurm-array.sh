@@ -3,15 +3,15 @@
 #
 #   sbatch --array=0-7 docs/slurm-array.sh SCENE FOLDER ITERATIONS [OPTION...]
 #
-# ITERATIONS are those of all tasks together; each OPTION goes to goblet render. A task leaves
-# FOLDER/INDEX.checkpoint, and goes on from there if it is there already: after preemption,
-# and to add iterations. SHARD=3/8 in the environment renders one part alone. GOBLET is the
-# command, if it is not on the path.
+# ITERATIONS is the number of iterations of all tasks together. Each OPTION is passed to goblet
+# render. A task writes FOLDER/INDEX.checkpoint and continues from that file if it exists: after
+# preemption, and to add iterations. SHARD=3/8 in the environment renders one part alone. GOBLET is
+# the command, if goblet is not on the path.
 #
 #SBATCH --job-name=goblet
 #SBATCH --requeue
 #SBATCH --open-mode=append
-# A minute before the time limit, to save what there is.
+# The signal comes a minute before the time limit: time to save a checkpoint.
 #SBATCH --signal=B:TERM@60
 set -eu
 
@@ -23,7 +23,7 @@ scene=$1 folder=$2 iterations=$3
 shift 3
 
 shard=${SHARD:-auto}
-# As goblet finds it for auto: Slurm's, or AWS Batch's.
+# The index that goblet uses for auto: from Slurm or from AWS Batch.
 index=${SLURM_ARRAY_TASK_ID:-${AWS_BATCH_JOB_ARRAY_INDEX:-}}
 if [ "$shard" != auto ]; then index=${shard%/*}; fi
 if [ -z "$index" ]; then

@@ -14,7 +14,7 @@ use crate::gpu_scene::pack::{PackedScene, pack};
 use crate::kernels::{AREA, DISTANT, GONIOMETRIC, INFINITE, POINT, PROJECTION, SKY, SPOT, Specialization};
 use crate::render::buffers::Sizes;
 use crate::render::error::RenderError;
-use crate::render::memory::DeviceMemory;
+use crate::render::memory::MemoryNeed;
 use crate::render::options::{Options, Resolved};
 use crate::scene::{self, FilterKind, Projection, Scene, Survey};
 use text::describe;
@@ -133,7 +133,7 @@ impl Contents {
         let resolved = options.resolve(scene, size)?;
         let view = pack_camera(&scene.camera, &scene.film, resolved.window.full, &packed.space.from_world());
         let Resolved { resolution, photons, max_depth, .. } = resolved;
-        let memory = DeviceMemory::new(&packed, &Sizes::new(resolution, photons, max_depth), options.lookup);
+        let memory = MemoryNeed::new(&packed, &Sizes::new(resolution, photons, max_depth), options.lookup);
         Ok(Self {
             scene: count(scene),
             bounds: (!packed.primitives.is_empty())

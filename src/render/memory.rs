@@ -10,14 +10,14 @@ use crate::render::options::LookupKind;
 
 /// Device memory of a render, in bytes. A device rounds each array up.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct DeviceMemory {
+pub struct MemoryNeed {
     /// Arrays of the scene.
     pub scene: u64,
     /// Arrays that a render writes to: visible points, photons, sums, and the index between them.
     pub buffers: u64,
 }
 
-impl DeviceMemory {
+impl MemoryNeed {
     /// Memory of a render of these sizes.
     pub fn new(scene: &PackedScene, sizes: &Sizes, lookup: LookupKind) -> Self {
         Self { scene: scene.bytes(), buffers: Buffers::bytes(sizes) + Lookup::bytes(lookup, sizes) }
@@ -33,7 +33,7 @@ impl DeviceMemory {
     /// # Errors
     /// It does not; the error has both numbers.
     pub fn check(&self, device: &Device) -> Result<(), RenderError> {
-        let available = device.info().memory_bytes.saturating_sub(device.allocated_bytes());
+        let available = device.memory().free_bytes;
         if self.total() <= available {
             return Ok(());
         }

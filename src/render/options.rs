@@ -191,7 +191,7 @@ impl Options {
     /// Widths of the hash grid's cells, in diameters of the largest disc.
     pub const CELL_SCALES: [f64; 2] = [0.25, 8.0];
 
-    /// Where neither caller nor scene says anything: see docs/trade.md.
+    /// Where neither caller nor scene says anything: see docs/settings.md.
     pub const DEFAULT_RADIUS_IN_PIXELS: f64 = 3.0;
 
     /// Initial radii in widths of a pixel.

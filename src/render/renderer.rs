@@ -23,7 +23,7 @@ use crate::render::counters::Tally;
 use crate::render::error::RenderError;
 use crate::render::identity::Identity;
 use crate::render::iteration;
-use crate::render::memory::DeviceMemory;
+use crate::render::memory::MemoryNeed;
 use crate::render::options::{DirectLight, LookupKind, Options, Resolved};
 use crate::render::pacing::Schedule;
 use crate::render::passes::Passes;
@@ -167,7 +167,7 @@ impl Renderer {
         let identity = Identity::new(scene, &packed, &view, options, &resolved);
         let compiled = base.compiled(&device, options, &resolved, &view);
         let sizes = Sizes::new(resolved.resolution, resolved.photons, resolved.max_depth);
-        let memory = DeviceMemory::new(&packed, &sizes, compiled.lookup);
+        let memory = MemoryNeed::new(&packed, &sizes, compiled.lookup);
         memory.check(&device)?;
         // Drivers and compilers end the process where the host has no memory left.
         let on_host = if device.info().kind == DeviceKind::Cpu { memory.total() } else { 0 };

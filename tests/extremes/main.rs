@@ -1,5 +1,5 @@
 //! Sizes, brightnesses, materials and counts at their ends: the image is right, or there is a
-//! clear refusal. docs/numerics.md has the table.
+//! clear refusal. docs/accuracy.md has the table.
 
 mod bounds;
 mod camera;
