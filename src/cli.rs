@@ -15,7 +15,6 @@ pub mod merge;
 pub(crate) mod outputs;
 pub mod render;
 mod shard;
-mod solver;
 pub(crate) mod stats;
 pub mod terminal;
 pub mod tessellate;

@@ -22,7 +22,7 @@ use crate::render::renderer::{RenderError, Renderer, open_device};
 use crate::scene::Scene;
 use crate::study::machine::Machine;
 use crate::study::measure::{
-    Conditions, KNOBS, Measurement, Reference, Setting, Source, Trajectory, Vary, report, settings,
+    Conditions, Measurement, Reference, Setting, Source, Trajectory, Vary, knobs, report, settings,
 };
 
 /// How much longer than a setting goblet's own reference is rendered.
@@ -92,7 +92,7 @@ pub struct MeasureArgs {
 fn vary_help() -> String {
     format!(
         "Values of an option of `goblet render`, to be measured; repeat it for all combinations. Options: {}",
-        KNOBS.join(", ")
+        knobs()
     )
 }
 
@@ -210,7 +210,7 @@ fn own_reference(args: &MeasureArgs, device: &Rc<Device>, scene: &Scene) -> Resu
 /// Says before anything is rendered that a setting does not fit the scene.
 fn check_options(scene: &Scene, settings: &[Setting]) -> Result<(), Failure> {
     for setting in settings {
-        let options = setting.args.options();
+        let options = &setting.request.options;
         let packed = pack(scene, options.revolution_solver).map_err(RenderError::from)?;
         options.resolve(scene, packed.space.radius / packed.space.scale)?;
     }
@@ -221,7 +221,7 @@ fn check_options(scene: &Scene, settings: &[Setting]) -> Result<(), Failure> {
 fn check_sizes(reference: &Reference, scene: &Scene, settings: &[Setting]) -> Result<(), Failure> {
     let [first, end] = scene.film.bounds(scene.film.resolution);
     let image = [end[0] - first[0], end[1] - first[1]];
-    let as_the_scene_says = settings.iter().any(|setting| setting.args.resolution.is_none());
+    let as_the_scene_says = settings.iter().any(|setting| setting.request.options.resolution.is_none());
     if as_the_scene_says && image != reference.resolution() {
         return Err(CompareError::from(SizeMismatch { image, reference: reference.resolution() }).into());
     }

@@ -3,6 +3,9 @@
 mod args;
 mod limit;
 mod notice;
+mod options;
+#[cfg(test)]
+mod options_page;
 mod progress;
 mod signal;
 #[cfg(test)]

@@ -13,7 +13,7 @@ mod results;
 mod trajectory;
 
 pub use error_of::{ErrorOf, Reference};
-pub use knob::{KNOBS, KnobError, Setting, Vary, settings};
+pub use knob::{KnobError, Setting, Vary, knobs, settings};
 pub use results::{Bias, Conditions, Measured, Point, Results, Source};
 pub use trajectory::{Budget, Run, Trajectory};
 
@@ -105,10 +105,10 @@ impl<'a> Measurement<'a> {
     fn begin(&self, index: usize, turn: u32) -> Result<Run, RenderError> {
         let setting = &self.settings[index];
         let budget = match self.known[index].runs.first() {
-            None => Budget { time: self.budget, iterations: setting.args.iterations },
+            None => Budget { time: self.budget, iterations: setting.request.limits.iterations },
             Some(first) => Budget { time: Duration::MAX, iterations: Some(first.iterations()) },
         };
-        let mut options = setting.args.options();
+        let mut options = setting.request.options.clone();
         options.seed = Some(options.seed.unwrap_or(self.scene.integrator.seed).wrapping_add(turn));
         Run::new(self.device, self.scene, &options, budget)
     }
@@ -144,7 +144,7 @@ impl<'a> Measurement<'a> {
         self.known.iter().zip(self.settings).map(|(known, setting)| {
             let image = known.last_image.as_ref()?;
             let film = &self.scene.film;
-            let window = film.part(setting.args.resolution.unwrap_or(film.resolution));
+            let window = film.part(setting.request.options.resolution.unwrap_or(film.resolution));
             Some((image, window, self.reference.difference_image(image).ok()))
         })
     }

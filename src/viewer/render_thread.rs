@@ -136,7 +136,7 @@ impl RenderThread<'_> {
             failed: self.failed.as_ref().map(|(target, _)| target),
             is_aside: self.kept.iter().any(|kept| kept.target == wish.target),
             coarsest: self.coarsest,
-            most: self.args.iterations.unwrap_or(u32::MAX),
+            most: self.args.request.limits.iterations.unwrap_or(u32::MAX),
             saves: &self.saves,
         };
         next(wish, &standing, wish.moved.is_some_and(|moved| moved.elapsed() < REST))
