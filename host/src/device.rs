@@ -1,9 +1,8 @@
 //! A device with its one compute queue.
 
 use std::ffi::CStr;
-use std::marker::PhantomData;
-use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::{Arc, Mutex, MutexGuard};
 use std::time::Duration;
 
 use ash::vk;
@@ -32,14 +31,17 @@ pub(crate) struct DeviceShared {
     pub instance: Instance,
 }
 
-/// An open device: makes buffers, passes and frames. It is neither `Send` nor `Sync`:
-/// its queue, command pool and staging memory are one thread's.
+/// An open device: makes buffers, passes and frames. Threads may share it: they wait for each other's
+/// frames, since there is one queue, one command pool and one set of timestamps. A thread must not ask
+/// for a frame, nor read or write an array, while it has another frame: it would wait for itself.
 pub struct Device {
     pub(crate) shared: Arc<DeviceShared>,
-    staging: RawBuffer,
+    /// Locked during a transfer, before `recording` is.
+    staging: Mutex<RawBuffer>,
     pub(crate) timer: Timer,
     pub(crate) guards: Option<Guards>,
-    _one_thread: PhantomData<*const ()>,
+    /// Locked as long as there is a frame.
+    pub(crate) recording: Mutex<()>,
 }
 
 impl Device {
@@ -96,7 +98,7 @@ impl Device {
         let shared = Arc::new(shared);
         let staging = RawBuffer::host(&shared, "staging", STAGING_BYTES)?;
         let timer = Timer::new(&shared)?;
-        Ok(Self { shared, staging, timer, guards: None, _one_thread: PhantomData })
+        Ok(Self { shared, staging: Mutex::new(staging), timer, guards: None, recording: Mutex::new(()) })
     }
 
     /// What the list of devices says of this one.
@@ -157,11 +159,12 @@ impl Device {
     pub fn write<T: Pod>(&self, buffer: &Buffer<T>, data: &[T]) -> Result<()> {
         assert!(data.len() as u64 <= buffer.len(), "buffer {} is too short", buffer.name());
         let bytes: &[u8] = bytemuck::cast_slice(data);
+        let staging = lock(&self.staging);
         for (index, chunk) in bytes.chunks(STAGING_BYTES as usize).enumerate() {
-            self.staging.map_write(chunk);
+            staging.map_write(chunk);
             let offset = index as u64 * STAGING_BYTES;
             let mut frame = self.frame()?;
-            frame.copy(&self.staging, 0, buffer.raw(), offset, chunk.len() as u64);
+            frame.copy(&staging, 0, buffer.raw(), offset, chunk.len() as u64);
             frame.run()?;
         }
         Ok(())
@@ -174,12 +177,13 @@ impl Device {
     pub fn read<T: Pod>(&self, buffer: &Buffer<T>) -> Result<Vec<T>> {
         let mut data = vec![T::zeroed(); buffer.len() as usize];
         let bytes: &mut [u8] = bytemuck::cast_slice_mut(&mut data);
+        let staging = lock(&self.staging);
         for (index, chunk) in bytes.chunks_mut(STAGING_BYTES as usize).enumerate() {
             let offset = index as u64 * STAGING_BYTES;
             let mut frame = self.frame()?;
-            frame.copy(buffer.raw(), offset, &self.staging, 0, chunk.len() as u64);
+            frame.copy(buffer.raw(), offset, &staging, 0, chunk.len() as u64);
             frame.run()?;
-            self.staging.map_read(chunk);
+            staging.map_read(chunk);
         }
         Ok(data)
     }
@@ -218,10 +222,11 @@ impl Device {
         assert!(data.len() as u64 <= texels.len(), "texels {} are too short", texels.name());
         let rows = staged_rows(texels.raw());
         let bytes: &[u8] = bytemuck::cast_slice(data);
+        let staging = lock(&self.staging);
         for (index, chunk) in bytes.chunks((rows * texels.raw().row_bytes()) as usize).enumerate() {
-            self.staging.map_write(chunk);
+            staging.map_write(chunk);
             let mut frame = self.frame()?;
-            frame.copy_to_rows(&self.staging, texels.raw(), index as u64 * rows, chunk.len() as u64);
+            frame.copy_to_rows(&staging, texels.raw(), index as u64 * rows, chunk.len() as u64);
             frame.run()?;
         }
         Ok(())
@@ -244,11 +249,12 @@ impl Device {
         let mut data = vec![T::zeroed(); count as usize];
         let rows = staged_rows(texels.raw());
         let bytes: &mut [u8] = bytemuck::cast_slice_mut(&mut data);
+        let staging = lock(&self.staging);
         for (index, chunk) in bytes.chunks_mut((rows * texels.raw().row_bytes()) as usize).enumerate() {
             let mut frame = self.frame()?;
-            frame.copy_from_rows(texels.raw(), index as u64 * rows, &self.staging, chunk.len() as u64);
+            frame.copy_from_rows(texels.raw(), index as u64 * rows, &staging, chunk.len() as u64);
             frame.run()?;
-            self.staging.map_read(chunk);
+            staging.map_read(chunk);
         }
         Ok(data)
     }
@@ -298,6 +304,11 @@ impl Device {
     pub fn allocated_bytes(&self) -> u64 {
         self.shared.allocated.load(Ordering::Relaxed)
     }
+}
+
+/// Locks what has no state that a panic of another thread could leave broken.
+pub(crate) fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
+    mutex.lock().unwrap_or_else(std::sync::PoisonError::into_inner)
 }
 
 /// Rows of texels that are moved at once.

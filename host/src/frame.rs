@@ -1,9 +1,12 @@
 //! A recording of passes that run in order.
 
+use std::sync::MutexGuard;
+
 use ash::vk;
 use bytemuck::Pod;
 
 use crate::buffer::RawBuffer;
+use crate::device::lock;
 use crate::error::{Context, Error, Result};
 use crate::texels::{RawTexels, WHOLE};
 use crate::timing::MAX_TIMED;
@@ -18,18 +21,22 @@ pub struct Frame<'a> {
     commands: vk::CommandBuffer,
     fence: vk::Fence,
     passes: Vec<&'static str>,
+    /// Dropped last, when the commands are freed: command pool, queue and timer are this frame's.
+    _recording: MutexGuard<'a, ()>,
 }
 
 impl<'a> Frame<'a> {
     pub(crate) fn new(device: &'a Device) -> Result<Self> {
+        let recording = lock(&device.recording);
         let vulkan = &device.shared.raw;
         let allocate =
             vk::CommandBufferAllocateInfo::default().command_pool(device.shared.command_pool).command_buffer_count(1);
         let begin = vk::CommandBufferBeginInfo::default().flags(vk::CommandBufferUsageFlags::ONE_TIME_SUBMIT);
-        // SAFETY: the frame frees what it allocates here; one thread uses the device.
+        // SAFETY: the frame frees what it allocates here; no other thread has a frame of this device.
         unsafe {
             let commands = vulkan.allocate_command_buffers(&allocate).context("vkAllocateCommandBuffers")?[0];
-            let mut frame = Self { device, commands, fence: vk::Fence::null(), passes: Vec::new() };
+            let mut frame =
+                Self { device, commands, fence: vk::Fence::null(), passes: Vec::new(), _recording: recording };
             frame.fence = vulkan.create_fence(&vk::FenceCreateInfo::default(), None).context("vkCreateFence")?;
             vulkan.begin_command_buffer(commands, &begin).context("vkBeginCommandBuffer")?;
             if device.timer.has(0) {

@@ -72,7 +72,6 @@ pub(crate) struct InstanceShared {
     debug: Option<(ash::ext::debug_utils::Instance, vk::DebugUtilsMessengerEXT)>,
     // The messenger holds a pointer to this: boxed, so that it stays where it is.
     messages: Box<Mutex<Vec<String>>>,
-    #[cfg_attr(not(feature = "present"), expect(dead_code, reason = "held, not used"))]
     pub entry: ash::Entry,
 }
 

@@ -8,6 +8,7 @@ use crate::image::file::ImageError;
 use crate::render::checkpoint::CheckpointError;
 use crate::render::renderer::RenderError;
 use crate::scene::SceneError;
+#[cfg(feature = "study")]
 use crate::study::measure::KnobError;
 
 /// A failed command; printed once, by `main`.
@@ -32,6 +33,7 @@ pub enum Failure {
     #[error(transparent)]
     Compare(#[from] CompareError),
     /// Settings that cannot be measured.
+    #[cfg(feature = "study")]
     #[error(transparent)]
     Knob(#[from] KnobError),
     /// A report could not be written.
@@ -114,10 +116,11 @@ impl Failure {
     pub fn exit_code(&self) -> u8 {
         match self {
             Self::Tessellate(TessellateError::Write { .. }) => 1,
+            #[cfg(feature = "study")]
+            Self::Knob(_) => 2,
             Self::Scene(_)
             | Self::Unrenderable(_)
             | Self::Compare(_)
-            | Self::Knob(_)
             | Self::Tessellate(_)
             | Self::SameFile { .. }
             | Self::NoCommand { .. }

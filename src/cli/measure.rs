@@ -3,7 +3,7 @@
 use std::ffi::OsStr;
 use std::fs;
 use std::path::{Path, PathBuf};
-use std::rc::Rc;
+use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use clap::Args;
@@ -17,8 +17,9 @@ use crate::gpu_scene::pack::pack;
 use crate::image::compare::SizeMismatch;
 use crate::image::file;
 use crate::image::film::Image;
+use crate::render::device::{DeviceOptions, open_device};
 use crate::render::options::Options;
-use crate::render::renderer::{RenderError, Renderer, open_device};
+use crate::render::renderer::{RenderError, Renderer};
 use crate::scene::Scene;
 use crate::study::machine::Machine;
 use crate::study::measure::{
@@ -114,7 +115,7 @@ pub fn run(args: &MeasureArgs) -> Result<(), Failure> {
     check_files(args, &scene, settings.len())?;
     fs::create_dir_all(&args.output).map_err(|reason| failed(&args.output, reason))?;
     let given = given_reference(args)?;
-    let device = Rc::new(open_device(args.device.as_deref(), false)?);
+    let device = Arc::new(open_device(&DeviceOptions { selector: args.device.as_deref(), validation: false })?);
     let (image, source) = match given {
         Some(given) => given,
         None => own_reference(args, &device, &scene)?,
@@ -180,7 +181,7 @@ fn given_reference(args: &MeasureArgs) -> Result<Option<(Image, Source)>, Failur
 }
 
 /// Renders a reference with the scene's own settings, and keeps it beside the results.
-fn own_reference(args: &MeasureArgs, device: &Rc<Device>, scene: &Scene) -> Result<(Image, Source), Failure> {
+fn own_reference(args: &MeasureArgs, device: &Arc<Device>, scene: &Scene) -> Result<(Image, Source), Failure> {
     let time = args.budget * REFERENCE_BUDGETS;
     if !args.quiet {
         terminal::say(format_args!(
@@ -189,7 +190,7 @@ fn own_reference(args: &MeasureArgs, device: &Rc<Device>, scene: &Scene) -> Resu
         ));
     }
     let seed = Some(scene.integrator.seed.wrapping_add(REFERENCE_SEED));
-    let mut renderer = Renderer::new(Rc::clone(device), scene, &Options { seed, ..Options::default() })?;
+    let mut renderer = Renderer::new(Arc::clone(device), scene, &Options { seed, ..Options::default() })?;
     let start = Instant::now();
     while renderer.iterations() == 0 || start.elapsed() < time {
         renderer.step()?;

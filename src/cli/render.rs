@@ -12,7 +12,7 @@ mod signal;
 mod tests;
 
 use std::path::{Path, PathBuf};
-use std::rc::Rc;
+use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 pub use args::RenderArgs;
@@ -28,7 +28,8 @@ use super::{Aov, Failure, terminal};
 use crate::image::estimate::Estimate;
 use crate::image::file::{self, Channel};
 use crate::render::checkpoint::{Checkpoint, CheckpointError, MadeBy};
-use crate::render::renderer::{RenderError, Renderer, open_device};
+use crate::render::device::{DeviceOptions, open_device};
+use crate::render::renderer::{RenderError, Renderer};
 use crate::scene::Scene;
 
 /// How a render came to its end.
@@ -65,7 +66,7 @@ fn run_with(args: &RenderArgs, step: impl Fn(&mut Renderer) -> Result<(), Render
     let resumed = args.resume.as_deref().map(read_checkpoint).transpose()?;
     let load_time = start.elapsed();
 
-    let device = Rc::new(open_device(args.device.as_deref(), args.validate)?);
+    let device = Arc::new(open_device(&DeviceOptions { selector: args.device.as_deref(), validation: args.validate })?);
     let notice = Notice::new("preparing the scene", args.quiet);
     let mut renderer = Renderer::new(device, &scene, &args.options())?;
     drop(notice);

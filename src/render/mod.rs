@@ -4,10 +4,11 @@
 pub(crate) mod buffers;
 pub mod checkpoint;
 pub(crate) mod counters;
+pub mod device;
 pub(crate) mod identity;
 mod iteration;
 pub mod lookup;
-pub(crate) mod options;
+pub mod options;
 pub(crate) mod pacing;
 mod path_pass;
 pub(crate) mod radius;

@@ -8,7 +8,7 @@
 mod model;
 mod probe;
 
-use std::rc::Rc;
+use std::sync::Arc;
 use std::time::Duration;
 
 use goblet_host::Device;
@@ -79,7 +79,7 @@ const WORTH_IT: f64 = 0.05;
 /// # Errors
 /// The scene or the device is at fault.
 pub fn expect(
-    device: &Rc<Device>,
+    device: &Arc<Device>,
     scene: &Scene,
     base: &Options,
     choice: Choice,
@@ -98,7 +98,7 @@ pub fn expect(
 /// # Errors
 /// The scene or the device is at fault.
 pub fn advise(
-    device: &Rc<Device>,
+    device: &Arc<Device>,
     scene: &Scene,
     base: &Options,
     goal: Goal,

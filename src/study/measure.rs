@@ -17,7 +17,7 @@ pub use knob::{KnobError, Setting, Vary, knobs, settings};
 pub use results::{Bias, Conditions, Measured, Point, Results, Source};
 pub use trajectory::{Budget, Run, Trajectory};
 
-use std::rc::Rc;
+use std::sync::Arc;
 use std::time::Duration;
 
 use goblet_host::Device;
@@ -33,7 +33,7 @@ const MEMORY_SHARE: u64 = 3;
 
 /// A measurement in progress: its settings, and what is known of each.
 pub struct Measurement<'a> {
-    device: &'a Rc<Device>,
+    device: &'a Arc<Device>,
     scene: &'a Scene,
     reference: &'a Reference,
     settings: &'a [Setting],
@@ -54,7 +54,7 @@ struct Known {
 impl<'a> Measurement<'a> {
     /// Nothing is rendered yet.
     pub fn new(
-        device: &'a Rc<Device>,
+        device: &'a Arc<Device>,
         scene: &'a Scene,
         reference: &'a Reference,
         settings: &'a [Setting],

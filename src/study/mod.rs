@@ -2,8 +2,6 @@
 //! best for a time.
 
 pub mod advise;
-#[doc(hidden)]
 pub mod chart;
-#[doc(hidden)]
 pub mod machine;
 pub mod measure;
