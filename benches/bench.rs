@@ -28,7 +28,7 @@ use std::process::ExitCode;
 use std::sync::Arc;
 use std::time::Instant;
 
-use goblet::open_device;
+use goblet::{DeviceOptions, open_device};
 use goblet::study::machine::Machine;
 use serde::Serialize;
 

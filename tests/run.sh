@@ -21,8 +21,5 @@ step() {
 step cargo fmt --all --check
 step cargo clippy --locked --workspace --all-targets -- -D warnings
 step cargo check --locked --no-default-features
-for feature in cli study view; do
-    step cargo check --locked --no-default-features --features "$feature"
-done
 step cargo build --locked --workspace --all-targets
 step cargo test --locked --workspace
