@@ -25,11 +25,11 @@ use std::error::Error;
 use std::fs;
 use std::path::Path;
 use std::process::ExitCode;
-use std::rc::Rc;
+use std::sync::Arc;
 use std::time::Instant;
 
-use goblet::open_device;
 use goblet::study::machine::Machine;
+use goblet::{DeviceOptions, open_device};
 use serde::Serialize;
 
 use arguments::{Arguments, USAGE};
@@ -87,7 +87,7 @@ fn run(arguments: &Arguments) -> Result<()> {
     let plan = if arguments.quick { QUICK } else { FULL };
     let folder = &arguments.folder;
     fs::create_dir_all(folder).map_err(|error| format!("{}: {error}", folder.display()))?;
-    let device = Rc::new(open_device(None, false)?);
+    let device = Arc::new(open_device(&DeviceOptions::default())?);
     let machine = Machine::new(device.info());
     println!("{}", report::machine(&machine));
 

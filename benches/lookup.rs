@@ -10,10 +10,10 @@ use std::error::Error;
 use std::fmt::Write;
 use std::fs;
 use std::path::PathBuf;
-use std::rc::Rc;
+use std::sync::Arc;
 
 use goblet::scene::Scene;
-use goblet::{LookupKind, Options, Renderer, open_device};
+use goblet::{DeviceOptions, LookupKind, Options, Renderer, open_device};
 use goblet_host::Device;
 
 type Result<T> = std::result::Result<T, Box<dyn Error>>;
@@ -48,7 +48,7 @@ fn main() -> Result<()> {
     let folder = PathBuf::from(env::args_os().nth(1).unwrap_or_else(|| ".".into()));
     fs::create_dir_all(&folder)?;
     let scene = Scene::load("scenes/cornell-caustic.pbrt")?;
-    let device = Rc::new(open_device(None, false)?);
+    let device = Arc::new(open_device(&DeviceOptions::default())?);
     println!("{}, {}; {PHOTONS} photons an iteration\n", device.info().name, device.info().driver);
 
     let mut table = Vec::new();
@@ -68,7 +68,7 @@ fn points(side: u32) -> u64 {
 }
 
 /// All radii for one number of points, as long as they do not take too long.
-fn measure_radii(device: &Rc<Device>, scene: &Scene, side: u32) -> Result<[Pair; RADII.len()]> {
+fn measure_radii(device: &Arc<Device>, scene: &Scene, side: u32) -> Result<[Pair; RADII.len()]> {
     let mut row: [Pair; RADII.len()] = [None; RADII.len()];
     for (i, radius) in RADII.into_iter().enumerate() {
         // A disc has so many times the points of the one before.
@@ -91,7 +91,7 @@ fn measure_radii(device: &Rc<Device>, scene: &Scene, side: u32) -> Result<[Pair;
 /// The least times of each way, a lookup and a cell scale, measured in turn. The images that
 /// they make must not differ.
 fn measure(
-    device: &Rc<Device>,
+    device: &Arc<Device>,
     scene: &Scene,
     side: u32,
     radius: f64,
@@ -109,7 +109,7 @@ fn measure(
             cell_scale: Some(*cell_scale),
             ..Options::default()
         };
-        renderers.push(Renderer::new(Rc::clone(device), scene, &options)?);
+        renderers.push(Renderer::new(Arc::clone(device), scene, &options)?);
     }
     let mut least = vec![Times { build: f64::INFINITY, query: f64::INFINITY }; ways.len()];
     // The first round finds memory that nobody has touched yet.
@@ -182,7 +182,7 @@ fn markdown(table: &[[Pair; RADII.len()]]) -> Result<String> {
 }
 
 /// How wide the grid's cells should be.
-fn cell_scales(device: &Rc<Device>, scene: &Scene) -> Result<String> {
+fn cell_scales(device: &Arc<Device>, scene: &Scene) -> Result<String> {
     let mut text = String::from("| radius |");
     CELL_SCALES.iter().try_for_each(|scale| write!(text, " {scale} |"))?;
     write!(text, " kd-tree |\n| --- |{} --- |", " --- |".repeat(CELL_SCALES.len()))?;

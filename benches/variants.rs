@@ -7,13 +7,13 @@ mod variants;
 use std::env;
 use std::error::Error;
 use std::path::Path;
-use std::rc::Rc;
+use std::sync::Arc;
 use std::time::Instant;
 
 use goblet::image::compare::{Comparison, compare};
 use goblet::image::film::Image;
 use goblet::scene::Scene;
-use goblet::{LookupKind, Options, Renderer, open_device};
+use goblet::{DeviceOptions, LookupKind, Options, Renderer, open_device};
 use goblet_host::Device;
 use variants::Variant;
 
@@ -42,7 +42,7 @@ struct Way {
 
 fn main() -> Result<()> {
     let seconds: f64 = env::args().nth(1).map_or(Ok(8.0), |text| text.parse())?;
-    let device = Rc::new(open_device(None, false)?);
+    let device = Arc::new(open_device(&DeviceOptions::default())?);
     println!("{}, {}", device.info().name, device.info().driver);
     println!("{PHOTONS} photons an iteration; {seconds} s for each way, in {TURNS} turns\n");
     for [path, reference] in SCENES {
@@ -69,11 +69,11 @@ fn ways(resolution: [u32; 2]) -> Vec<Way> {
 }
 
 /// A table of all ways. Kernels are compiled before time counts.
-fn measure_all(device: &Rc<Device>, scene: &Scene, reference: &Image, seconds: f64) -> Result<String> {
+fn measure_all(device: &Arc<Device>, scene: &Scene, reference: &Image, seconds: f64) -> Result<String> {
     let ways = ways([reference.width, reference.height]);
     let mut renders = Vec::new();
     for way in &ways {
-        renders.push(Render { renderer: Renderer::new(Rc::clone(device), scene, &way.options)?, seconds: 0.0 });
+        renders.push(Render { renderer: Renderer::new(Arc::clone(device), scene, &way.options)?, seconds: 0.0 });
     }
     for turn in 1..=TURNS {
         let until = seconds * f64::from(turn) / f64::from(TURNS);

@@ -3,27 +3,30 @@
 //! A value is rejected here if no scene and no device could make sense of it;
 //! clap then prints the reason and exits with code 2.
 
+#[cfg(feature = "study")]
 pub mod advise;
 pub mod compare;
 pub mod devices;
 mod failure;
 pub mod info;
 pub mod manual;
+#[cfg(feature = "study")]
 pub mod measure;
 mod memory;
 pub mod merge;
 pub(crate) mod outputs;
 pub mod render;
 mod shard;
-mod solver;
 pub(crate) mod stats;
 pub mod terminal;
 pub mod tessellate;
 mod values;
 
+#[cfg(feature = "study")]
 pub use advise::AdviseArgs;
 pub use failure::Failure;
 pub use manual::{CompletionsArgs, ManArgs};
+#[cfg(feature = "study")]
 pub use measure::MeasureArgs;
 pub use memory::SceneMemory;
 pub use render::RenderArgs;
@@ -80,11 +83,13 @@ pub enum Command {
     /// with a reference on the way. Writes results.json, results.csv and report.html, a page
     /// with plots that needs nothing else, after every turn. Exit codes: 0 done, 1 the device
     /// or an output failed, 2 wrong usage, scene or reference.
+    #[cfg(feature = "study")]
     Measure(MeasureArgs),
     /// Say which settings to use for a time or an error, from a short probe on this device
     ///
     /// The error is relative and of noise and blur together. Prints the `goblet render`
     /// command. Exit codes: 0 done, 1 the device failed, 2 wrong usage or scene.
+    #[cfg(feature = "study")]
     Advise(AdviseArgs),
     /// Write a scene with triangle meshes in place of its bodies of revolution
     ///

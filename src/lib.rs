@@ -1,14 +1,20 @@
 //! goblet renders caustics: a progressive photon mapper that runs as Vulkan compute.
 //!
-//! Load a [`scene::Scene`], open a device, make a [`Renderer`], step it, resolve and write:
+//! A render takes five steps: read a [`scene::Scene`], open a [`Device`], make a [`Renderer`], run
+//! iterations, and look at the image. Each iteration improves the image, which is whole after any of
+//! them.
 //!
 //! ```no_run
-//! use std::rc::Rc;
+//! use std::sync::Arc;
+//!
+//! use goblet::scene::Scene;
+//! use goblet::{DeviceOptions, Options, Renderer, open_device};
 //!
 //! # fn main() -> Result<(), Box<dyn std::error::Error>> {
-//! let scene = goblet::scene::Scene::load("scenes/cornell-caustic.pbrt")?;
-//! let device = Rc::new(goblet::open_device(None, false)?);
-//! let mut renderer = goblet::Renderer::new(device, &scene, &goblet::Options::default())?;
+//! let scene = Scene::load("scenes/cornell-caustic.pbrt")?;
+//! let device = Arc::new(open_device(&DeviceOptions::default())?);
+//! let options = Options { photons: Some(100_000), ..Options::default() };
+//! let mut renderer = Renderer::new(device, &scene, &options)?;
 //! for _ in 0..scene.integrator.iterations {
 //!     renderer.step()?;
 //! }
@@ -17,13 +23,54 @@
 //! # }
 //! ```
 //!
-//! `src/render/iteration.rs` is the algorithm in one page, `shaders/` the passes that it dispatches.
-//! This crate knows physics and no Vulkan; `goblet-host` knows Vulkan and no physics.
+//! ```text
+//! text or file ─ Scene::parse, Scene::load ─► Scene ─ Renderer::new ─► arrays and kernels on the device
+//!
+//! Renderer::step                  one iteration
+//!     eye        traces paths from each pixel to visible points
+//!     radius     gives each visible point its radius for this iteration
+//!     photon     emits photons, and records where they meet a diffuse surface
+//!     grid       sorts the records into cells
+//!     gather     sums the photons within the radius of each visible point
+//!     update     adds the iteration's image to the mean
+//!
+//! Renderer::resolve ─► image::film::Image ─ image::file::write ─► EXR, PNG
+//! Renderer::checkpoint ─► render::checkpoint::Checkpoint ─ Renderer::resume ─► the same render, later
+//! ```
+//!
+//! # Where to begin
+//!
+//! - [`scene::Scene::parse`] reads a scene from a string, and [`scene::Camera::looking_at`] makes a camera
+//!   from an eye, a target and a field of view.
+//! - [`Options`] says how to render; [`render::options::table::OPTIONS`] has the range, unit and help of each
+//!   option.
+//! - [`Renderer::relative_error`] estimates the noise of the image so far.
+//! - A [`Renderer`] is `Send`, and several of them may share a [`Device`].
+//! - `examples/` has three programs: render to a buffer, a callback at each iteration, a study of a
+//!   parameter.
+//!
+//! Radiance is in W/(m² sr), lengths are in scene units, angles in radians. The same scene, options,
+//! device and driver give the same bytes.
+//!
+//! # Features
+//!
+//! All are on by default. A library needs none of them: `default-features = false`.
+//!
+//! - `cli`: the program `goblet`.
+//! - `study`: comparisons of settings, with charts, in the module `study`.
+//! - `view`: the window of `goblet view`; implies `cli`.
+//!
+//! The crate `goblet-host` has all Vulkan and all unsafe code, and no physics; this crate has the physics.
 #![forbid(unsafe_code)]
 // They panic where nobody reads them: `cli::terminal` prints.
 #![deny(clippy::print_stdout, clippy::print_stderr)]
+#![cfg_attr(
+    not(all(feature = "cli", feature = "study", feature = "view")),
+    allow(dead_code, unused_imports, reason = "some items are there for a feature")
+)]
 
 pub mod base;
+#[cfg(feature = "cli")]
 pub mod cli;
 pub mod geometry;
 pub mod gpu_scene;
@@ -31,16 +78,21 @@ pub mod image;
 pub mod kernels;
 pub mod render;
 pub mod scene;
+#[cfg(feature = "study")]
 pub mod study;
 #[cfg(feature = "view")]
 pub mod viewer;
 
+pub use glam;
+pub use goblet_host::{Device, DeviceInfo, DeviceKind, Error as DeviceError};
+
 pub use base::room::NoRoom;
 pub use gpu_scene::pack::{Envelopes, PackError, RevolutionSolver};
 pub use render::counters::{ByPass, Tally};
+pub use render::device::{DeviceOptions, open_device};
 pub use render::error::RenderError;
 pub use render::options::{Contribution, DirectLight, Integrator, LookupKind, Options, Sampler};
 pub use render::radius::RadiusSchedule;
-pub use render::renderer::{Aside, Renderer, open_device};
+pub use render::renderer::{Aside, Renderer};
 pub use render::sequence::Shard;
 pub use render::unsampled::Noise;

@@ -23,7 +23,9 @@ fn main() -> ExitCode {
         Command::View(args) => goblet::viewer::command::run(&args).map(|()| ExitCode::SUCCESS),
         Command::Merge(args) => cli::merge::run(&args).map(|()| ExitCode::SUCCESS),
         Command::Compare(args) => cli::compare::run(&args).map(code),
+        #[cfg(feature = "study")]
         Command::Measure(args) => cli::measure::run(&args).map(|()| ExitCode::SUCCESS),
+        #[cfg(feature = "study")]
         Command::Advise(args) => cli::advise::run(&args).map(|()| ExitCode::SUCCESS),
         Command::Tessellate(args) => cli::tessellate::run(&args).map(|()| ExitCode::SUCCESS),
         Command::Info(args) => cli::info::run(&args).map(|()| ExitCode::SUCCESS),

@@ -6,14 +6,14 @@ mod command;
 #[path = "support/variants.rs"]
 mod variants;
 
-use std::rc::Rc;
+use std::sync::Arc;
 
 use command::Bench;
 use goblet::image::estimate::dark_square;
 use goblet::image::film::{Image, luminance};
 use goblet::scene::Scene;
 use goblet::study::advise::{Choice, Length, expect};
-use goblet::{Options, Renderer, open_device};
+use goblet::{DeviceOptions, Options, Renderer, open_device};
 use goblet_host::Device;
 
 /// A prediction is right within this factor.
@@ -39,13 +39,13 @@ fn relative_error(image: &Image, reference: &Image) -> f64 {
 
 /// Renders settings of a scene, and compares what was expected of them with the truth. All lengths
 /// are numbers of iterations: the clock has no part in it.
-fn assert_is_as_expected(device: &Rc<Device>, name: &str, choice: Choice, iterations: u32) {
+fn assert_is_as_expected(device: &Arc<Device>, name: &str, choice: Choice, iterations: u32) {
     let scene = Scene::load(file(name, "pbrt")).expect("a scene");
     // A pixel for four of the reference, which so has a quarter of its own noise.
     let base = Options { resolution: Some([64, 64]), ..Options::default() };
     let (options, expected) =
         expect(device, &scene, &base, choice, iterations, Length::Iterations(PROBE)).expect("a probe");
-    let mut renderer = Renderer::new(Rc::clone(device), &scene, &options).expect("a renderer");
+    let mut renderer = Renderer::new(Arc::clone(device), &scene, &options).expect("a renderer");
     for _ in 0..iterations {
         renderer.step().expect("an iteration");
     }
@@ -59,7 +59,7 @@ fn assert_is_as_expected(device: &Rc<Device>, name: &str, choice: Choice, iterat
 
 #[test]
 fn errors_are_as_expected() {
-    let device = Rc::new(open_device(None, false).expect("a device"));
+    let device = Arc::new(open_device(&DeviceOptions::default()).expect("a device"));
     let choices = [
         (Choice::DEFAULT, 48),
         (Choice { eye_paths: 2, radius: 1.4, photons: 0.5 }, 96),

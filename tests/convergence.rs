@@ -2,7 +2,7 @@
 
 mod support;
 
-use std::rc::Rc;
+use std::sync::Arc;
 
 use goblet::image::film::{Image, luminance};
 use goblet::scene::Scene;
@@ -14,7 +14,7 @@ const CHECKPOINTS: [u32; 8] = [4, 8, 16, 32, 64, 128, 256, 512];
 
 /// A caustic, and what it truly looks like.
 struct Lab {
-    device: Rc<Device>,
+    device: Arc<Device>,
     scene: Scene,
     /// Two independent renders: what they have in common is the truth.
     references: [Image; 2],
@@ -58,7 +58,7 @@ impl Lab {
         let mut errors = vec![Errors::default(); checkpoints.len()];
         for seed in seeds {
             let options = Options { seed: Some(seed), ..options.clone() };
-            let mut renderer = Renderer::new(Rc::clone(&self.device), &self.scene, &options).expect("a renderer");
+            let mut renderer = Renderer::new(Arc::clone(&self.device), &self.scene, &options).expect("a renderer");
             for (sum, iterations) in errors.iter_mut().zip(checkpoints) {
                 while renderer.iterations() < *iterations {
                     renderer.step().expect("an iteration");

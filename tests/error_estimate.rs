@@ -3,7 +3,7 @@
 
 mod support;
 
-use std::rc::Rc;
+use std::sync::Arc;
 
 use goblet::image::estimate::Estimate;
 use goblet::image::film::luminance;
@@ -25,11 +25,11 @@ struct Renders {
     relative: Vec<f64>,
 }
 
-fn render(device: &Rc<Device>, scene: &Scene, options: &Options, iterations: u32) -> Renders {
+fn render(device: &Arc<Device>, scene: &Scene, options: &Options, iterations: u32) -> Renders {
     let mut renders = Renders { images: Vec::new(), errors: Vec::new(), relative: Vec::new() };
     for seed in SEEDS {
         let options = Options { seed: Some(seed), ..options.clone() };
-        let mut renderer = Renderer::new(Rc::clone(device), scene, &options).expect("a renderer");
+        let mut renderer = Renderer::new(Arc::clone(device), scene, &options).expect("a renderer");
         for _ in 0..iterations {
             renderer.step().expect("an iteration");
         }

@@ -8,7 +8,7 @@ use std::collections::BTreeSet;
 use command::{Bench, LIGHT, scene};
 use goblet::image::file;
 use goblet::image::film::Image;
-use goblet::{Options, Renderer, open_device};
+use goblet::{DeviceOptions, Options, Renderer, open_device};
 use serde_json::Value;
 
 fn info(bench: &Bench, code: i32) -> Value {
@@ -136,7 +136,8 @@ fn memory_is_about_what_a_render_takes() {
     let memory = &info(&bench, 0)["memory"];
     let estimate = memory["scene"].as_f64().unwrap() + memory["buffers"].as_f64().unwrap();
     let scene = goblet::scene::Scene::load(bench.path("scene.pbrt")).unwrap();
-    let device = std::rc::Rc::new(open_device(None, true).unwrap());
+    let device =
+        std::sync::Arc::new(open_device(&DeviceOptions { validation: true, ..DeviceOptions::default() }).unwrap());
     let before = device.allocated_bytes();
     let _renderer = Renderer::new(device.clone(), &scene, &Options::default()).unwrap();
     let taken = (device.allocated_bytes() - before) as f64;

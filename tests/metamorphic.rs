@@ -5,7 +5,7 @@ mod support;
 
 use std::cell::Cell;
 use std::process::Command;
-use std::rc::Rc;
+use std::sync::Arc;
 
 use glam::{DAffine3, DVec3};
 use goblet::image::compare::compare;
@@ -67,7 +67,7 @@ fn options() -> Options {
     }
 }
 
-fn shoot(device: &Rc<Device>, scene: &Scene, options: &Options) -> Image {
+fn shoot(device: &Arc<Device>, scene: &Scene, options: &Options) -> Image {
     support::render_scene(device, scene, options, ITERATIONS).image
 }
 
@@ -134,7 +134,7 @@ fn iterations_that_were_given_up_leave_no_trace() {
             let options = Options { lookup, integrator, resolution: Some([72, 50]), ..options() };
             let expected = support::render_scene(&device, &plain(), &options, 3).image;
             let responsive = Options { responsive: true, ..options };
-            let mut renderer = Renderer::new(Rc::clone(&device), &plain(), &responsive).expect("a renderer");
+            let mut renderer = Renderer::new(Arc::clone(&device), &plain(), &responsive).expect("a renderer");
             let image = shoot_with_interruptions(&mut renderer, 3);
             assert_same(&format!("{lookup:?}, {integrator:?}"), &image, &expected);
         }
@@ -158,11 +158,11 @@ fn a_renderer_that_was_elsewhere_is_as_good_as_new() {
     };
     for lookup in [LookupKind::HashGrid, LookupKind::KdTree] {
         let with = |options: &Options| Options { lookup, ..options.clone() };
-        let mut renderer = Renderer::new(Rc::clone(&device), &plain(), &with(&wanted)).expect("a renderer");
+        let mut renderer = Renderer::new(Arc::clone(&device), &plain(), &with(&wanted)).expect("a renderer");
         let mut see = |scene: &Scene, options: &Options| {
             assert!(renderer.restart(scene, &with(options)).expect("a restart"));
             let image = shoot_with_interruptions(&mut renderer, 3);
-            let mut fresh = Renderer::new(Rc::clone(&device), scene, &with(options)).expect("a renderer");
+            let mut fresh = Renderer::new(Arc::clone(&device), scene, &with(options)).expect("a renderer");
             (0..3).for_each(|_| fresh.step().expect("an iteration"));
             assert_same(&format!("{lookup:?}, {options:?}"), &image, &fresh.resolve().expect("an image"));
             assert_eq!(renderer.tally(), fresh.tally());
@@ -208,7 +208,7 @@ fn direct_light_and_that_of_photons_make_the_image() {
 }
 
 /// Sums of integers do not depend on the order in which points are found.
-fn assert_lookups_agree(device: &Rc<Device>, what: &str, scene: &Scene, options: &Options) {
+fn assert_lookups_agree(device: &Arc<Device>, what: &str, scene: &Scene, options: &Options) {
     let shoot = |options: &Options| support::render_scene(device, scene, options, 8).image;
     let expected = shoot(options);
     let tree = Options { lookup: LookupKind::KdTree, ..options.clone() };

@@ -9,7 +9,7 @@ mod support;
 mod variants;
 
 use std::path::PathBuf;
-use std::rc::Rc;
+use std::sync::Arc;
 
 use goblet::image::compare::{Comparison, Gates, compare};
 use goblet::image::file;
@@ -219,7 +219,7 @@ fn write_the_reference_of_the_wine_cup() {
     file::write(&root("tests/variants/wine-cup.exr"), &mean, &[]).expect("written");
 }
 
-fn wine_cup(device: &Rc<Device>, variant: Variant) -> Image {
+fn wine_cup(device: &Arc<Device>, variant: Variant) -> Image {
     let scene = variants::boxed_scene(&root("tests/reference/wine-cup.pbrt"));
     let base = Options {
         resolution: Some([96; 2]),
@@ -228,7 +228,7 @@ fn wine_cup(device: &Rc<Device>, variant: Variant) -> Image {
         seed: Some(77),
         ..Options::default()
     };
-    let mut renderer = Renderer::new(Rc::clone(device), &scene, &variant.options(&base, 4)).expect("a renderer");
+    let mut renderer = Renderer::new(Arc::clone(device), &scene, &variant.options(&base, 4)).expect("a renderer");
     for _ in 0..368 {
         renderer.step().expect("an iteration");
     }

@@ -1,7 +1,7 @@
 //! The error of an image against the time that it took.
 
 use std::path::PathBuf;
-use std::rc::Rc;
+use std::sync::Arc;
 use std::time::Instant;
 
 use goblet::image::file;
@@ -94,7 +94,7 @@ pub struct Measured {
 }
 
 /// Renders with each seed for so many seconds.
-pub fn measure(device: &Rc<Device>, references: &References, seeds: u32, seconds: f64) -> Result<Measured> {
+pub fn measure(device: &Arc<Device>, references: &References, seeds: u32, seconds: f64) -> Result<Measured> {
     let scene = Scene::load(SCENE)?;
     let mut all = Vec::new();
     for seed in 1..=seeds {
@@ -106,9 +106,9 @@ pub fn measure(device: &Rc<Device>, references: &References, seeds: u32, seconds
     Ok(Measured { scene: SCENE, references: references.files.clone(), seeds: all, checkpoints, pbrt: PBRT })
 }
 
-fn render(device: &Rc<Device>, scene: &Scene, references: &References, seed: u32, limit: f64) -> Result<Vec<Moment>> {
+fn render(device: &Arc<Device>, scene: &Scene, references: &References, seed: u32, limit: f64) -> Result<Vec<Moment>> {
     let start = Instant::now();
-    let mut renderer = Renderer::new(Rc::clone(device), scene, &options(seed))?;
+    let mut renderer = Renderer::new(Arc::clone(device), scene, &options(seed))?;
     let mut seconds = start.elapsed().as_secs_f64();
     let mut moments = Vec::new();
     while seconds < limit {

@@ -1,7 +1,7 @@
 //! How the time of an iteration grows with the size of the task.
 
 use std::path::Path;
-use std::rc::Rc;
+use std::sync::Arc;
 use std::time::Instant;
 
 use goblet_host::Device;
@@ -102,7 +102,7 @@ pub struct Growth {
 }
 
 /// Measures all sizes of a series that so many seconds are enough for.
-pub fn measure(device: &Rc<Device>, series: Series, seconds: f64) -> Result<Growth> {
+pub fn measure(device: &Arc<Device>, series: Series, seconds: f64) -> Result<Growth> {
     let folder = tempfile::tempdir()?;
     let start = Instant::now();
     let mut growth = Growth { series, points: vec![] };
@@ -122,7 +122,7 @@ pub fn measure(device: &Rc<Device>, series: Series, seconds: f64) -> Result<Grow
 }
 
 /// Whatever goes wrong is a result, too.
-fn measure_size(device: &Rc<Device>, series: &Series, folder: &Path, size: u64, share: f64) -> Point {
+fn measure_size(device: &Arc<Device>, series: &Series, folder: &Path, size: u64, share: f64) -> Point {
     let start = Instant::now();
     let case = (series.case)(folder, size);
     let generate = start.elapsed().as_secs_f64();
@@ -135,7 +135,7 @@ fn measure_size(device: &Rc<Device>, series: &Series, folder: &Path, size: u64, 
 }
 
 /// Repeats iterations while there is time.
-fn iterate(device: &Rc<Device>, case: &Case, seconds: f64) -> Result<Times> {
+fn iterate(device: &Arc<Device>, case: &Case, seconds: f64) -> Result<Times> {
     let start = Instant::now();
     let mut run = Run::start(device, &case.scene, &case.options)?;
     // The first is the slowest.

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 use std::path::Path;
-use std::rc::Rc;
+use std::sync::Arc;
 use std::time::Instant;
 
 use goblet::scene::Scene;
@@ -53,11 +53,11 @@ pub struct Run {
 
 impl Run {
     /// Loads a scene and runs the first iteration.
-    pub fn start(device: &Rc<Device>, path: &Path, options: &Options) -> Result<Self> {
+    pub fn start(device: &Arc<Device>, path: &Path, options: &Options) -> Result<Self> {
         let start = Instant::now();
         let scene = Scene::load(path)?;
         let load = start.elapsed().as_secs_f64();
-        let mut renderer = Renderer::new(Rc::clone(device), &scene, options)?;
+        let mut renderer = Renderer::new(Arc::clone(device), &scene, options)?;
         let [build, compile] = [renderer.build_time(), renderer.compile_time()].map(|time| time.as_secs_f64());
         let warm_up = step(&mut renderer)?;
         let times = Times { setup: Setup { load, build, compile }, warm_up, iterations: vec![] };

@@ -1,7 +1,7 @@
 //! Iterations of whole scenes.
 
 use std::path::Path;
-use std::rc::Rc;
+use std::sync::Arc;
 
 use goblet::Options;
 use goblet_host::Device;
@@ -24,7 +24,7 @@ pub struct Measured {
 
 /// Scenes take turns, so that what else the machine does slows all of them alike, until each
 /// has had its time. Each has at least one iteration that counts.
-pub fn measure(device: &Rc<Device>, seconds: f64) -> Result<Vec<Measured>> {
+pub fn measure(device: &Arc<Device>, seconds: f64) -> Result<Vec<Measured>> {
     let options = Options { resolution: Some([SIDE; 2]), photons: Some(PHOTONS), ..Options::default() };
     let mut runs = Vec::new();
     for scene in SCENES {

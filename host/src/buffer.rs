@@ -68,10 +68,10 @@ pub(crate) struct RawBuffer {
     device: Arc<DeviceShared>,
 }
 
-// SAFETY: the mapped pointer is only used through `&self` methods of a `Device`,
-// which one thread uses at a time; the handles themselves are plain numbers.
+// SAFETY: the mapped pointer is only used through `&self` methods of a `Device`, under one of its
+// locks; the handles themselves are plain numbers.
 unsafe impl Send for RawBuffer {}
-// SAFETY: as above; `map_read` and `map_write` are only called by the device's owner.
+// SAFETY: as above; `map_read` and `map_write` are called under a lock of the device only.
 unsafe impl Sync for RawBuffer {}
 
 impl RawBuffer {

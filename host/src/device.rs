@@ -1,9 +1,8 @@
 //! A device with one compute queue.
 
 use std::ffi::CStr;
-use std::marker::PhantomData;
-use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::{Arc, Mutex};
 use std::time::Duration;
 
 use ash::vk;
@@ -16,7 +15,7 @@ use crate::guard::{GUARD_BYTES, Guards};
 use crate::instance::Instance;
 use crate::kernel::{Compiling, Kernel, Pass};
 use crate::physical::{self, DeviceInfo, DeviceMemory, Requirements, compute_family};
-use crate::recording::Recorder;
+use crate::recording::{Recorder, lock};
 use crate::shared::DeviceShared;
 use crate::texels::{GUARD_ROWS, RawTexels, Texels};
 use crate::timing::Timer;
@@ -24,14 +23,17 @@ use crate::timing::Timer;
 /// Size of the staging buffer: the bytes of a transfer between host and device.
 const STAGING_BYTES: u64 = 16 << 20;
 
-/// An open device: makes buffers, passes and frames. It is neither `Send` nor `Sync`: one thread uses its
-/// queue, command pool and staging memory.
+/// An open device: makes buffers, passes and frames. Threads may share it: they wait for each other's
+/// frames, since there is one queue, one command pool and one set of timestamps. A thread must not ask
+/// for a frame, nor read or write an array, while it has another frame: it would wait for itself.
 pub struct Device {
     pub(crate) shared: Arc<DeviceShared>,
-    staging: RawBuffer,
+    /// Locked during a transfer, before `recording` is.
+    staging: Mutex<RawBuffer>,
     timer: Timer,
     guards: Option<Guards>,
-    _one_thread: PhantomData<*const ()>,
+    /// Locked as long as there is a recording.
+    recording: Mutex<()>,
 }
 
 impl Instance {
@@ -92,7 +94,7 @@ impl Device {
         let shared = Arc::new(shared);
         let staging = RawBuffer::host(&shared, "staging", STAGING_BYTES)?;
         let timer = Timer::new(&shared)?;
-        Ok(Self { shared, staging, timer, guards: None, _one_thread: PhantomData })
+        Ok(Self { shared, staging: Mutex::new(staging), timer, guards: None, recording: Mutex::new(()) })
     }
 
     /// Returns what the list of devices says of this one.
@@ -152,11 +154,12 @@ impl Device {
     pub fn write<T: Pod>(&self, buffer: &Buffer<T>, data: &[T]) -> Result<()> {
         assert!(data.len() as u64 <= buffer.len(), "buffer {} is too short", buffer.name());
         let bytes: &[u8] = bytemuck::cast_slice(data);
+        let staging = lock(&self.staging);
         for (index, chunk) in bytes.chunks(STAGING_BYTES as usize).enumerate() {
-            self.staging.map_write(chunk);
+            staging.map_write(chunk);
             let offset = index as u64 * STAGING_BYTES;
             let mut recording = self.recorder().begin()?;
-            recording.copy(&self.staging, 0, buffer.raw(), offset, chunk.len() as u64);
+            recording.copy(&staging, 0, buffer.raw(), offset, chunk.len() as u64);
             recording.submit()?;
         }
         Ok(())
@@ -169,12 +172,13 @@ impl Device {
     pub fn read<T: Pod>(&self, buffer: &Buffer<T>) -> Result<Vec<T>> {
         let mut data = vec![T::zeroed(); buffer.len() as usize];
         let bytes: &mut [u8] = bytemuck::cast_slice_mut(&mut data);
+        let staging = lock(&self.staging);
         for (index, chunk) in bytes.chunks_mut(STAGING_BYTES as usize).enumerate() {
             let offset = index as u64 * STAGING_BYTES;
             let mut recording = self.recorder().begin()?;
-            recording.copy(buffer.raw(), offset, &self.staging, 0, chunk.len() as u64);
+            recording.copy(buffer.raw(), offset, &staging, 0, chunk.len() as u64);
             recording.submit()?;
-            self.staging.map_read(chunk);
+            staging.map_read(chunk);
         }
         Ok(data)
     }
@@ -214,10 +218,11 @@ impl Device {
         assert!(data.len() as u64 <= texels.len(), "texels {} are too short", texels.name());
         let rows = staged_rows(texels.raw());
         let bytes: &[u8] = bytemuck::cast_slice(data);
+        let staging = lock(&self.staging);
         for (index, chunk) in bytes.chunks((rows * texels.raw().row_bytes()) as usize).enumerate() {
-            self.staging.map_write(chunk);
+            staging.map_write(chunk);
             let mut recording = self.recorder().begin()?;
-            recording.copy_to_rows(&self.staging, texels.raw(), index as u64 * rows, chunk.len() as u64);
+            recording.copy_to_rows(&staging, texels.raw(), index as u64 * rows, chunk.len() as u64);
             recording.submit()?;
         }
         Ok(())
@@ -240,11 +245,12 @@ impl Device {
         let mut data = vec![T::zeroed(); count as usize];
         let rows = staged_rows(texels.raw());
         let bytes: &mut [u8] = bytemuck::cast_slice_mut(&mut data);
+        let staging = lock(&self.staging);
         for (index, chunk) in bytes.chunks_mut((rows * texels.raw().row_bytes()) as usize).enumerate() {
             let mut recording = self.recorder().begin()?;
-            recording.copy_from_rows(texels.raw(), index as u64 * rows, &self.staging, chunk.len() as u64);
+            recording.copy_from_rows(texels.raw(), index as u64 * rows, &staging, chunk.len() as u64);
             recording.submit()?;
-            self.staging.map_read(chunk);
+            staging.map_read(chunk);
         }
         Ok(data)
     }
@@ -284,7 +290,7 @@ impl Device {
     }
 
     fn recorder(&self) -> Recorder<'_> {
-        Recorder { device: &self.shared, timer: &self.timer }
+        Recorder { device: &self.shared, timer: &self.timer, recording: &self.recording }
     }
 
     /// Returns the device time by kernel since the device was opened; empty if the device has no

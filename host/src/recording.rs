@@ -1,6 +1,6 @@
 //! Commands that a device runs in order: transfers, barriers, submission.
 
-use std::sync::Arc;
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 use ash::vk;
 
@@ -15,6 +15,14 @@ use crate::timing::{MAX_TIMED, Timer};
 pub(crate) struct Recorder<'a> {
     pub device: &'a Arc<DeviceShared>,
     pub timer: &'a Timer,
+    /// Locked as long as there is a recording: it uses command pool, queue and timer alone.
+    pub recording: &'a Mutex<()>,
+}
+
+/// Locks a mutex, also after a panic of another thread: what it guards has no state that a panic
+/// could leave broken.
+pub(crate) fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
+    mutex.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
 /// Commands that run in order. Each sees the writes of those before it.
@@ -25,19 +33,23 @@ pub(crate) struct Recording<'a> {
     fence: vk::Fence,
     /// The kernels that are dispatched, in order.
     pub passes: Vec<&'static str>,
+    /// Dropped last, when the commands are freed.
+    _lock: MutexGuard<'a, ()>,
 }
 
 impl<'a> Recorder<'a> {
     /// Begins an empty recording.
     pub fn begin(self) -> Result<Recording<'a>> {
+        let lock = lock(self.recording);
         let vulkan = &self.device.raw;
         let allocate =
             vk::CommandBufferAllocateInfo::default().command_pool(self.device.command_pool).command_buffer_count(1);
         let begin = vk::CommandBufferBeginInfo::default().flags(vk::CommandBufferUsageFlags::ONE_TIME_SUBMIT);
-        // SAFETY: the recording frees what is allocated here; one thread uses the device.
+        // SAFETY: the recording frees what is allocated here; no other thread records.
         unsafe {
             let commands = vulkan.allocate_command_buffers(&allocate).context("vkAllocateCommandBuffers")?[0];
-            let mut recording = Recording { recorder: self, commands, fence: vk::Fence::null(), passes: Vec::new() };
+            let fence = vk::Fence::null();
+            let mut recording = Recording { recorder: self, commands, fence, passes: Vec::new(), _lock: lock };
             recording.fence = vulkan.create_fence(&vk::FenceCreateInfo::default(), None).context("vkCreateFence")?;
             vulkan.begin_command_buffer(commands, &begin).context("vkBeginCommandBuffer")?;
             if self.timer.has(0) {

@@ -1,7 +1,7 @@
 //! `goblet advise`: settings for a time or an error.
 
 use std::path::PathBuf;
-use std::rc::Rc;
+use std::sync::Arc;
 use std::time::Duration;
 
 use clap::Args;
@@ -9,8 +9,8 @@ use serde::Serialize;
 
 use super::values::{resolution, seconds, target_error};
 use super::{Failure, SceneMemory, terminal};
+use crate::render::device::{DeviceOptions, open_device};
 use crate::render::options::Options;
-use crate::render::renderer::open_device;
 use crate::scene::Scene;
 use crate::study::advise::{Advice, Expected, Goal, Length, advise};
 
@@ -85,7 +85,7 @@ pub fn run(args: &AdviseArgs) -> Result<(), Failure> {
         Goal::Error(_) => PROBE_FOR_ERROR,
     };
     let probe = args.probe.unwrap_or(Duration::from_secs_f64(usual));
-    let device = Rc::new(open_device(args.device.as_deref(), false)?);
+    let device = Arc::new(open_device(&DeviceOptions { selector: args.device.as_deref(), validation: false })?);
     let base = Options { resolution: args.resolution, ..Options::default() };
     let advice = advise(&device, &scene, &base, goal, Length::Time(probe))?;
     let options = options(args, &advice);

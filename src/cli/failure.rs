@@ -10,6 +10,7 @@ use crate::render::checkpoint::CheckpointError;
 use crate::render::error::RenderError;
 use crate::scene::SceneError;
 use crate::scene::mesh::tessellate::TooFine;
+#[cfg(feature = "study")]
 use crate::study::measure::KnobError;
 
 /// A failed command; printed once, by `main`.
@@ -34,6 +35,7 @@ pub enum Failure {
     #[error(transparent)]
     Compare(#[from] CompareError),
     /// Settings that cannot be measured.
+    #[cfg(feature = "study")]
     #[error(transparent)]
     Knob(#[from] KnobError),
     /// A report could not be written.
@@ -163,10 +165,11 @@ impl Failure {
     pub fn exit_code(&self) -> u8 {
         match self {
             Self::Tessellate(TessellateError::Write { .. }) => 1,
+            #[cfg(feature = "study")]
+            Self::Knob(_) => 2,
             Self::Scene(_)
             | Self::Unrenderable(_)
             | Self::Compare(_)
-            | Self::Knob(_)
             | Self::Tessellate(_)
             | Self::SameFile { .. }
             | Self::NoCommand { .. }

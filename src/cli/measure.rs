@@ -3,7 +3,7 @@
 use std::ffi::OsStr;
 use std::fs;
 use std::path::{Path, PathBuf};
-use std::rc::Rc;
+use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use clap::Args;
@@ -18,13 +18,14 @@ use crate::gpu_scene::pack::pack;
 use crate::image::compare::SizeMismatch;
 use crate::image::file;
 use crate::image::film::Image;
+use crate::render::device::{DeviceOptions, open_device};
 use crate::render::error::RenderError;
 use crate::render::options::Options;
-use crate::render::renderer::{Renderer, open_device};
+use crate::render::renderer::Renderer;
 use crate::scene::Scene;
 use crate::study::machine::Machine;
 use crate::study::measure::{
-    Conditions, KNOBS, Measurement, Reference, Setting, Source, Trajectory, Vary, report, settings,
+    Conditions, Measurement, Reference, Setting, Source, Trajectory, Vary, knobs, report, settings,
 };
 
 /// How much longer than a setting goblet's own reference is rendered.
@@ -94,7 +95,7 @@ pub struct MeasureArgs {
 fn vary_help() -> String {
     format!(
         "Values of an option of `goblet render`, to be measured; repeat it for all combinations. Options: {}",
-        KNOBS.join(", ")
+        knobs()
     )
 }
 
@@ -116,7 +117,7 @@ pub fn run(args: &MeasureArgs) -> Result<(), Failure> {
     check_files(args, &scene, settings.len())?;
     fs::create_dir_all(&args.output).map_err(|reason| failed(&args.output, reason))?;
     let given = given_reference(args)?;
-    let device = Rc::new(open_device(args.device.as_deref(), false)?);
+    let device = Arc::new(open_device(&DeviceOptions { selector: args.device.as_deref(), validation: false })?);
     let (image, source) = match given {
         Some(given) => given,
         None => own_reference(args, &device, &scene)?,
@@ -182,7 +183,7 @@ fn given_reference(args: &MeasureArgs) -> Result<Option<(Image, Source)>, Failur
 }
 
 /// Renders a reference with the scene's own settings, and keeps it beside the results.
-fn own_reference(args: &MeasureArgs, device: &Rc<Device>, scene: &Scene) -> Result<(Image, Source), Failure> {
+fn own_reference(args: &MeasureArgs, device: &Arc<Device>, scene: &Scene) -> Result<(Image, Source), Failure> {
     let time = args.budget * REFERENCE_BUDGETS;
     if !args.quiet {
         terminal::say(format_args!(
@@ -191,7 +192,7 @@ fn own_reference(args: &MeasureArgs, device: &Rc<Device>, scene: &Scene) -> Resu
         ));
     }
     let seed = Some(scene.integrator.seed.wrapping_add(REFERENCE_SEED));
-    let mut renderer = Renderer::new(Rc::clone(device), scene, &Options { seed, ..Options::default() })?;
+    let mut renderer = Renderer::new(Arc::clone(device), scene, &Options { seed, ..Options::default() })?;
     let start = Instant::now();
     while renderer.iterations() == 0 || start.elapsed() < time {
         renderer.step()?;
@@ -212,7 +213,7 @@ fn own_reference(args: &MeasureArgs, device: &Rc<Device>, scene: &Scene) -> Resu
 /// Says before anything is rendered that a setting does not fit the scene.
 fn check_options(scene: &Scene, settings: &[Setting]) -> Result<(), Failure> {
     for setting in settings {
-        let options = setting.args.options();
+        let options = &setting.request.options;
         let packed = pack(scene, options.revolution_solver).map_err(RenderError::from)?;
         options.resolve(scene, packed.space.radius / packed.space.scale)?;
     }
@@ -223,7 +224,7 @@ fn check_options(scene: &Scene, settings: &[Setting]) -> Result<(), Failure> {
 fn check_sizes(reference: &Reference, scene: &Scene, settings: &[Setting]) -> Result<(), Failure> {
     let [first, end] = scene.film.bounds(scene.film.resolution);
     let image = [end[0] - first[0], end[1] - first[1]];
-    let as_the_scene_says = settings.iter().any(|setting| setting.args.resolution.is_none());
+    let as_the_scene_says = settings.iter().any(|setting| setting.request.options.resolution.is_none());
     if as_the_scene_says && image != reference.resolution() {
         return Err(CompareError::from(SizeMismatch { image, reference: reference.resolution() }).into());
     }

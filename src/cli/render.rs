@@ -3,13 +3,16 @@
 mod args;
 mod limit;
 mod notice;
+mod options;
+#[cfg(test)]
+mod options_page;
 mod progress;
 mod signal;
 #[cfg(test)]
 mod tests;
 
 use std::path::{Path, PathBuf};
-use std::rc::Rc;
+use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 pub use args::RenderArgs;
@@ -26,8 +29,9 @@ use crate::image::estimate::Estimate;
 use crate::image::file::{self, Channel};
 use crate::render::aov;
 use crate::render::checkpoint::{Checkpoint, CheckpointError, MadeBy};
+use crate::render::device::{DeviceOptions, open_device};
 use crate::render::error::RenderError;
-use crate::render::renderer::{Renderer, open_device};
+use crate::render::renderer::Renderer;
 use crate::scene::Scene;
 
 /// How a render came to its end.
@@ -64,7 +68,7 @@ fn run_with(args: &RenderArgs, step: impl Fn(&mut Renderer) -> Result<(), Render
     let resumed = args.resume.as_deref().map(read_checkpoint).transpose()?;
     let load_time = start.elapsed();
 
-    let device = Rc::new(open_device(args.device.as_deref(), args.validate)?);
+    let device = Arc::new(open_device(&DeviceOptions { selector: args.device.as_deref(), validation: args.validate })?);
     let notice = Notice::new("preparing the scene", args.quiet);
     let mut renderer = Renderer::new(device, &scene, &args.options())?;
     drop(notice);

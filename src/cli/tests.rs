@@ -4,7 +4,6 @@ use std::time::Duration;
 
 use clap::CommandFactory;
 
-use super::values::Radius;
 use super::*;
 use crate::gpu_scene::pack::{Envelopes, RevolutionSolver};
 
@@ -33,7 +32,7 @@ fn all_options_of_render_arrive() {
         "--time",
         "1.5",
         "--photons",
-        "5000000000",
+        "2e9",
         "--radius",
         "0.25",
         "--alpha",
@@ -57,19 +56,20 @@ fn all_options_of_render_arrive() {
     ])
     .unwrap();
     assert_eq!(args.output, [PathBuf::from("a.exr"), PathBuf::from("b.PNG")]);
-    assert_eq!(args.time, Some(Duration::from_millis(1500)));
-    assert_eq!(args.photons, Some(5_000_000_000));
-    assert_eq!((args.radius, args.alpha), (Some(Radius::Length(0.25)), Some(1.0)));
-    assert_eq!((args.iterations, args.max_depth), (Some(64), Some(8)));
-    assert_eq!((args.seed, args.resolution), (Some(u32::MAX), Some([640, 480])));
-    assert_eq!((args.workgroup_size, args.batch_size), (Some(128), Some(1024)));
+    let (options, limits) = (args.options(), &args.request.limits);
+    assert_eq!((limits.time, limits.iterations), (Some(Duration::from_millis(1500)), Some(64)));
+    assert_eq!(options.photons, Some(2_000_000_000));
+    assert_eq!((options.radius, options.alpha), (Some(0.25), Some(1.0)));
+    assert_eq!((options.max_depth, options.seed, options.resolution), (Some(8), Some(u32::MAX), Some([640, 480])));
+    assert_eq!((options.workgroup_size, options.batch_size), (Some(128), Some(1024)));
     assert!(args.validate && args.quiet && args.stats.is_some() && args.device.is_some());
 }
 
 #[test]
 fn a_radius_is_a_length_or_pixels() {
-    for (text, expected) in [("2px", Radius::Pixels(2.0)), ("0.5px", Radius::Pixels(0.5)), ("2", Radius::Length(2.0))] {
-        assert_eq!(render(&["--radius", text]).unwrap().radius, Some(expected));
+    for (text, expected) in [("2px", (None, Some(2.0))), ("0.5px", (None, Some(0.5))), ("2", (Some(2.0), None))] {
+        let options = render(&["--radius", text]).unwrap().options();
+        assert_eq!((options.radius, options.radius_in_pixels), expected);
     }
 }
 
@@ -101,7 +101,7 @@ fn values_that_cannot_be_rendered_are_usage_errors() {
 
 #[test]
 fn a_solver_is_chosen_and_only_newtons_has_options() {
-    let solver = |arguments: &[&str]| render(arguments).map(|args| args.revolution_solver);
+    let solver = |arguments: &[&str]| render(arguments).map(|args| args.options().revolution_solver);
     assert_eq!(solver(&[]).unwrap(), RevolutionSolver::Certified);
     assert_eq!(solver(&["--revolution-solver", "certified"]).unwrap(), RevolutionSolver::Certified);
     let newton = |segments, envelopes| RevolutionSolver::Newton { segments, envelopes };

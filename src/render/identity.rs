@@ -4,13 +4,13 @@
 use std::collections::BTreeMap;
 
 use bytemuck::Pod;
-use clap::ValueEnum;
 use serde::{Deserialize, Serialize};
 use sha2::{Digest, Sha256};
 
 use crate::gpu_scene::camera::View;
 use crate::gpu_scene::pack::PackedScene;
 use crate::render::checkpoint::error::CheckpointError;
+use crate::render::options::table::{Effect, OPTIONS};
 use crate::render::options::{Contribution, Options, Resolved};
 use crate::scene::{Scene, shorten};
 
@@ -54,30 +54,18 @@ impl Identity {
     /// Makes it that of a render of the same shapes, materials and lights, seen and rendered
     /// otherwise.
     pub(crate) fn set_view(&mut self, scene: &Scene, view: &View, options: &Options, resolved: &Resolved) {
-        let Resolved { resolution: [width, height], photons, radius, alpha, max_depth, seed, sequence, .. } = resolved;
-        let radius_in_pixels = resolved.radius_in_pixels;
-        let name = |value: Option<clap::builder::PossibleValue>| value.map(|value| value.get_name().to_owned());
-        let values = [
+        let parts = [
             (PARTS[3], digest(&[bytes(&[view.camera]), bytes(&view.filter_table), view.projection_name()])),
-            ("resolution", format!("{width}x{height}")),
             ("exposure", scene.film.exposure.to_string()),
-            ("photons per iteration", photons.to_string()),
-            ("eye paths per iteration", resolved.eye_paths.to_string()),
-            ("radius", radius.map_or_else(|| format!("{radius_in_pixels}px"), |radius| radius.to_string())),
-            ("alpha", alpha.to_string()),
-            ("maximum depth", max_depth.to_string()),
-            ("seed", seed.to_string()),
-            ("integrator", name(options.integrator.to_possible_value()).unwrap_or_default()),
-            ("iterations per round", sequence.round_length.to_string()),
-            ("radius schedule", name(options.radius_schedule.to_possible_value()).unwrap_or_default()),
-            ("direct light", name(options.direct.to_possible_value()).unwrap_or_default()),
-            ("sampler", name(options.sampler.to_possible_value()).unwrap_or_default()),
-            ("revolution solver", options.revolution_solver.to_string()),
         ];
-        self.0.extend(values.into_iter().map(|(name, value)| (name.to_owned(), value)));
+        let values = OPTIONS.iter().filter_map(|option| match option.effect {
+            Effect::Image(name, value) => Some((name, value(options, resolved))),
+            Effect::PartOf | Effect::End | Effect::Cost => None,
+        });
+        self.0.extend(parts.into_iter().chain(values).map(|(name, value)| (name.to_owned(), value)));
         self.0.remove(CONTRIBUTION);
         if options.contribution != Contribution::All {
-            self.0.extend(name(options.contribution.to_possible_value()).map(|value| (CONTRIBUTION.to_owned(), value)));
+            self.0.insert(CONTRIBUTION.to_owned(), options.contribution.to_string());
         }
     }
 

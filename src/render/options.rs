@@ -1,7 +1,10 @@
-//! What a caller may ask of a render, and which of it fits a scene.
+//! The options of a render, and which of them fit a scene. [`table`] lists them as people write them.
 
-use std::ops::RangeInclusive;
+pub mod request;
+pub mod table;
+pub(crate) mod values;
 
+use crate::base::names::named;
 use crate::gpu_scene::pack::RevolutionSolver;
 use crate::image::film::Window;
 use crate::render::error::RenderError;
@@ -10,61 +13,64 @@ use crate::render::sequence::{Sequence, Shard};
 use crate::scene::{self, Scene};
 
 /// Photons of one iteration, at most: they are numbered in 32 bits.
-const MAX_PHOTONS: u64 = 1 << 31;
+pub(crate) const MAX_PHOTONS: u64 = 1 << 31;
 /// Pixels of an image, at most.
 const MAX_PIXELS: u64 = 1 << 28;
 /// Pixels along a side of an image before it is cropped, at most: what EXR can say.
 pub(crate) const MAX_SIDE: u32 = 1 << 29;
 /// Initial radii, in radii of the scene's bounding sphere. Positions are rounded to 6e-8 of that.
 const RADIUS_RANGE: [f64; 2] = [1e-7, 1e4];
-/// Iterations of a round of progressive photon mapping where nobody says how many photons
-/// it has.
-const DEFAULT_ROUND: u32 = 16;
+/// Iterations of a round of progressive photon mapping, by default.
+pub(crate) const DEFAULT_ROUND: u32 = 16;
 /// Noise and blur fall alike (Knaus and Zwicker 2011, section 4.2).
 pub(crate) const DEFAULT_ALPHA: f64 = 2.0 / 3.0;
 /// Direct light and edges are noisier than what photons bring: see docs/performance.md.
 pub(crate) const DEFAULT_EYE_PATHS: u32 = 4;
+/// Width of the hash grid's cells in diameters of the largest disc, by default.
+pub(crate) const DEFAULT_CELL_SCALE: f64 = 1.0;
+/// Invocations per workgroup, by default.
+pub(crate) const DEFAULT_WORKGROUP_SIZE: u32 = 64;
 
-/// When new eye paths are traced.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, clap::ValueEnum)]
-pub enum Integrator {
-    /// Stochastic progressive photon mapping: in every iteration (Hachisuka and Jensen 2009)
-    #[default]
-    Sppm,
-    /// Progressive photon mapping: once a round of many iterations (Hachisuka and others 2008)
-    Ppm,
+named! {
+    /// When new eye paths are traced.
+    pub enum Integrator = Sppm {
+        /// Stochastic progressive photon mapping: in every iteration (Hachisuka and Jensen 2009)
+        Sppm: "sppm",
+        /// Progressive photon mapping: once a round of many iterations (Hachisuka and others 2008)
+        Ppm: "ppm",
+    }
 }
 
-/// Who brings light that comes straight from a light source.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, clap::ValueEnum)]
-pub enum DirectLight {
-    /// Next-event estimation from the visible points
-    #[default]
-    Nee,
-    /// Photons, as all other light
-    Photons,
+named! {
+    /// How direct light is estimated: light that reaches a visible point from a source without a bounce.
+    pub enum DirectLight = Nee {
+        /// Next-event estimation from the visible points
+        Nee: "nee",
+        /// Photons, as all other light
+        Photons: "photons",
+    }
 }
 
-/// Which light the image has. Anything but all of it is for those who want to look.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, clap::ValueEnum)]
-pub enum Contribution {
-    /// All
-    #[default]
-    All,
-    /// What eye paths bring: light sources that are seen, and light straight from them
-    Direct,
-    /// What photons bring
-    Photons,
+named! {
+    /// Which part of the light the image shows.
+    pub enum Contribution = All {
+        /// All light
+        All: "all",
+        /// Light sources that are seen, and direct light
+        Direct: "direct",
+        /// Light that photons carry
+        Photons: "photons",
+    }
 }
 
-/// Where random numbers come from.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, clap::ValueEnum)]
-pub enum Sampler {
-    /// A hash of path and dimension: independent numbers
-    Pcg,
-    /// Scrambled Sobol points in the first dimensions of a path, hashed numbers after them
-    #[default]
-    Sobol,
+named! {
+    /// Where random numbers come from.
+    pub enum Sampler = Sobol {
+        /// A hash of path and dimension: independent numbers
+        Pcg: "pcg",
+        /// Scrambled Sobol points in the first dimensions of a path, hashed numbers after them
+        Sobol: "sobol",
+    }
 }
 
 impl Sampler {
@@ -77,18 +83,20 @@ impl Sampler {
     }
 }
 
-/// How a photon finds the visible points that it reaches. Does not change the image.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, clap::ValueEnum)]
-pub enum LookupKind {
-    /// A hash grid
-    #[default]
-    HashGrid,
-    /// A left-balanced kd-tree
-    KdTree,
+named! {
+    /// How the visible points near a photon are found. Does not change the image.
+    pub enum LookupKind = HashGrid {
+        /// A hash grid
+        HashGrid: "hash-grid",
+        /// A left-balanced kd-tree
+        KdTree: "kd-tree",
+    }
 }
 
-/// What the caller may ask for; `None` takes the scene's own value.
-#[derive(Clone, Debug, PartialEq)]
+/// How to render. `None` takes the scene's value, or else the default that the field names.
+///
+/// [`table::OPTIONS`] has an entry for each field that users set.
+#[derive(Clone, Debug, Default, PartialEq)]
 pub struct Options {
     /// Width and height in pixels, before the film's crop window.
     pub resolution: Option<[u32; 2]>,
@@ -113,11 +121,11 @@ pub struct Options {
     /// Photons for which [`Integrator::Ppm`] keeps its eye paths; rounded up to whole
     /// iterations.
     pub photons_per_round: Option<u64>,
-    /// Who decides how radii shrink.
+    /// How radii shrink.
     pub radius_schedule: RadiusSchedule,
-    /// Who brings direct light.
+    /// How direct light is estimated.
     pub direct: DirectLight,
-    /// Which light the image has.
+    /// Which part of the light the image shows.
     pub contribution: Contribution,
     /// Where random numbers come from.
     pub sampler: Sampler,
@@ -137,34 +145,6 @@ pub struct Options {
     pub responsive: bool,
     /// How rays meet bodies of revolution.
     pub revolution_solver: RevolutionSolver,
-}
-
-impl Default for Options {
-    fn default() -> Self {
-        Self {
-            resolution: None,
-            photons: None,
-            eye_paths: None,
-            radius: None,
-            radius_in_pixels: None,
-            alpha: None,
-            max_depth: None,
-            seed: None,
-            integrator: Integrator::default(),
-            photons_per_round: None,
-            radius_schedule: RadiusSchedule::default(),
-            direct: DirectLight::default(),
-            contribution: Contribution::default(),
-            sampler: Sampler::default(),
-            shard: Shard::WHOLE,
-            lookup: LookupKind::default(),
-            cell_scale: None,
-            workgroup_size: None,
-            batch_size: None,
-            responsive: false,
-            revolution_solver: RevolutionSolver::default(),
-        }
-    }
 }
 
 /// Options with every gap filled from a scene, and checked.
@@ -188,17 +168,20 @@ pub(crate) struct Resolved {
 }
 
 impl Options {
+    /// Workgroup sizes that kernels are built for.
+    pub const WORKGROUP_SIZES: [u32; 3] = [32, 64, 128];
+
     /// Widths of the hash grid's cells, in diameters of the largest disc.
     pub const CELL_SCALES: [f64; 2] = [0.25, 8.0];
 
-    /// Where neither caller nor scene says anything: see docs/settings.md.
+    /// The initial radius in widths of a pixel where neither caller nor scene has one.
     pub const DEFAULT_RADIUS_IN_PIXELS: f64 = 3.0;
 
     /// Initial radii in widths of a pixel.
     pub const RADII_IN_PIXELS: [f64; 2] = [1.0 / 16.0, 64.0];
 
     /// Eye paths of a pixel in an iteration.
-    pub const EYE_PATHS: RangeInclusive<u32> = 1..=64;
+    pub const EYE_PATHS: [u32; 2] = [1, 64];
 
     /// Fills the gaps from a scene whose bounding sphere has the radius `size`.
     ///
@@ -220,17 +203,14 @@ impl Options {
         let radius = self.radius.or(of_scene);
         let radius_in_pixels = self.radius_in_pixels.unwrap_or(Self::DEFAULT_RADIUS_IN_PIXELS);
         let alpha = self.alpha.unwrap_or(DEFAULT_ALPHA);
-        let cell_scale = self.cell_scale.unwrap_or(1.0);
+        let cell_scale = self.cell_scale.unwrap_or(DEFAULT_CELL_SCALE);
         check(pixels <= MAX_PIXELS, || format!("an image of {pixels} pixels: expected 1 to {MAX_PIXELS}"))?;
         check(photons > 0 && photons <= MAX_PHOTONS, || {
             format!("{photons} photons per iteration: expected 1 to {MAX_PHOTONS}")
         })?;
-        check(Self::EYE_PATHS.contains(&eye_paths), || {
-            format!(
-                "{eye_paths} eye paths per iteration: expected {} to {}",
-                Self::EYE_PATHS.start(),
-                Self::EYE_PATHS.end()
-            )
+        let [least, most] = Self::EYE_PATHS;
+        check((least..=most).contains(&eye_paths), || {
+            format!("{eye_paths} eye paths per iteration: expected {least} to {most}")
         })?;
         check(max_depth > 0, || "a maximum depth of 0: expected 1 or more".into())?;
         let [least, most] = RADIUS_RANGE.map(|bound| bound * size);
@@ -266,7 +246,7 @@ impl Options {
             seed: self.seed.unwrap_or(scene.integrator.seed),
             sequence: Sequence { round_length: self.round_length(photons)?, shard: self.checked_shard()? },
             cell_scale,
-            workgroup_size: self.workgroup_size.unwrap_or(64),
+            workgroup_size: self.workgroup_size.unwrap_or(DEFAULT_WORKGROUP_SIZE),
         })
     }
 

@@ -1,5 +1,6 @@
 //! How radii begin and how they shrink.
 
+use crate::base::names::named;
 use crate::kernels::RadiusPush;
 
 /// How far a radius that follows the footprints of pixels may go from its median over the
@@ -48,14 +49,14 @@ impl FirstRadius {
     }
 }
 
-/// Who decides how radii shrink.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, clap::ValueEnum)]
-pub enum RadiusSchedule {
-    /// Each pixel, by the photons that it finds
-    #[default]
-    Adaptive,
-    /// All alike, by the iteration: iterations are independent of each other
-    Global,
+named! {
+    /// How radii shrink.
+    pub enum RadiusSchedule = Adaptive {
+        /// By the photons that each pixel finds
+        Adaptive: "adaptive",
+        /// By the number of the iteration, for all pixels alike: iterations are independent of each other
+        Global: "global",
+    }
 }
 
 /// Iterations after which a product of as many factors is left to its series, which is then as

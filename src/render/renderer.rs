@@ -3,11 +3,11 @@
 mod aside;
 mod inspect;
 
-use std::rc::Rc;
+use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 pub use aside::Aside;
-use goblet_host::{Device, DeviceKind, Instance};
+use goblet_host::{Device, DeviceKind};
 
 use crate::base::room;
 use crate::gpu_scene::camera::{View, pack_camera};
@@ -16,7 +16,7 @@ use crate::gpu_scene::upload::GpuScene;
 use crate::image::estimate::{Estimate, Sum};
 use crate::image::file;
 use crate::image::film::Image;
-use crate::kernels::{PixelState, REQUIREMENTS, Specialization};
+use crate::kernels::{PixelState, Specialization};
 use crate::render::buffers::{Buffers, Sizes};
 use crate::render::checkpoint::{Checkpoint, CheckpointError, MadeBy};
 use crate::render::counters::Tally;
@@ -35,18 +35,10 @@ use crate::render::stage::Stage;
 use crate::render::unsampled::{Noise, of_one_photon, photons_matter};
 use crate::scene::Scene;
 
-/// Opens the device that `selector` names, or the first that fits; with `validation`, every
-/// Vulkan call is checked.
-///
-/// # Errors
-/// There is no such device, or it lacks what goblet needs.
-pub fn open_device(selector: Option<&str>, validation: bool) -> goblet_host::Result<Device> {
-    Instance::new(validation)?.open(selector, &REQUIREMENTS)
-}
-
-/// A render in progress.
+/// A render in progress. It may move to another thread, and several renderers may share a device: each
+/// then waits for the dispatches of the others.
 pub struct Renderer {
-    device: Rc<Device>,
+    device: Arc<Device>,
     /// What `restart` keeps of a scene.
     base: Base,
     /// What the kernels are compiled for.
@@ -63,6 +55,11 @@ pub struct Renderer {
     build_time: Duration,
     compile_time: Duration,
 }
+
+const _: () = {
+    const fn is_send<T: Send>() {}
+    is_send::<Renderer>();
+};
 
 /// What does not depend on the camera or on options.
 #[derive(Clone, Copy)]
@@ -153,7 +150,7 @@ impl Renderer {
     /// # Errors
     /// The scene is beyond what can be rendered, an option is out of range, or the device has not
     /// enough memory.
-    pub fn new(device: Rc<Device>, scene: &Scene, options: &Options) -> Result<Self, RenderError> {
+    pub fn new(device: Arc<Device>, scene: &Scene, options: &Options) -> Result<Self, RenderError> {
         let start = Instant::now();
         let packed = pack(scene, options.revolution_solver)?;
         let base = Base {

@@ -10,6 +10,12 @@ pub struct Shard {
     pub count: u32,
 }
 
+impl Default for Shard {
+    fn default() -> Self {
+        Self::WHOLE
+    }
+}
+
 impl Shard {
     /// All rounds.
     pub const WHOLE: Self = Self { index: 0, count: 1 };

@@ -9,7 +9,7 @@ mod goal;
 mod model;
 mod probe;
 
-use std::rc::Rc;
+use std::sync::Arc;
 
 use goblet_host::Device;
 
@@ -45,7 +45,7 @@ const WORTH_IT: f64 = 0.05;
 /// # Errors
 /// The scene or the device is at fault.
 pub fn expect(
-    device: &Rc<Device>,
+    device: &Arc<Device>,
     scene: &Scene,
     base: &Options,
     choice: Choice,
@@ -64,7 +64,7 @@ pub fn expect(
 /// # Errors
 /// The scene or the device is at fault.
 pub fn advise(
-    device: &Rc<Device>,
+    device: &Arc<Device>,
     scene: &Scene,
     base: &Options,
     goal: Goal,

@@ -14,11 +14,11 @@ mod results;
 mod trajectory;
 
 pub use error_of::{ErrorOf, Reference};
-pub use knob::{KNOBS, KnobError, Setting, Vary, settings};
+pub use knob::{KnobError, Setting, Vary, knobs, settings};
 pub use results::{Bias, Conditions, Measured, Point, Results, Source};
 pub use trajectory::{Budget, Run, Trajectory};
 
-use std::rc::Rc;
+use std::sync::Arc;
 use std::time::Duration;
 
 use goblet_host::Device;
@@ -34,7 +34,7 @@ const MEMORY_SHARE: u64 = 3;
 
 /// A measurement in progress: its settings, and the results of each so far.
 pub struct Measurement<'a> {
-    device: &'a Rc<Device>,
+    device: &'a Arc<Device>,
     scene: &'a Scene,
     reference: &'a Reference,
     settings: &'a [Setting],
@@ -56,7 +56,7 @@ struct Known {
 impl<'a> Measurement<'a> {
     /// Starts a measurement; nothing is rendered yet.
     pub fn new(
-        device: &'a Rc<Device>,
+        device: &'a Arc<Device>,
         scene: &'a Scene,
         reference: &'a Reference,
         settings: &'a [Setting],
@@ -107,10 +107,10 @@ impl<'a> Measurement<'a> {
     fn begin(&self, index: usize, turn: u32) -> Result<Run, RenderError> {
         let setting = &self.settings[index];
         let budget = match self.known[index].runs.first() {
-            None => Budget { time: self.budget, iterations: setting.args.iterations },
+            None => Budget { time: self.budget, iterations: setting.request.limits.iterations },
             Some(first) => Budget { time: Duration::MAX, iterations: Some(first.iterations()) },
         };
-        let mut options = setting.args.options();
+        let mut options = setting.request.options.clone();
         options.seed = Some(options.seed.unwrap_or(self.scene.integrator.seed).wrapping_add(turn));
         Run::new(self.device, self.scene, &options, budget)
     }
@@ -146,7 +146,7 @@ impl<'a> Measurement<'a> {
         self.known.iter().zip(self.settings).map(|(known, setting)| {
             let image = known.last_image.as_ref()?;
             let film = &self.scene.film;
-            let window = film.part(setting.args.resolution.unwrap_or(film.resolution));
+            let window = film.part(setting.request.options.resolution.unwrap_or(film.resolution));
             Some((image, window, self.reference.difference_image(image).ok()))
         })
     }

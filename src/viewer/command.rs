@@ -28,9 +28,9 @@ pub fn run(args: &RenderArgs) -> Result<(), Failure> {
 /// What only `goblet render` does.
 fn refuse(args: &RenderArgs) -> Result<(), Failure> {
     let others = [
-        ("--time", args.time.is_some()),
-        ("--target-error", args.target_error.is_some()),
-        ("--rounds", args.rounds.is_some()),
+        ("--time", args.request.limits.time.is_some()),
+        ("--target-error", args.request.limits.target_error.is_some()),
+        ("--rounds", args.request.limits.rounds.is_some()),
         ("--checkpoint", args.checkpoint.is_some()),
         ("--resume", args.resume.is_some()),
         ("--shard", args.shard.is_some()),

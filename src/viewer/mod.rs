@@ -43,7 +43,7 @@ pub use latency::Stats;
 /// There is no display, or a device fails.
 pub fn run(args: &RenderArgs, scene: Scene) -> Result<Stats, Failure> {
     let events = EventLoop::<Wake>::with_user_event().build().map_err(|error| Failure::Window(error.to_string()))?;
-    let size = args.resolution.unwrap_or(scene.film.resolution);
+    let size = args.request.options.resolution.unwrap_or(scene.film.resolution);
     let options = Options { resolution: Some(size), ..args.options() };
     let proxy = events.create_proxy();
     let shared = Shared::new(first_wish(&args.scene, &options), move || wake(&proxy, Wake::News));

@@ -2,15 +2,16 @@
 
 use std::path::PathBuf;
 
-use clap::ValueEnum;
+use egui::emath::Numeric;
 use egui::{Color32, ComboBox, Context, DragValue, Grid, ScrollArea, SidePanel, Slider, TextEdit, Ui};
 
 use super::display::Curve;
 use super::layout::PANEL;
 use super::quantity::Quantity;
 use super::session::Session;
-use crate::gpu_scene::pack::{Envelopes, RevolutionSolver};
-use crate::render::options::{DEFAULT_ALPHA, DEFAULT_EYE_PATHS, Options};
+use crate::base::names::Named;
+use crate::gpu_scene::pack::RevolutionSolver;
+use crate::render::options::table::{Fallback, RenderOption, find};
 
 /// Width of a file's name, points.
 const NAME: f32 = 190.0;
@@ -116,32 +117,52 @@ fn look(ui: &mut Ui, session: &mut Session) {
     });
 }
 
-/// One of an option's values, by the names of the command line.
-fn choice<T: ValueEnum + PartialEq + Copy>(ui: &mut Ui, label: &str, value: &mut T) {
-    let name = |value: &T| value.to_possible_value().map(|value| value.get_name().to_owned()).unwrap_or_default();
-    ComboBox::from_label(label).selected_text(name(value)).show_ui(ui, |ui| {
-        for other in T::value_variants() {
-            ui.selectable_value(value, *other, name(other));
-        }
-    });
+const PHOTONS: &RenderOption = find("photons");
+const EYE_PATHS: &RenderOption = find("eye-paths");
+const ALPHA: &RenderOption = find("alpha");
+const RADIUS: &RenderOption = find("radius");
+const RADIUS_SCHEDULE: &RenderOption = find("radius-schedule");
+const LOOKUP: &RenderOption = find("lookup");
+const DIRECT: &RenderOption = find("direct");
+const SAMPLER: &RenderOption = find("sampler");
+
+/// The option as the panel calls it.
+fn label(option: &RenderOption) -> String {
+    option.name.replace('-', " ")
 }
 
-/// A number that is the scene's own, or the program's, until it is asked for.
-fn optional<T: egui::emath::Numeric>(
+/// A list of an option's names.
+fn choice<T: Named>(ui: &mut Ui, option: &RenderOption, value: &mut T) {
+    let list = ComboBox::from_label(label(option)).selected_text(value.name()).show_ui(ui, |ui| {
+        for (other, (name, line)) in T::ALL.iter().zip(T::NAMES) {
+            ui.selectable_value(value, *other, *name).on_hover_text(line.trim());
+        }
+    });
+    list.response.on_hover_text(option.help);
+}
+
+/// A number of an option that has a default of its own. `speed` is per point of a drag.
+fn number<T: Numeric>(ui: &mut Ui, option: &RenderOption, value: &mut Option<T>, speed: f64) {
+    if let (Fallback::Number(first, _), Some(range)) = (&option.fallback, option.range()) {
+        number_from(ui, option, value, (T::from_f64(*first), range.map(T::from_f64)), speed);
+    }
+}
+
+/// A number that is `first` when the user asks for one, and then stays in a range.
+fn number_from<T: Numeric>(
     ui: &mut Ui,
-    label: &str,
+    option: &RenderOption,
     value: &mut Option<T>,
-    first: T,
-    range: [T; 2],
+    (first, [least, most]): (T, [T; 2]),
     speed: f64,
 ) {
     ui.horizontal(|ui| {
         let mut is_own = value.is_some();
-        ui.checkbox(&mut is_own, label);
+        ui.checkbox(&mut is_own, label(option)).on_hover_text(option.help);
         *value = is_own.then(|| value.unwrap_or(first));
         if let Some(value) = value {
-            // A range follows the camera; what the user has set stays.
-            let number = DragValue::new(value).range(range[0]..=range[1]).clamp_existing_to_range(false);
+            // A range follows the camera; a value that the user has set stays.
+            let number = DragValue::new(value).range(least..=most).clamp_existing_to_range(false);
             ui.add(number.speed(speed).update_while_editing(false));
         }
     });
@@ -151,21 +172,20 @@ fn knobs(ui: &mut Ui, session: &mut Session) {
     let (photons, radius) = (session.own_photons(), session.own_radius());
     let options = &mut session.options;
     let before = options.clone();
-    optional(ui, "photons", &mut options.photons, photons, [1, 1 << 31], 1e3);
-    let (least, most) = (*Options::EYE_PATHS.start(), *Options::EYE_PATHS.end());
-    optional(ui, "eye paths", &mut options.eye_paths, DEFAULT_EYE_PATHS, [least, most], 0.05);
-    optional(ui, "alpha", &mut options.alpha, DEFAULT_ALPHA, [0.01, 1.0], 0.005);
-    optional(ui, "first radius", &mut options.radius, radius, [0.01 * radius, 1e4 * radius], 0.02 * radius);
-    choice(ui, "radius schedule", &mut options.radius_schedule);
-    choice(ui, "lookup", &mut options.lookup);
-    choice(ui, "direct light", &mut options.direct);
-    choice(ui, "sampler", &mut options.sampler);
+    if let Some([least, most]) = PHOTONS.range() {
+        number_from(ui, PHOTONS, &mut options.photons, (photons, [least as u64, most as u64]), 1e3);
+    }
+    number(ui, EYE_PATHS, &mut options.eye_paths, 0.05);
+    number(ui, ALPHA, &mut options.alpha, 0.005);
+    number_from(ui, RADIUS, &mut options.radius, (radius, [0.01 * radius, 1e4 * radius]), 0.02 * radius);
+    choice(ui, RADIUS_SCHEDULE, &mut options.radius_schedule);
+    choice(ui, LOOKUP, &mut options.lookup);
+    choice(ui, DIRECT, &mut options.direct);
+    choice(ui, SAMPLER, &mut options.sampler);
     let mut newton = options.revolution_solver != RevolutionSolver::Certified;
     ui.checkbox(&mut newton, "classical solver for bodies of revolution");
     if newton != (options.revolution_solver != RevolutionSolver::Certified) {
-        let segments = RevolutionSolver::DEFAULT_SEGMENTS;
-        let classical = RevolutionSolver::Newton { segments, envelopes: Envelopes::default() };
-        options.revolution_solver = if newton { classical } else { RevolutionSolver::Certified };
+        options.revolution_solver = if newton { RevolutionSolver::NEWTON } else { RevolutionSolver::Certified };
     }
     if *options != before {
         session.changed_options();
@@ -223,6 +243,7 @@ mod tests {
     use egui::{Event, Key, Modifiers, Popup, RawInput};
 
     use super::*;
+    use crate::Options;
     use crate::scene::Scene;
     use crate::viewer::first_wish;
     use crate::viewer::keys::{Busy, Command, Keys, Stroke, With};

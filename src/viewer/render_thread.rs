@@ -1,7 +1,7 @@
 //! Renders what the window wishes, and tells it.
 
 use std::path::{Path, PathBuf};
-use std::rc::Rc;
+use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use goblet_host::Device;
@@ -11,9 +11,10 @@ use super::rendering::{Kept, Render};
 use super::shared::{Loaded, Save, Shared, Target, Wish};
 use crate::cli::outputs::{AN_IMAGE, Files};
 use crate::cli::{Failure, RenderArgs};
+use crate::render::device::{DeviceOptions, open_device};
 use crate::render::error::RenderError;
 use crate::render::options::Options;
-use crate::render::renderer::{Renderer, open_device};
+use crate::render::renderer::Renderer;
 use crate::scene::{Camera, Scene};
 
 /// After the camera has come to rest, coarse images are enough for so long.
@@ -33,7 +34,7 @@ const NICENESS: i32 = 10;
 struct RenderThread<'a> {
     shared: &'a Shared,
     args: &'a RenderArgs,
-    device: Rc<Device>,
+    device: Arc<Device>,
     /// With the camera that is in use ..
     scene: Scene,
     /// .. and the one that it has in the file.
@@ -58,15 +59,15 @@ pub fn run(shared: &Shared, args: &RenderArgs, scene: Scene) {
     // The threads of a device that is software inherit it. If it cannot be had, that is no error.
     #[cfg(unix)]
     let _ = rustix::process::nice(NICENESS);
-    let device = match open_device(args.device.as_deref(), args.validate) {
-        Ok(device) => Rc::new(device),
+    let device = match open_device(&DeviceOptions { selector: args.device.as_deref(), validation: args.validate }) {
+        Ok(device) => Arc::new(device),
         Err(error) => return without_device(shared, &error.to_string()),
     };
     shared.tell(|news| news.status.device.clone_from(&device.info().name));
     let mut thread = RenderThread {
         shared,
         args,
-        device: Rc::clone(&device),
+        device: Arc::clone(&device),
         home: scene.camera,
         scene,
         path: args.scene.clone(),
@@ -137,7 +138,7 @@ impl RenderThread<'_> {
             failed: self.failed.as_ref().map(|(target, _)| target),
             is_aside: self.kept.iter().any(|kept| kept.target == wish.target),
             coarsest: self.coarsest,
-            most: self.args.iterations.unwrap_or(u32::MAX),
+            most: self.args.request.limits.iterations.unwrap_or(u32::MAX),
             saves: &self.saves,
         };
         next(wish, &standing, wish.moved.is_some_and(|moved| moved.elapsed() < REST))
@@ -289,7 +290,7 @@ impl RenderThread<'_> {
             self.says("preparing the scene");
             // First, so that both are never in memory.
             self.render = None;
-            let mut renderer = Renderer::new(Rc::clone(&self.device), &self.scene, &target.options)?;
+            let mut renderer = Renderer::new(Arc::clone(&self.device), &self.scene, &target.options)?;
             renderer.restart(&self.scene, &options)?;
             self.render = Some(Render::new(renderer, target.clone(), coarseness));
         }

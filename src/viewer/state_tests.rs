@@ -3,7 +3,6 @@
 //! shown.
 
 use std::fs;
-use std::rc::Rc;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
@@ -14,8 +13,9 @@ use super::keys::{Busy, Keys, Stroke, With};
 use super::quantity::{Picture, Quantity};
 use super::session::{Effect, Session};
 use super::tests::{Rendering, SCENE};
+use crate::render::device::{DeviceOptions, open_device};
 use crate::render::options::{Contribution, Options};
-use crate::render::renderer::{Renderer, open_device};
+use crate::render::renderer::Renderer;
 use crate::scene::Scene;
 
 /// Iterations of a render that is not paused.
@@ -39,7 +39,7 @@ struct Truth {
 impl Truth {
     fn new() -> Self {
         let scene = Scene::parse(SCENE, "scene.pbrt", ".").unwrap();
-        let device = Rc::new(open_device(None, false).unwrap());
+        let device = Arc::new(open_device(&DeviceOptions::default()).unwrap());
         let renderer = Renderer::new(device, &scene, &Options::default()).unwrap();
         Self { scene, renderer }
     }

@@ -12,7 +12,7 @@ mod stops;
 #[path = "../support/mod.rs"]
 mod support;
 
-use std::rc::Rc;
+use std::sync::Arc;
 
 use command::SCENE;
 use goblet::image::film::Image;
@@ -38,9 +38,9 @@ impl Case {
         Self { scene: command::scene(" \"float radius\" 0.5\nW", "\nW"), ..self }
     }
 
-    fn renderer(&self, device: &Rc<Device>) -> Renderer {
+    fn renderer(&self, device: &Arc<Device>) -> Renderer {
         let scene = Scene::parse(&self.scene, "scene.pbrt", support::root()).expect("a scene");
-        Renderer::new(Rc::clone(device), &scene, &self.options).expect("a renderer")
+        Renderer::new(Arc::clone(device), &scene, &self.options).expect("a renderer")
     }
 }
 

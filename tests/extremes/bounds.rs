@@ -1,7 +1,7 @@
 //! No kernel writes past the end of an array, or lets what is there into the image: arrays have
 //! guard zones after them, and hold a pattern before anything is written.
 
-use std::rc::Rc;
+use std::sync::Arc;
 
 use goblet::kernels::REQUIREMENTS;
 use goblet::scene::Scene;
@@ -15,8 +15,8 @@ const PATTERNS: [u32; 2] = [0xffff_ffff, 0x3c3c_3c3c];
 
 /// A device as users have it, and guarded ones.
 struct Devices {
-    plain: Rc<Device>,
-    guarded: Vec<Rc<Device>>,
+    plain: Arc<Device>,
+    guarded: Vec<Arc<Device>>,
 }
 
 impl Devices {
@@ -24,7 +24,7 @@ impl Devices {
         let guarded = |pattern| {
             let mut device = Instance::new(true).expect("Vulkan").open(None, &REQUIREMENTS).expect("a device");
             device.guard(pattern).expect("guard zones");
-            Rc::new(device)
+            Arc::new(device)
         };
         Self { plain: device(), guarded: PATTERNS.map(guarded).into() }
     }
@@ -43,8 +43,8 @@ impl Devices {
 }
 
 /// What two iterations come to: the image's bits, and what happened.
-fn outcome(device: &Rc<Device>, scene: &Scene, options: &Options) -> (Vec<[u32; 3]>, Tally) {
-    let mut renderer = Renderer::new(Rc::clone(device), scene, options).expect("a renderer");
+fn outcome(device: &Arc<Device>, scene: &Scene, options: &Options) -> (Vec<[u32; 3]>, Tally) {
+    let mut renderer = Renderer::new(Arc::clone(device), scene, options).expect("a renderer");
     for _ in 0..2 {
         renderer.step().expect("an iteration");
     }

@@ -1,7 +1,7 @@
 //! Images of any form, any number of photons, and radii of any size.
 
 use std::f64::consts::PI;
-use std::rc::Rc;
+use std::sync::Arc;
 
 use goblet::{DirectLight, Options};
 use goblet_host::Device;
@@ -43,7 +43,7 @@ fn an_image_of_one_pixel_is_the_mean_of_a_larger_one() {
 }
 
 /// All photons of a narrow spot are on the disc of the one pixel's point.
-fn spot(device: &Rc<Device>, photons: u64, iterations: u32, radius: f64) -> (Rendered, f64) {
+fn spot(device: &Arc<Device>, photons: u64, iterations: u32, radius: f64) -> (Rendered, f64) {
     let (angle, falloff) = (1.0_f64, 0.5_f64);
     let world = format!(
         "LightSource \"spot\" \"point3 from\" [0 0 1] \"point3 to\" [0 0 0] \"rgb I\" [7 7 7] \

@@ -20,7 +20,7 @@ fn strips(ends: &[f64]) -> String {
 }
 
 /// A glass ball and a white one over a floor.
-fn over(device: &std::rc::Rc<goblet_host::Device>, floor: &str) -> Image {
+fn over(device: &std::sync::Arc<goblet_host::Device>, floor: &str) -> Image {
     let shot = Shot { resolution: [24, 24], photons: 5000, iterations: 3, radius: 0.25, depth: 6 };
     let world = format!(
         "LightSource \"point\" \"point3 from\" [1 0 3] \"rgb I\" [9 9 9]\n{}{floor}{}{}",

@@ -1,7 +1,7 @@
 //! Lights of any brightness and size.
 
 use std::f64::consts::PI;
-use std::rc::Rc;
+use std::sync::Arc;
 
 use goblet::image::film::Image;
 use goblet_host::Device;
@@ -10,7 +10,7 @@ use super::support::{device, mean};
 use super::{Shot, assert_near, assert_same, assert_uniform, block, camera, diffuse, lamp, square};
 
 /// A glass ball over a floor under a lamp and a point, this many times as bright.
-fn lit(device: &Rc<Device>, brightness: f64) -> Image {
+fn lit(device: &Arc<Device>, brightness: f64) -> Image {
     let shot = Shot { resolution: [16, 16], photons: 5000, iterations: 3, radius: 0.3, depth: 6 };
     let world = format!(
         "LightSource \"point\" \"point3 from\" [1 0 3] \"rgb I\" [4 3 2] \"float scale\" {brightness:?}\n\
@@ -49,7 +49,7 @@ fn brightness_scales_the_image() {
 const FLOOR: Shot = Shot { resolution: [8, 8], photons: 1, iterations: 16, radius: 0.1, depth: 4 };
 
 /// What lights a small part of a floor from 2 above its middle.
-fn floor_under(device: &Rc<Device>, light: &str) -> Image {
+fn floor_under(device: &Arc<Device>, light: &str) -> Image {
     let world = format!("{light}{}{}", diffuse(0.5), square(1.0, 0.0));
     FLOOR.take(device, &camera("0 -.5 1  0 0 0  0 0 1", 1.0), &world).image
 }

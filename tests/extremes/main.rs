@@ -16,7 +16,7 @@ mod scale;
 #[path = "../support/mod.rs"]
 mod support;
 
-use std::rc::Rc;
+use std::sync::Arc;
 
 use goblet::image::compare::compare;
 use goblet::image::film::Image;
@@ -51,13 +51,13 @@ impl Shot {
         }
     }
 
-    fn take(&self, device: &Rc<Device>, camera: &str, world: &str) -> Rendered {
+    fn take(&self, device: &Arc<Device>, camera: &str, world: &str) -> Rendered {
         render(device, camera, world, &self.options(), self.iterations)
     }
 }
 
 /// Renders, and checks what no image may have.
-fn render(device: &Rc<Device>, camera: &str, world: &str, options: &Options, iterations: u32) -> Rendered {
+fn render(device: &Arc<Device>, camera: &str, world: &str, options: &Options, iterations: u32) -> Rendered {
     let filter = "PixelFilter \"box\" \"float xradius\" .5 \"float yradius\" .5";
     let text = format!("{filter}\n{camera}\nWorldBegin\n{world}");
     let scene = Scene::parse(&text, "test.pbrt", support::root()).expect("a scene");

@@ -2,7 +2,7 @@
 //! or are cut and counted, and the render never stops for them.
 
 use std::fmt::Write;
-use std::rc::Rc;
+use std::sync::Arc;
 
 use goblet::scene::Scene;
 use goblet::{ByPass, DirectLight, Options, Renderer, Tally};
@@ -78,8 +78,8 @@ fn options(depth: u32) -> Options {
 }
 
 /// What some iterations come to: the image's bits, its mean, and what happened.
-fn outcome(device: &Rc<Device>, scene: &Scene, options: &Options, iterations: u32) -> (Vec<[u32; 3]>, f64, Tally) {
-    let mut renderer = Renderer::new(Rc::clone(device), scene, options).expect("a renderer");
+fn outcome(device: &Arc<Device>, scene: &Scene, options: &Options, iterations: u32) -> (Vec<[u32; 3]>, f64, Tally) {
+    let mut renderer = Renderer::new(Arc::clone(device), scene, options).expect("a renderer");
     for _ in 0..iterations {
         renderer.step().expect("an iteration");
     }
@@ -90,7 +90,7 @@ fn outcome(device: &Rc<Device>, scene: &Scene, options: &Options, iterations: u3
 
 /// Renders the furnace; the shares of light that do not arrive at the eye, and of photons that do not
 /// arrive at the lamp.
-fn lost(device: &Rc<Device>, half: f64, depth: u32) -> [f64; 2] {
+fn lost(device: &Arc<Device>, half: f64, depth: u32) -> [f64; 2] {
     let (_, brightness, tally) = outcome(device, &scene(&furnace(half)), &options(depth), 3);
     let arrived = tally.deposited as f64 / tally.emitted as f64;
     println!("lamp of {half}, depth {depth}: brightness {brightness:.5}, {arrived:.5} of photons, {tally:?}");

@@ -32,7 +32,7 @@ fn what_no_number_can_hold_is_refused() {
 
     for (arguments, words) in [
         (["--photons", "0"], "expected"),
-        (["--photons", "3000000000"], "expected 1 to 2147483648"),
+        (["--photons", "3000000000"], "from 1 to 2147483648"),
         (["--resolution", "0x5"], "expected"),
         (["--resolution", "100000x1"], "each from 1 to 65536"),
         (["--resolution", "65536x65536"], "expected 1 to 268435456"),

@@ -1,6 +1,6 @@
 //! What every test here uses: a validated device, and random inputs with a fixed seed.
 
-use std::rc::Rc;
+use std::sync::Arc;
 
 use bytemuck::Pod;
 use glam::{DVec3, Vec3};
@@ -17,7 +17,7 @@ pub const UNBOUNDED: f32 = 3.0e38;
 
 /// A device that must not say anything.
 pub struct Bench {
-    device: Rc<Device>,
+    device: Arc<Device>,
 }
 
 impl Bench {

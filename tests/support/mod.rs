@@ -2,7 +2,7 @@
 #![allow(dead_code, reason = "each test file uses a part of this")]
 
 use std::path::{Path, PathBuf};
-use std::rc::Rc;
+use std::sync::Arc;
 
 use goblet::image::film::Image;
 use goblet::scene::Scene;
@@ -10,9 +10,9 @@ use goblet::{Options, Renderer, Tally};
 use goblet_host::Device;
 
 /// A device with validation layers on. Without one, the test fails and says why.
-pub fn device() -> Rc<Device> {
-    match goblet::open_device(None, true) {
-        Ok(device) => Rc::new(device),
+pub fn device() -> Arc<Device> {
+    match goblet::open_device(&goblet::DeviceOptions { validation: true, ..Default::default() }) {
+        Ok(device) => Arc::new(device),
         Err(error) => panic!("{error}"),
     }
 }
@@ -34,8 +34,8 @@ pub struct Rendered {
 }
 
 /// Renders `iterations` of a scene, and checks that validation stays silent.
-pub fn render_scene(device: &Rc<Device>, scene: &Scene, options: &Options, iterations: u32) -> Rendered {
-    let mut renderer = Renderer::new(Rc::clone(device), scene, options).expect("a renderer");
+pub fn render_scene(device: &Arc<Device>, scene: &Scene, options: &Options, iterations: u32) -> Rendered {
+    let mut renderer = Renderer::new(Arc::clone(device), scene, options).expect("a renderer");
     for _ in 0..iterations {
         renderer.step().expect("an iteration");
     }

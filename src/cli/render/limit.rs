@@ -3,6 +3,7 @@
 use std::time::Duration;
 
 use super::RenderArgs;
+use crate::render::options::request::Limits;
 use crate::render::sequence::Sequence;
 use crate::scene::Scene;
 
@@ -21,14 +22,15 @@ pub struct Limit {
 impl Limit {
     /// What is asked for; the scene's own number of iterations if nothing is.
     pub fn new(args: &RenderArgs, scene: &Scene, sequence: Sequence) -> Self {
-        let rounds = args.rounds.map(|rounds| rounds.saturating_mul(sequence.round_length));
-        let asked = args.iterations.or(rounds);
-        let unlimited = args.time.is_some() || args.target_error.is_some();
+        let Limits { iterations, rounds, time, target_error } = args.request.limits;
+        let rounds = rounds.map(|rounds| rounds.saturating_mul(sequence.round_length));
+        let asked = iterations.or(rounds);
+        let unlimited = time.is_some() || target_error.is_some();
         let total = asked.or((!unlimited).then_some(scene.integrator.iterations));
         Self {
             iterations: total.map(|total| sequence.share(total)),
-            time: args.time,
-            error: args.target_error,
+            time,
+            error: target_error,
             round_length: sequence.round_length,
         }
     }

@@ -9,6 +9,7 @@ use obvhs::aabb::Aabb;
 
 use super::Packer;
 use super::revolution::bounds;
+use crate::base::names::named;
 use crate::geometry::bezier::Curve;
 use crate::kernels::{KIND_SHIFT, NEWTON_COEFFICIENTS, NewtonStart, REVOLUTION, RevolutionPiece, RevolutionSegment};
 
@@ -37,24 +38,26 @@ impl fmt::Display for RevolutionSolver {
     }
 }
 
-/// Piecewise linear approximations of a profile; a ray's hits on them are where Newton's
-/// method starts.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, clap::ValueEnum)]
-pub enum Envelopes {
-    /// The chords between points of the profile
-    Chord,
-    /// The tangents at those points, up to where they meet
-    Tangent,
-    /// First the chords, then the tangents
-    #[default]
-    Both,
+named! {
+    /// Piecewise linear approximations of a profile; a ray's hits on them are where Newton's
+    /// method starts.
+    pub enum Envelopes = Both {
+        /// The chords between points of the profile
+        Chord: "chord",
+        /// The tangents at those points, up to where they meet
+        Tangent: "tangent",
+        /// First the chords, then the tangents
+        Both: "both",
+    }
 }
 
 impl RevolutionSolver {
     /// Pieces that an approximation of a segment may have.
     pub const SEGMENTS: RangeInclusive<u32> = 1..=64;
-    /// Pieces where nobody says how many.
+    /// Pieces of an approximation by default.
     pub const DEFAULT_SEGMENTS: u32 = 16;
+    /// Newton's method with its default settings.
+    pub const NEWTON: Self = Self::Newton { segments: Self::DEFAULT_SEGMENTS, envelopes: Envelopes::Both };
 
     /// Whether the number of pieces is in range.
     pub(crate) fn is_valid(self) -> bool {

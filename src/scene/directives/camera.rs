@@ -1,6 +1,6 @@
 //! `Camera`.
 
-use glam::{DAffine3, DMat4};
+use glam::{DAffine3, DMat4, DVec3};
 
 use crate::scene::directives::transform;
 use crate::scene::format::error::SceneError;
@@ -17,6 +17,9 @@ const FOCAL_DISTANCE: ParamSpec = full("focaldistance", FLOAT);
 // Nothing moves, but the time that the shutter is open exposes the film.
 const SHUTTER_OPEN: ParamSpec = full("shutteropen", FLOAT);
 const SHUTTER_CLOSE: ParamSpec = full("shutterclose", FLOAT);
+
+/// The focal distance of pbrt by default, scene units.
+const FAR: f64 = 1e6;
 
 /// The cameras of pbrt.
 pub(in crate::scene) const FAMILY: Family = Family {
@@ -78,11 +81,30 @@ pub(in crate::scene) fn camera(
         projection: projection(name, params)?,
         screen_window,
         lens_radius: params.not_negative("lensradius", 0.0)?,
-        focal_distance: params.positive("focaldistance", 1e6)?,
+        focal_distance: params.positive("focaldistance", FAR)?,
     })
 }
 
 impl Camera {
+    /// A pinhole camera at `eye` that looks at the point `target`, with the direction `up` upwards in
+    /// the image; all in world space, scene units. `fov` is the field of view along the shorter side of
+    /// the image, in radians, between 0 and π. `resolution` is the image's width and height in pixels.
+    ///
+    /// `None` if `target` is `eye`, `up` is parallel to the line of sight, a number is not finite, or
+    /// `fov` or `resolution` is out of range.
+    pub fn looking_at(eye: DVec3, target: DVec3, up: DVec3, fov: f64, resolution: [u32; 2]) -> Option<Self> {
+        let [width, height] = resolution.map(f64::from);
+        let is_seen = fov > 0.0 && fov < std::f64::consts::PI && width > 0.0 && height > 0.0;
+        let camera_from_world = transform::look_at(eye, target, up).filter(|look| is_seen && look.is_finite())?;
+        Some(Self {
+            world_from_camera: camera_from_world.inverse(),
+            projection: Projection::Perspective { tan_half_fov: (0.5 * fov).tan() },
+            screen_window: default_window(width / height),
+            lens_radius: 0.0,
+            focal_distance: FAR,
+        })
+    }
+
     /// The directives that make this camera, for a film of so many pixels.
     pub fn to_text(&self, [width, height]: [u32; 2]) -> String {
         let mut text = self.transform_text();
@@ -158,12 +180,32 @@ pub(in crate::scene) fn exposure_time(params: &ParamList) -> Result<f64, SceneEr
 
 #[cfg(test)]
 mod tests {
+    use glam::DVec3;
+
     use crate::scene::Scene;
 
     fn camera(text: &str) -> super::Camera {
         let film = "Film \"rgb\" \"integer xresolution\" 300 \"integer yresolution\" 200\n";
         let world = "WorldBegin\nLightSource \"point\"\nShape \"sphere\"\n";
         Scene::parse(&format!("{film}{text}{world}"), "test.pbrt", ".").unwrap().camera
+    }
+
+    #[test]
+    fn a_camera_made_by_numbers_is_that_of_the_directives() {
+        let read = camera("LookAt 1 2 3  4 -5 6  .1 1 .2\nCamera \"perspective\" \"float fov\" 37\n");
+        let [eye, target, up] = [[1.0, 2.0, 3.0], [4.0, -5.0, 6.0], [0.1, 1.0, 0.2]].map(DVec3::from);
+        let fov = 37f64.to_radians();
+        assert_eq!(super::Camera::looking_at(eye, target, up, fov, [300, 200]), Some(read));
+        for (target, up, fov, resolution) in [
+            (eye, up, fov, [300, 200]),
+            (target, target - eye, fov, [300, 200]),
+            (target, up, std::f64::consts::PI, [300, 200]),
+            (target, up, f64::NAN, [300, 200]),
+            (DVec3::NAN, up, fov, [300, 200]),
+            (target, up, fov, [300, 0]),
+        ] {
+            assert_eq!(super::Camera::looking_at(eye, target, up, fov, resolution), None);
+        }
     }
 
     #[test]

@@ -1,7 +1,7 @@
 //! Short renders to which a model is fitted.
 
 use std::collections::BTreeMap;
-use std::rc::Rc;
+use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use goblet_host::Device;
@@ -29,7 +29,7 @@ const USUAL_BLUR_POWER: f64 = 1.0;
 
 /// A probe of a scene on a device.
 pub struct Probe<'a> {
-    device: &'a Rc<Device>,
+    device: &'a Arc<Device>,
     scene: &'a Scene,
     base: &'a Options,
     length: Length,
@@ -72,7 +72,7 @@ impl Estimated {
 }
 
 impl<'a> Probe<'a> {
-    pub fn new(device: &'a Rc<Device>, scene: &'a Scene, base: &'a Options, length: Length) -> Self {
+    pub fn new(device: &'a Arc<Device>, scene: &'a Scene, base: &'a Options, length: Length) -> Self {
         Self { device, scene, base, length, start: Instant::now(), luminances: vec![], iterations: 0, weights: vec![] }
     }
 
@@ -229,7 +229,7 @@ impl<'a> Probe<'a> {
         iterations: std::ops::RangeInclusive<u32>,
         time: Duration,
     ) -> Result<Shot, RenderError> {
-        let mut renderer = Renderer::new(Rc::clone(self.device), self.scene, &self.options(choice))?;
+        let mut renderer = Renderer::new(Arc::clone(self.device), self.scene, &self.options(choice))?;
         let passes = || -> BTreeMap<_, _> { self.device.pass_times().into_iter().collect() };
         let of_photons = |passes: &BTreeMap<&str, Duration>| -> f64 {
             OF_PHOTONS.iter().filter_map(|name| passes.get(name)).map(Duration::as_secs_f64).sum()

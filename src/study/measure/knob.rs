@@ -1,33 +1,15 @@
-//! Settings: `--vary photons=1e5,1e6` and the like, as options of `goblet render`.
+//! Settings: values of options of a render, from text such as `photons=1e5,1e6`.
 
 use std::collections::BTreeMap;
 
-use clap::Parser;
+use crate::render::options::request::{Refusal, Request};
+use crate::render::options::table::{OPTIONS, RenderOption};
 
-use crate::cli::RenderArgs;
-
-/// Options of `goblet render` that can be varied, by their names there.
-pub const KNOBS: [&str; 19] = [
-    "photons",
-    "iterations",
-    "eye-paths",
-    "radius",
-    "alpha",
-    "radius-schedule",
-    "integrator",
-    "photons-per-round",
-    "lookup",
-    "cell-scale",
-    "direct",
-    "sampler",
-    "max-depth",
-    "revolution-solver",
-    "newton-segments",
-    "newton-envelopes",
-    "resolution",
-    "workgroup-size",
-    "batch-size",
-];
+/// Names of the options that can be varied, as in `photons, eye-paths`.
+pub fn knobs() -> String {
+    let names: Vec<&str> = OPTIONS.iter().filter(|option| option.is_knob).map(|option| option.name).collect();
+    names.join(", ")
+}
 
 /// Settings of one measurement, at most.
 const MAX_SETTINGS: usize = 256;
@@ -35,7 +17,7 @@ const MAX_SETTINGS: usize = 256;
 /// A knob and its values, as they are written.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Vary {
-    /// One of [`KNOBS`].
+    /// The name of an option for which [`knobs`] has a place.
     pub knob: &'static str,
     /// At least one.
     pub values: Vec<String>,
@@ -45,7 +27,7 @@ pub struct Vary {
 #[derive(Debug, thiserror::Error)]
 pub enum KnobError {
     /// There is no such knob, or it has no values.
-    #[error("{given}: expected KNOB=VALUE,VALUE and so on, the knob one of {}", KNOBS.join(", "))]
+    #[error("{given}: expected KNOB=VALUE,VALUE and so on, the knob one of {}", knobs())]
     Form {
         /// What is there instead.
         given: String,
@@ -55,8 +37,8 @@ pub enum KnobError {
     Value {
         /// The values.
         setting: String,
-        /// What `goblet render` says of them.
-        reason: String,
+        /// What is wrong with them.
+        reason: Refusal,
     },
     /// A knob is given twice.
     #[error("{knob} is varied twice: expected all values in one list")]
@@ -75,7 +57,7 @@ impl std::str::FromStr for Vary {
     fn from_str(text: &str) -> Result<Self, KnobError> {
         let form = || KnobError::Form { given: text.to_owned() };
         let (name, values) = text.split_once('=').ok_or_else(form)?;
-        let knob = KNOBS.into_iter().find(|knob| *knob == name).ok_or_else(form)?;
+        let knob = OPTIONS.iter().find(|option| option.is_knob && option.name == name).ok_or_else(form)?.name;
         let values: Vec<String> = values.split(',').map(|value| value.trim().to_owned()).collect();
         if values.iter().any(String::is_empty) {
             return Err(form());
@@ -89,8 +71,8 @@ impl std::str::FromStr for Vary {
 pub struct Setting {
     /// The knobs that are varied, as they are written.
     pub knobs: BTreeMap<&'static str, String>,
-    /// What that means.
-    pub args: RenderArgs,
+    /// How to render, and for how many iterations.
+    pub request: Request,
 }
 
 impl Setting {
@@ -108,21 +90,13 @@ impl Setting {
     }
 
     fn new(knobs: BTreeMap<&'static str, String>) -> Result<Self, KnobError> {
-        /// What `goblet render` reads.
-        #[derive(Parser)]
-        struct Render {
-            #[command(flatten)]
-            args: RenderArgs,
-        }
-        let options = knobs.iter().map(|(knob, value)| format!("--{knob}={value}"));
-        let parsed = Render::try_parse_from(["goblet".to_owned(), "scene".to_owned()].into_iter().chain(options));
-        match parsed {
-            Ok(Render { args }) => Ok(Self { knobs, args }),
-            Err(error) => {
-                let setting = knobs.iter().map(|(knob, value)| format!("{knob}={value}")).collect::<Vec<_>>().join(" ");
-                let text = error.to_string();
-                let reason = text.lines().next().unwrap_or_default().trim_start_matches("error: ").to_owned();
-                Err(KnobError::Value { setting, reason })
+        let given = |option: &'static RenderOption| Some((option, knobs.get(option.name)?.as_str()));
+        let values: Vec<_> = OPTIONS.iter().filter_map(given).collect();
+        match Request::from_values(&values) {
+            Ok(request) => Ok(Self { knobs, request }),
+            Err(reason) => {
+                let setting: Vec<String> = knobs.iter().map(|(knob, value)| format!("{knob}={value}")).collect();
+                Err(KnobError::Value { setting: setting.join(" "), reason })
             }
         }
     }
@@ -185,8 +159,8 @@ mod tests {
             of(&["radius=2px,0.1", "photons=1e5,3"]).unwrap(),
             ["photons=1e5 radius=2px", "photons=3 radius=2px", "photons=1e5 radius=0.1", "photons=3 radius=0.1"]
         );
-        let options = settings(&["alpha=0.5".parse().unwrap()], false).unwrap()[0].args.options();
-        assert_eq!(options.alpha, Some(0.5));
+        let setting = &settings(&["alpha=0.5".parse().unwrap()], false).unwrap()[0];
+        assert_eq!(setting.request.options.alpha, Some(0.5));
     }
 
     #[test]
@@ -205,7 +179,8 @@ mod tests {
             (vec!["photons"], "KNOB=VALUE"),
             (vec!["photons="], "KNOB=VALUE"),
             (vec!["photons=1,,2"], "KNOB=VALUE"),
-            (vec!["output=a.exr"], "one of photons"),
+            (vec!["output=a.exr"], "one of iterations, photons"),
+            (vec!["seed=1"], "one of iterations, photons"),
             (vec!["photons=1", "photons=2"], "twice"),
             (vec!["alpha=2"], "alpha=2: invalid value '2'"),
             (vec!["newton-segments=8"], "requires --revolution-solver newton"),
@@ -215,17 +190,5 @@ mod tests {
         }
         let many = format!("photons={}", vec!["1"; 257].join(","));
         assert!(of(&[&many]).unwrap_err().to_string().contains("257 settings"));
-    }
-
-    #[test]
-    fn every_knob_is_an_option_of_render() {
-        for knob in KNOBS {
-            let error = of(&[&format!("{knob}=")]).unwrap_err();
-            assert!(matches!(error, KnobError::Form { .. }));
-            // An unknown option would be said to be unexpected.
-            if let Err(error) = of(&[&format!("{knob}=?")]) {
-                assert!(!error.to_string().contains("unexpected argument"), "{error}");
-            }
-        }
     }
 }

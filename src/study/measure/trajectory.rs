@@ -1,7 +1,7 @@
 //! One render of one setting, whose error is measured as iterations are added.
 
 use std::collections::BTreeMap;
-use std::rc::Rc;
+use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use goblet_host::Device;
@@ -74,9 +74,9 @@ impl Run {
     ///
     /// # Errors
     /// The options do not fit the scene, or the device fails.
-    pub fn new(device: &Rc<Device>, scene: &Scene, options: &Options, budget: Budget) -> Result<Self, RenderError> {
+    pub fn new(device: &Arc<Device>, scene: &Scene, options: &Options, budget: Budget) -> Result<Self, RenderError> {
         let before = device.allocated_bytes();
-        let renderer = Renderer::new(Rc::clone(device), scene, options)?;
+        let renderer = Renderer::new(Arc::clone(device), scene, options)?;
         let device_memory_bytes = device.allocated_bytes().saturating_sub(before);
         let (spent, steps, passes) = Default::default();
         Ok(Self { renderer, budget, spent, steps, passes, device_memory_bytes })

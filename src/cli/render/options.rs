@@ -1,0 +1,77 @@
+//! The options of [`OPTIONS`] as arguments of clap.
+
+use clap::builder::{PossibleValue, PossibleValuesParser, ValueParser};
+use clap::error::ErrorKind;
+use clap::parser::ValueSource;
+use clap::{Arg, ArgMatches, Args, Command, FromArgMatches};
+
+use crate::render::options::request::{Refusal, Request};
+use crate::render::options::table::{Fallback, Kind, Needs, OPTIONS, RenderOption};
+
+impl Args for Request {
+    fn augment_args(command: Command) -> Command {
+        command.args(OPTIONS.iter().map(argument))
+    }
+
+    fn augment_args_for_update(command: Command) -> Command {
+        Self::augment_args(command)
+    }
+}
+
+impl FromArgMatches for Request {
+    fn from_arg_matches(matches: &ArgMatches) -> Result<Self, clap::Error> {
+        // A default of the help is no value: its option may have no meaning without another.
+        let is_given = |option: &&RenderOption| matches.value_source(option.name) == Some(ValueSource::CommandLine);
+        let value = |option: &'static RenderOption| Some((option, matches.get_one::<String>(option.name)?.as_str()));
+        let values: Vec<_> = OPTIONS.iter().filter(is_given).filter_map(value).collect();
+        Self::from_values(&values).map_err(|refusal| {
+            let kind = match refusal {
+                Refusal::Value { .. } => ErrorKind::ValueValidation,
+                Refusal::Requires { .. } => ErrorKind::MissingRequiredArgument,
+                Refusal::Excludes { .. } => ErrorKind::ArgumentConflict,
+            };
+            clap::Error::raw(kind, refusal)
+        })
+    }
+
+    fn update_from_arg_matches(&mut self, matches: &ArgMatches) -> Result<(), clap::Error> {
+        *self = Self::from_arg_matches(matches)?;
+        Ok(())
+    }
+}
+
+fn argument(option: &'static RenderOption) -> Arg {
+    let mut argument = Arg::new(option.name)
+        .long(option.name)
+        .value_name(option.placeholder)
+        .help_heading(option.group)
+        // So that a negative number is refused as a value, and not as an unknown option.
+        .allow_hyphen_values(true)
+        .value_parser(parser(option));
+    let mut help = option.help.to_owned();
+    match option.fallback {
+        Fallback::Name(name) => argument = argument.default_value(name()),
+        _ if option.default_text().is_empty() => {}
+        _ => help += &format!(" [default: {}]", option.default_text()),
+    }
+    if !option.more.is_empty() {
+        argument = argument.long_help(format!("{help}\n\n{}", option.more));
+    }
+    if let Needs::Absence(other) = option.needs {
+        argument = argument.conflicts_with(other);
+    }
+    argument.help(help)
+}
+
+/// Values stay text: [`Request::from_values`] reads them, in the order of the table.
+fn parser(option: &'static RenderOption) -> ValueParser {
+    if let Kind::Named { names, .. } = option.kind {
+        let names = names.iter().map(|(name, line)| {
+            let value = PossibleValue::new(*name);
+            if line.is_empty() { value } else { value.help(line.trim()) }
+        });
+        return PossibleValuesParser::new(names).into();
+    }
+    let check = move |text: &str| option.set(&mut Request::default(), text).map(|()| text.to_owned());
+    ValueParser::new(check)
+}

@@ -1,0 +1,25 @@
+//! Opens a device that can render.
+
+use goblet_host::{Device, Instance};
+
+use crate::kernels::REQUIREMENTS;
+
+/// Which device to open, and how.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct DeviceOptions<'a> {
+    /// The index of the device in `goblet devices`, or part of its name; `None` is the first device
+    /// that can render.
+    pub selector: Option<&'a str>,
+    /// Whether the Vulkan validation layers check every call. [`Device::validation_messages`] has
+    /// their messages.
+    pub validation: bool,
+}
+
+/// Opens a device.
+///
+/// # Errors
+/// There is no such device, it lacks a feature that goblet needs, or the validation layers are wanted
+/// and not installed.
+pub fn open_device(options: &DeviceOptions<'_>) -> goblet_host::Result<Device> {
+    Instance::new(options.validation)?.open(options.selector, &REQUIREMENTS)
+}

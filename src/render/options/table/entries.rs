@@ -1,0 +1,422 @@
+//! The entries, by the headings of the help.
+
+use super::{Effect, Fallback, Kind, Needs, RenderOption};
+use crate::base::names::{Name, Named, named};
+use crate::gpu_scene::pack::{Envelopes, RevolutionSolver};
+use crate::render::options::values::{RADIUS, RESOLUTION, SECONDS, TARGET_ERROR};
+use crate::render::options::values::{radius, resolution, seconds, target_error};
+use crate::render::options::{
+    DEFAULT_ALPHA, DEFAULT_CELL_SCALE, DEFAULT_EYE_PATHS, DEFAULT_ROUND, DEFAULT_WORKGROUP_SIZE, DirectLight,
+    Integrator, LookupKind, MAX_PHOTONS, Options, Sampler,
+};
+use crate::render::radius::RadiusSchedule;
+
+const QUALITY: &str = "Quality";
+const ALGORITHM: &str = "Algorithm";
+const DEVICE: &str = "Device";
+const RESEARCH: &str = "Research";
+
+/// 1 to the largest number of 32 bits.
+const POSITIVE: [u64; 2] = [1, u32::MAX as u64];
+
+named! {
+    /// The kinds of [`RevolutionSolver`].
+    pub enum SolverKind = Certified {
+        /// Misses no root
+        Certified: "certified",
+        /// The classical method, for comparison: misses some roots
+        Newton: "newton",
+    }
+}
+
+/// Every option of a render that users set.
+pub const OPTIONS: &[RenderOption] = &[
+    RenderOption {
+        name: "iterations",
+        placeholder: "N",
+        kind: Kind::Whole { range: POSITIVE, set: |request, count| request.limits.iterations = narrow(count) },
+        unit: "iterations",
+        fallback: Fallback::Words("the sampler's pixelsamples"),
+        group: QUALITY,
+        help: "Stop after this many iterations",
+        more: "With --time or --target-error, the default is no limit.",
+        effect: Effect::End,
+        needs: Needs::Nothing,
+        is_knob: true,
+    },
+    RenderOption {
+        name: "time",
+        placeholder: "SECONDS",
+        kind: Kind::Form {
+            expected: SECONDS,
+            set: |request, text| seconds(text).map(|time| request.limits.time = Some(time)),
+        },
+        unit: "seconds",
+        fallback: Fallback::Nothing,
+        group: QUALITY,
+        help: "Stop after this much render time, at the end of an iteration",
+        more: "With --iterations as well, the render stops at whichever comes first.",
+        effect: Effect::End,
+        needs: Needs::Nothing,
+        is_knob: false,
+    },
+    RenderOption {
+        name: "target-error",
+        placeholder: "E",
+        kind: Kind::Form {
+            expected: TARGET_ERROR,
+            set: |request, text| target_error(text).map(|error| request.limits.target_error = Some(error)),
+        },
+        unit: "relative error",
+        fallback: Fallback::Nothing,
+        group: QUALITY,
+        help: "Stop when the estimated relative error of the image is below this",
+        more: "The estimate is of noise, not of blur: the root mean square over pixels of standard error over luminance.",
+        effect: Effect::End,
+        needs: Needs::Nothing,
+        is_knob: false,
+    },
+    RenderOption {
+        name: "photons",
+        placeholder: "P",
+        kind: Kind::Whole { range: [1, MAX_PHOTONS], set: |request, count| request.options.photons = Some(count) },
+        unit: "photons",
+        fallback: Fallback::Words("the scene's, else one per pixel"),
+        group: QUALITY,
+        help: "Photons emitted per iteration",
+        more: "",
+        effect: Effect::Image("photons per iteration", |_, resolved| resolved.photons.to_string()),
+        needs: Needs::Nothing,
+        is_knob: true,
+    },
+    RenderOption {
+        name: "eye-paths",
+        placeholder: "N",
+        kind: Kind::Whole {
+            range: [Options::EYE_PATHS[0] as u64, Options::EYE_PATHS[1] as u64],
+            set: |request, count| request.options.eye_paths = narrow(count),
+        },
+        unit: "paths",
+        fallback: Fallback::Number(DEFAULT_EYE_PATHS as f64, ""),
+        group: QUALITY,
+        help: "Eye paths per pixel and iteration",
+        more: "Each of them estimates direct light and smooths edges. Only the last one gathers photons.",
+        effect: Effect::Image("eye paths per iteration", |_, resolved| resolved.eye_paths.to_string()),
+        needs: Needs::Nothing,
+        is_knob: true,
+    },
+    RenderOption {
+        name: "radius",
+        placeholder: "R",
+        kind: Kind::Form {
+            expected: RADIUS,
+            set: |request, text| {
+                [request.options.radius, request.options.radius_in_pixels] = radius(text)?;
+                Ok(())
+            },
+        },
+        unit: "scene units, or px",
+        fallback: Fallback::SceneOrNumber(Options::DEFAULT_RADIUS_IN_PIXELS, "px"),
+        group: QUALITY,
+        help: "Initial gather radius in scene units, or in pixels: 2px",
+        more: "The width of a pixel is taken at the surface that the pixel shows.",
+        effect: Effect::Image("radius", |_, resolved| match resolved.radius {
+            Some(radius) => radius.to_string(),
+            None => format!("{}px", resolved.radius_in_pixels),
+        }),
+        needs: Needs::Nothing,
+        is_knob: true,
+    },
+    RenderOption {
+        name: "alpha",
+        placeholder: "A",
+        kind: Kind::Number {
+            range: [f32::MIN_POSITIVE as f64, 1.0],
+            set: |request, alpha| request.options.alpha = Some(alpha),
+        },
+        unit: "",
+        fallback: Fallback::Number(DEFAULT_ALPHA, ""),
+        group: QUALITY,
+        help: "Share of new photons kept when the radius shrinks, above 0 up to 1",
+        more: "Smaller values shrink the radius faster: less blur, more noise.",
+        effect: Effect::Image("alpha", |_, resolved| resolved.alpha.to_string()),
+        needs: Needs::Nothing,
+        is_knob: true,
+    },
+    RenderOption {
+        name: "max-depth",
+        placeholder: "D",
+        kind: Kind::Whole { range: POSITIVE, set: |request, count| request.options.max_depth = narrow(count) },
+        unit: "segments",
+        fallback: Fallback::Scene,
+        group: QUALITY,
+        help: "The most segments of a light or eye path",
+        more: "",
+        effect: Effect::Image("maximum depth", |_, resolved| resolved.max_depth.to_string()),
+        needs: Needs::Nothing,
+        is_knob: true,
+    },
+    RenderOption {
+        name: "seed",
+        placeholder: "S",
+        kind: Kind::Whole { range: [0, u32::MAX as u64], set: |request, seed| request.options.seed = narrow(seed) },
+        unit: "",
+        fallback: Fallback::Scene,
+        group: QUALITY,
+        help: "Seed of every random number, 0 to 4294967295",
+        more: "",
+        effect: Effect::Image("seed", |_, resolved| resolved.seed.to_string()),
+        needs: Needs::Nothing,
+        is_knob: false,
+    },
+    RenderOption {
+        name: "resolution",
+        placeholder: "WxH",
+        kind: Kind::Form {
+            expected: RESOLUTION,
+            set: |request, text| resolution(text).map(|size| request.options.resolution = Some(size)),
+        },
+        unit: "pixels",
+        fallback: Fallback::Scene,
+        group: QUALITY,
+        help: "Image size in pixels, such as 640x480",
+        more: "",
+        effect: Effect::Image("resolution", |_, resolved| {
+            let [width, height] = resolved.resolution;
+            format!("{width}x{height}")
+        }),
+        needs: Needs::Nothing,
+        is_knob: true,
+    },
+    RenderOption {
+        name: "integrator",
+        placeholder: "INTEGRATOR",
+        kind: Kind::Named {
+            names: Integrator::NAMES,
+            set: |request, name| name.parse().map(|value| request.options.integrator = value),
+        },
+        unit: "",
+        fallback: Fallback::Name(|| Integrator::default().name()),
+        group: ALGORITHM,
+        help: "When new eye paths are traced",
+        more: "",
+        effect: Effect::Image("integrator", |options, _| options.integrator.to_string()),
+        needs: Needs::Nothing,
+        is_knob: true,
+    },
+    RenderOption {
+        name: "photons-per-round",
+        placeholder: "P",
+        kind: Kind::Whole {
+            range: [1, u64::MAX],
+            set: |request, count| request.options.photons_per_round = Some(count),
+        },
+        unit: "photons",
+        fallback: Fallback::Number(DEFAULT_ROUND as f64, " iterations"),
+        group: ALGORITHM,
+        help: "With ppm: photons for which eye paths are kept, in whole iterations",
+        more: "",
+        effect: Effect::Image("iterations per round", |_, resolved| resolved.sequence.round_length.to_string()),
+        needs: Needs::Nothing,
+        is_knob: true,
+    },
+    RenderOption {
+        name: "rounds",
+        placeholder: "N",
+        kind: Kind::Whole { range: POSITIVE, set: |request, count| request.limits.rounds = narrow(count) },
+        unit: "rounds",
+        fallback: Fallback::Nothing,
+        group: ALGORITHM,
+        help: "With ppm: stop after this many rounds, whose images are averaged",
+        more: "",
+        effect: Effect::End,
+        needs: Needs::Absence("iterations"),
+        is_knob: false,
+    },
+    RenderOption {
+        name: "radius-schedule",
+        placeholder: "SCHEDULE",
+        kind: Kind::Named {
+            names: RadiusSchedule::NAMES,
+            set: |request, name| name.parse().map(|value| request.options.radius_schedule = value),
+        },
+        unit: "",
+        fallback: Fallback::Name(|| RadiusSchedule::default().name()),
+        group: ALGORITHM,
+        help: "How radii shrink",
+        more: "",
+        effect: Effect::Image("radius schedule", |options, _| options.radius_schedule.to_string()),
+        needs: Needs::Nothing,
+        is_knob: true,
+    },
+    RenderOption {
+        name: "direct",
+        placeholder: "METHOD",
+        kind: Kind::Named {
+            names: DirectLight::NAMES,
+            set: |request, name| name.parse().map(|value| request.options.direct = value),
+        },
+        unit: "",
+        fallback: Fallback::Name(|| DirectLight::default().name()),
+        group: ALGORITHM,
+        help: "How light that comes straight from a light source is estimated",
+        more: "",
+        effect: Effect::Image("direct light", |options, _| options.direct.to_string()),
+        needs: Needs::Nothing,
+        is_knob: true,
+    },
+    RenderOption {
+        name: "sampler",
+        placeholder: "SAMPLER",
+        kind: Kind::Named {
+            names: Sampler::NAMES,
+            set: |request, name| name.parse().map(|value| request.options.sampler = value),
+        },
+        unit: "",
+        fallback: Fallback::Name(|| Sampler::default().name()),
+        group: ALGORITHM,
+        help: "Where random numbers come from",
+        more: "",
+        effect: Effect::Image("sampler", |options, _| options.sampler.to_string()),
+        needs: Needs::Nothing,
+        is_knob: true,
+    },
+    RenderOption {
+        name: "lookup",
+        placeholder: "LOOKUP",
+        kind: Kind::Named {
+            names: LookupKind::NAMES,
+            set: |request, name| name.parse().map(|value| request.options.lookup = value),
+        },
+        unit: "",
+        fallback: Fallback::Name(|| LookupKind::default().name()),
+        group: ALGORITHM,
+        help: "How the visible points near a photon are found; does not change the image",
+        more: "",
+        effect: Effect::Cost,
+        needs: Needs::Nothing,
+        is_knob: true,
+    },
+    RenderOption {
+        name: "cell-scale",
+        placeholder: "X",
+        kind: Kind::Number {
+            range: Options::CELL_SCALES,
+            set: |request, scale| request.options.cell_scale = Some(scale),
+        },
+        unit: "diameters of the largest disc",
+        fallback: Fallback::Number(DEFAULT_CELL_SCALE, ""),
+        group: ALGORITHM,
+        help: "Width of the hash grid's cells, in diameters of the largest disc",
+        more: "Does not change the image.",
+        effect: Effect::Cost,
+        needs: Needs::Nothing,
+        is_knob: true,
+    },
+    RenderOption {
+        name: "workgroup-size",
+        placeholder: "SIZE",
+        kind: Kind::Named {
+            names: WORKGROUP_SIZES,
+            set: |request, text| workgroup_size(text).map(|size| request.options.workgroup_size = Some(size)),
+        },
+        unit: "invocations",
+        fallback: Fallback::Number(DEFAULT_WORKGROUP_SIZE as f64, ""),
+        group: DEVICE,
+        help: "Invocations per workgroup; does not change the image",
+        more: "",
+        effect: Effect::Cost,
+        needs: Needs::Nothing,
+        is_knob: true,
+    },
+    RenderOption {
+        name: "batch-size",
+        placeholder: "PHOTONS",
+        kind: Kind::Whole { range: POSITIVE, set: |request, count| request.options.batch_size = Some(count) },
+        unit: "photons",
+        fallback: Fallback::Nothing,
+        group: DEVICE,
+        help: "Photons per dispatch; does not change the image",
+        more: "Smaller batches take less memory and keep each dispatch short.",
+        effect: Effect::Cost,
+        needs: Needs::Nothing,
+        is_knob: true,
+    },
+    RenderOption {
+        name: "revolution-solver",
+        placeholder: "SOLVER",
+        kind: Kind::Named {
+            names: SolverKind::NAMES,
+            set: |request, name| {
+                request.options.revolution_solver = match name.parse()? {
+                    SolverKind::Certified => RevolutionSolver::Certified,
+                    SolverKind::Newton => RevolutionSolver::NEWTON,
+                };
+                Ok(())
+            },
+        },
+        unit: "",
+        fallback: Fallback::Name(|| SolverKind::default().name()),
+        group: RESEARCH,
+        help: "How rays are intersected with bodies of revolution",
+        more: "",
+        effect: Effect::Image("revolution solver", |options, _| options.revolution_solver.to_string()),
+        needs: Needs::Nothing,
+        is_knob: true,
+    },
+    RenderOption {
+        name: "newton-segments",
+        placeholder: "M",
+        kind: Kind::Whole {
+            range: [*RevolutionSolver::SEGMENTS.start() as u64, *RevolutionSolver::SEGMENTS.end() as u64],
+            set: |request, count| {
+                if let RevolutionSolver::Newton { segments, .. } = &mut request.options.revolution_solver {
+                    *segments = count as u32;
+                }
+            },
+        },
+        unit: "pieces",
+        fallback: Fallback::Number(RevolutionSolver::DEFAULT_SEGMENTS as f64, ""),
+        group: RESEARCH,
+        help: "Newton: pieces of each start approximation, per segment of a profile",
+        more: "",
+        effect: Effect::PartOf,
+        needs: Needs::Value("revolution-solver", "newton"),
+        is_knob: true,
+    },
+    RenderOption {
+        name: "newton-envelopes",
+        placeholder: "WHICH",
+        kind: Kind::Named {
+            names: Envelopes::NAMES,
+            set: |request, name| {
+                let which = name.parse()?;
+                if let RevolutionSolver::Newton { envelopes, .. } = &mut request.options.revolution_solver {
+                    *envelopes = which;
+                }
+                Ok(())
+            },
+        },
+        unit: "",
+        fallback: Fallback::Name(|| Envelopes::default().name()),
+        group: RESEARCH,
+        help: "Newton: approximations of a profile that give starts",
+        more: "",
+        effect: Effect::PartOf,
+        needs: Needs::Value("revolution-solver", "newton"),
+        is_knob: true,
+    },
+];
+
+/// [`Options::WORKGROUP_SIZES`] as names.
+const WORKGROUP_SIZES: &[Name] = &[("32", ""), ("64", ""), ("128", "")];
+
+fn workgroup_size(text: &str) -> Result<u32, String> {
+    let size = text.parse().ok().filter(|size| Options::WORKGROUP_SIZES.contains(size));
+    size.ok_or_else(|| crate::base::names::expected_name(WORKGROUP_SIZES))
+}
+
+/// A number of a range within 32 bits.
+fn narrow(count: u64) -> Option<u32> {
+    u32::try_from(count).ok()
+}
