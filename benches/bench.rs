@@ -1,7 +1,7 @@
 //! Measures goblet on this machine: whole scenes, the error at equal time, and how time grows
 //! with the size of the task. Prints Markdown tables, and writes bench.json, which has every
 //! single measurement, and plots:
-//! `cargo run --release --example bench -- [--quick] [--references A.exr B.exr] OUT_DIR`
+//! `cargo bench --bench bench -- [--quick] [--references A.exr B.exr] OUT_DIR`
 
 #[path = "bench/arguments.rs"]
 mod arguments;
@@ -66,7 +66,7 @@ struct Bench {
 }
 
 fn main() -> ExitCode {
-    let arguments = match Arguments::parse(env::args_os().skip(1)) {
+    let arguments = match Arguments::parse(env::args_os().skip(1).filter(|word| word != "--bench")) {
         Ok(arguments) => arguments,
         Err(what) => {
             eprintln!("bench: {what}; usage: {USAGE}");

@@ -1,6 +1,6 @@
 //! Measures the hash grid against the kd-tree: the time to index visible points, and the
 //! time to add photons to those in reach. Writes lookup.csv and lookup.svg, and prints the
-//! tables of docs/lookup.md: `cargo run --release --example lookup -- OUT_DIR`
+//! tables of docs/lookup.md: `cargo bench --bench lookup -- OUT_DIR`
 
 #[path = "lookup/plot.rs"]
 mod plot;
@@ -45,7 +45,7 @@ struct Times {
 type Pair = Option<[Times; 2]>;
 
 fn main() -> Result<()> {
-    let folder = PathBuf::from(env::args_os().nth(1).unwrap_or_else(|| ".".into()));
+    let folder = PathBuf::from(env::args_os().skip(1).find(|word| word != "--bench").unwrap_or_else(|| ".".into()));
     fs::create_dir_all(&folder)?;
     let scene = Scene::load("scenes/cornell-caustic.pbrt")?;
     let device = Rc::new(open_device(None, false)?);

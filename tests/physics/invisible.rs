@@ -50,8 +50,8 @@ fn lit(shot: &Shot, world: &str) -> [f64; 3] {
 
 #[test]
 fn invisible_lamps_light_what_visible_ones_do() {
-    let by_eye = Shot { pixels: 8, iterations: 24, ..EYE_ONLY };
-    let by_photons = Shot { pixels: 8, photons: 65_536, iterations: 3, radius: 0.2, alpha: 1.0, depth: 10 };
+    let by_eye = Shot { resolution: [8; 2], iterations: 24, ..EYE_ONLY };
+    let by_photons = Shot { resolution: [8; 2], photons: 65_536, iterations: 3, radius: 0.2, alpha: 1.0, depth: 10 };
     // Rays of the eye find no light through glass that refracts next to nothing.
     let dome = "Material \"dielectric\" \"float eta\" 1.0001\nScale 2 2 .8\nShape \"sphere\"";
     let floor = square(1.5, 0.0);
@@ -72,7 +72,7 @@ fn invisible_lamps_light_what_visible_ones_do() {
 
 #[test]
 fn invisible_lamps_are_not_seen() {
-    let shot = Shot { pixels: 8, iterations: 2, ..EYE_ONLY };
+    let shot = Shot { resolution: [8; 2], iterations: 2, ..EYE_ONLY };
     for (name, shape) in SHAPES {
         // At the lamp from below and aside.
         let seen =
@@ -94,7 +94,7 @@ fn black_parts_of_a_lamp_are_no_fault() {
         square(0.4, 0.0),
         square(1.5, 0.0)
     );
-    let rendered = Shot { pixels: 8, photons: 4096, iterations: 1, ..EYE_ONLY }
+    let rendered = Shot { resolution: [8; 2], photons: 4096, iterations: 1, ..EYE_ONLY }
         .take(&camera("0 0 .6  0 0 0  0 1 0", 110.0), &world);
     super::assert_closed(&rendered.tally, 4096);
     assert!(rendered.tally.absorbed > 100, "{:?}", rendered.tally);

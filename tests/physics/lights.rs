@@ -169,8 +169,8 @@ pub fn assert_lights_floor(name: &str, lights: &str, radius: f64, irradiance: &d
 
     // Under a dome that refracts next to nothing, lights are out of reach of the eye.
     let dome = format!("{floor}Material \"dielectric\" \"float eta\" 1.0001\nScale 2 2 .8\nShape \"sphere\"");
-    let by_eye = Shot { pixels: PIXELS, iterations: 128, ..EYE_ONLY };
-    let by_photons = Shot { pixels: PIXELS, photons: 131_072, iterations: 16, radius, alpha: 1.0, depth: 10 };
+    let by_eye = Shot { resolution: [PIXELS; 2], iterations: 128, ..EYE_ONLY };
+    let by_photons = Shot { resolution: [PIXELS; 2], photons: 131_072, iterations: 16, radius, alpha: 1.0, depth: 10 };
     for (how, shot, world, max_energy, max_relmse) in
         [("eye", by_eye, floor, 0.005, 0.002), ("photons", by_photons, dome, 0.01, 0.01)]
     {

@@ -1,5 +1,4 @@
 //! The command as people run it, in a folder of its own.
-#![allow(dead_code, reason = "each test file uses a part of this")]
 
 use std::fs;
 use std::path::PathBuf;
@@ -131,7 +130,7 @@ impl Run {
 pub fn wait_until(what: &str, holds: impl Fn() -> bool) {
     let start = Instant::now();
     while !holds() {
-        assert!(start.elapsed() < Duration::from_secs(120), "waited in vain until {what}");
+        assert!(start.elapsed() < Duration::from_secs(300), "waited in vain until {what}");
         sleep(Duration::from_millis(2));
     }
 }
