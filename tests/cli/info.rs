@@ -178,7 +178,7 @@ fn every_key_is_documented_and_every_documented_key_is_there() {
         bench.write("scene.pbrt", text);
         add_keys(&info(&bench, 0), "", &mut keys);
     }
-    let rows = include_str!("../docs/info.md").lines().filter_map(|line| line.strip_prefix("| `"));
+    let rows = include_str!("../../docs/info.md").lines().filter_map(|line| line.strip_prefix("| `"));
     let documented: BTreeSet<String> = rows.map(|row| row.split('`').next().unwrap().to_owned()).collect();
     assert_eq!(keys.difference(&documented).collect::<Vec<_>>(), Vec::<&String>::new(), "not documented");
     assert_eq!(documented.difference(&keys).collect::<Vec<_>>(), Vec::<&String>::new(), "documented, but not there");

@@ -39,7 +39,7 @@ fn a_point_light_in_a_diffuse_sphere_adds_a_uniform_share_to_direct_light() {
          Material \"diffuse\" \"rgb reflectance\" [.8 .5 .2]\nShape \"sphere\" \"float radius\" {RADIUS}"
     );
     let rendered = IN_A_SPHERE.take(&camera("0 0 0  0 0 1  0 1 0", 90.0), &world);
-    let pixels = IN_A_SPHERE.pixels;
+    let pixels = IN_A_SPHERE.resolution[0];
     let place = |i: u32| 1.0 - 2.0 * (f64::from(i) + 0.5) / f64::from(pixels);
     let radiance = |i: u32| {
         let wall = RADIUS * DVec3::new(place(i % pixels), place(i / pixels), 1.0).normalize();

@@ -5,13 +5,10 @@
 //! of the wine cup is goblet's own: no other renderer that we have knows its shapes.
 
 use std::path::PathBuf;
-use std::rc::Rc;
 
 use goblet::image::compare::{Comparison, Gates, compare};
-use goblet::image::file;
 use goblet::image::film::{Image, luminance};
-use goblet::{DirectLight, Integrator, LookupKind, Options, RadiusSchedule, Renderer, Sampler};
-use goblet_host::Device;
+use goblet::{DirectLight, Integrator, LookupKind, Options, Sampler};
 
 use crate::support;
 use crate::support::variants::{self, Variant};

@@ -13,7 +13,6 @@ use std::time::Duration;
 
 use desktop::{Desktop, Shot, wait_for, wait_or};
 
-
 const CONTROL: u32 = 0xffe3;
 const ESCAPE: u32 = 0xff1b;
 const TAB: u32 = 0xff09;

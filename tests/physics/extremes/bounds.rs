@@ -53,7 +53,7 @@ fn outcome(device: &Rc<Device>, scene: &Scene, options: &Options) -> (Vec<[u32; 
 }
 
 fn glass_ball() -> Scene {
-    Scene::parse(super::command::SCENE, "scene.pbrt", root()).expect("a scene")
+    Scene::parse(crate::support::command::SCENE, "scene.pbrt", root()).expect("a scene")
 }
 
 /// Sizes that fill neither tiles nor workgroups, in one dispatch or in many.

@@ -2,7 +2,7 @@
 //! clear refusal. docs/numerics.md has the table.
 
 mod bounds;
-mod camera;
+mod cameras;
 mod few_photons;
 mod film;
 mod geometry;

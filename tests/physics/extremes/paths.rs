@@ -162,7 +162,7 @@ fn paths_that_a_driver_cannot_follow_are_cut_and_said() {
         let common = ["--eye-paths", "1", "--photons", "64"];
         let mut command = bench.command(&[&outputs[..], &common, options].concat());
         threads.map(|threads| command.env("LP_NUM_THREADS", threads));
-        let run = super::command::Run::of(command.output().unwrap());
+        let run = crate::support::command::Run::of(command.output().unwrap());
         assert_eq!(run.code, 0, "{run:?}");
         (run.stderr, bench.json("x.json"))
     };

@@ -43,7 +43,7 @@ fn what_no_number_can_hold_is_refused() {
         (["--alpha", "1.0001"], "expected a number above 0 and at most 1"),
         (["--max-depth", "0"], "expected"),
     ] {
-        refuse(super::command::SCENE.to_owned(), &arguments, &[words]);
+        refuse(crate::support::command::SCENE.to_owned(), &arguments, &[words]);
     }
 }
 
