@@ -11,6 +11,8 @@ cd "$(dirname "$0")/.."
 root=$PWD
 export CARGO_TARGET_DIR="${CARGO_TARGET_DIR:-$root/target}"
 copy=$CARGO_TARGET_DIR/break
+# What is built for one run of the tests is not worth optimising.
+export CARGO_INCREMENTAL=0 CARGO_PROFILE_DEV_OPT_LEVEL=0 CARGO_PROFILE_DEV_DEBUG=false
 mkdir -p "$copy"
 
 # Closed forms and kernels: the tests that take longest find nothing that these do not.

@@ -2,17 +2,15 @@
 
 use std::f64::consts::{PI, TAU};
 use std::fs;
-use std::path::PathBuf;
-use std::process::{Command, Stdio};
 
 use glam::DVec2;
 use goblet::Options;
 use goblet::geometry::bezier::Curve;
 use goblet::image::film::Image;
 use goblet::scene::{Geometry, Mesh, Scene};
-use tempfile::TempDir;
 
 use crate::support;
+use crate::support::command::{Bench, Run};
 
 /// A cylinder with a cone on top. The cases below replace its body.
 const SCENE: &str = r#"# A tower.
@@ -30,74 +28,30 @@ fn scene(body: &str) -> String {
     SCENE.replace(BODY, body)
 }
 
-/// A folder to run in.
-struct Bench(TempDir);
-
-/// What a run left behind.
-#[derive(Debug)]
-struct Run {
-    code: i32,
-    stderr: String,
+/// A folder with this scene in it.
+fn bench(scene: &str) -> Bench {
+    let bench = Bench::new();
+    bench.write("scene.pbrt", scene);
+    bench
 }
 
-impl Bench {
-    fn new(scene: &str) -> Self {
-        let bench = Self(tempfile::tempdir().unwrap());
-        bench.write("scene.pbrt", scene);
-        bench
-    }
+fn tessellate(bench: &Bench, arguments: &[&str]) -> Run {
+    let run = bench.run(&[&["tessellate"], arguments].concat());
+    assert_eq!(run.stdout, "");
+    run
+}
 
-    fn path(&self, name: &str) -> PathBuf {
-        self.0.path().join(name)
-    }
+/// Writes `x.pbrt`, and reads it again.
+fn tessellated(bench: &Bench, tolerance: &str) -> Scene {
+    let run = tessellate(bench, &["scene.pbrt", "-o", "x.pbrt", "--tolerance", tolerance]);
+    assert_eq!(run.code, 0, "{run:?}");
+    Scene::load(bench.path("x.pbrt")).unwrap()
+}
 
-    fn write(&self, name: &str, contents: impl AsRef<[u8]>) {
-        fs::create_dir_all(self.path(name).parent().unwrap()).unwrap();
-        fs::write(self.path(name), contents).unwrap();
-    }
-
-    fn text(&self, name: &str) -> String {
-        fs::read_to_string(self.path(name)).unwrap_or_else(|error| panic!("{name}: {error}"))
-    }
-
-    /// The names of all files here, in order.
-    fn files(&self) -> Vec<String> {
-        let entries = fs::read_dir(self.0.path()).unwrap();
-        let mut names: Vec<_> = entries.map(|entry| entry.unwrap().file_name().into_string().unwrap()).collect();
-        names.sort();
-        names
-    }
-
-    fn run(&self, arguments: &[&str]) -> Run {
-        let output = Command::new(env!("CARGO_BIN_EXE_goblet"))
-            .arg("tessellate")
-            .args(arguments)
-            .current_dir(self.0.path())
-            .stdin(Stdio::null())
-            .output()
-            .unwrap();
-        assert_eq!(output.stdout, b"");
-        let stderr = String::from_utf8(output.stderr).expect("UTF-8");
-        assert!(!stderr.contains("panicked"), "{arguments:?}: {stderr}");
-        Run { code: output.status.code().expect("an exit code"), stderr }
-    }
-
-    /// Writes `x.pbrt`, and reads it again.
-    fn tessellated(&self, tolerance: &str) -> Scene {
-        let run = self.run(&["scene.pbrt", "-o", "x.pbrt", "--tolerance", tolerance]);
-        assert_eq!(run.code, 0, "{run:?}");
-        Scene::load(self.path("x.pbrt")).unwrap()
-    }
-
-    fn assert_refused(&self, arguments: &[&str], code: i32, words: &[&str]) {
-        let files = self.files();
-        let run = self.run(arguments);
-        assert_eq!(run.code, code, "{arguments:?}: {run:?}");
-        for word in words {
-            assert!(run.stderr.contains(word), "{arguments:?}: expected `{word}` in: {}", run.stderr);
-        }
-        assert_eq!(self.files(), files, "{arguments:?} has written something");
-    }
+fn assert_refused(bench: &Bench, arguments: &[&str], code: i32, words: &[&str]) {
+    let files = bench.files();
+    tessellate(bench, arguments).assert_refused(&arguments.join(" "), code, words);
+    assert_eq!(bench.files(), files, "{arguments:?} has written something");
 }
 
 fn mesh(scene: &Scene, shape: usize) -> &Mesh {
@@ -128,8 +82,8 @@ fn assert_close(found: [f64; 2], expected: [f64; 2], relative: f64) {
 
 #[test]
 fn the_scene_stays_but_for_the_body() {
-    let bench = Bench::new(SCENE);
-    let run = bench.run(&["scene.pbrt", "-o", "x.pbrt"]);
+    let bench = bench(SCENE);
+    let run = tessellate(&bench, &["scene.pbrt", "-o", "x.pbrt"]);
     assert_eq!(run.code, 0, "{run:?}");
     assert_eq!(bench.text("x.pbrt"), scene(r#"Shape "plymesh" "string filename" "x-1.ply""#));
     assert_eq!(bench.files(), ["scene.pbrt", "x-1.ply", "x.pbrt"]);
@@ -139,9 +93,9 @@ fn the_scene_stays_but_for_the_body() {
 
     // The same again, over what is there; then there is nothing left to do.
     let before = fs::read(bench.path("x-1.ply")).unwrap();
-    assert_eq!(bench.run(&["scene.pbrt", "-o", "x.pbrt", "--tolerance", "0.0001"]).code, 0);
+    assert_eq!(tessellate(&bench, &["scene.pbrt", "-o", "x.pbrt", "--tolerance", "0.0001"]).code, 0);
     assert!(fs::read(bench.path("x-1.ply")).unwrap() == before);
-    let run = bench.run(&["x.pbrt", "-o", "y.pbrt"]);
+    let run = tessellate(&bench, &["x.pbrt", "-o", "y.pbrt"]);
     assert_eq!(run.stderr, "wrote y.pbrt, a copy: the scene has no Shape \"revolution\"\n");
     assert_eq!(bench.text("y.pbrt"), bench.text("x.pbrt"));
 }
@@ -149,8 +103,8 @@ fn the_scene_stays_but_for_the_body() {
 #[test]
 fn areas_and_volumes_are_those_of_the_bodies() {
     let tower = [PI + 2.0 * TAU + PI * 2.0_f64.sqrt(), 2.0 * PI + PI / 3.0];
-    let bench = Bench::new(SCENE);
-    assert_close(area_and_volume(mesh(&bench.tessellated("1e-5"), 0)), tower, 1e-4);
+    let bench = bench(SCENE);
+    assert_close(area_and_volume(mesh(&tessellated(&bench, "1e-5"), 0)), tower, 1e-4);
 
     // By Simpson's rule, which is exact enough.
     let points = [(0.0, 0.0), (1.0, 0.1), (1.5, 0.5), (0.5, 1.0), (1.0, 1.2), (0.0, 2.0)];
@@ -166,19 +120,19 @@ fn areas_and_volumes_are_those_of_the_bodies() {
         sums[1] += weight * PI * curve.at(t).x.powi(2) * way.at(t).y;
     }
     bench.write("scene.pbrt", scene(&body));
-    assert_close(area_and_volume(mesh(&bench.tessellated("1e-5"), 0)), sums, 1e-4);
-    assert_close(area_and_volume(mesh(&bench.tessellated("1e-3"), 0)), sums, 1e-2);
+    assert_close(area_and_volume(mesh(&tessellated(&bench, "1e-5"), 0)), sums, 1e-4);
+    assert_close(area_and_volume(mesh(&tessellated(&bench, "1e-3"), 0)), sums, 1e-2);
     // A mirror turns a body of revolution inside out.
     bench.write("scene.pbrt", scene(&format!("Scale 1 -1 1\n{body}")));
-    assert_close(area_and_volume(mesh(&bench.tessellated("1e-5"), 0)), [sums[0], -sums[1]], 1e-4);
+    assert_close(area_and_volume(mesh(&tessellated(&bench, "1e-5"), 0)), [sums[0], -sums[1]], 1e-4);
 }
 
 #[test]
 fn equal_bodies_share_a_file_unless_mirrored() {
     let other = BODY.replace("2  0 3", "2  0 4");
     let body = format!("{BODY} \"float alpha\" 1\n{other} ReverseOrientation {BODY} Scale -1 1 1 {BODY} {BODY}");
-    let bench = Bench::new(&scene(&body));
-    let written = bench.tessellated("1e-2");
+    let bench = bench(&scene(&body));
+    let written = tessellated(&bench, "1e-2");
     assert_eq!(bench.files(), ["scene.pbrt", "x-1.ply", "x-2.ply", "x-3.ply", "x.pbrt"]);
     let file = |i: u32| format!("Shape \"plymesh\" \"string filename\" \"x-{i}.ply\"");
     let [first, other, mirrored] = [1, 2, 3].map(file);
@@ -195,13 +149,13 @@ fn the_same_side_of_a_mesh_is_out() {
         for mirror in ["", "Scale 1 -2 1 "] {
             let shine = "AreaLightSource \"diffuse\" \"rgb L\" [ 1 2 3 ]\n";
             let text = scene(&format!("{shine}{reverse}{mirror}{BODY}")).replace("rgb I\" [ 5 5 5", "rgb I\" [ 0 0 0");
-            let bench = Bench::new(&text);
+            let bench = bench(&text);
             let brightness = |name: &str| {
                 let scene = Scene::load(bench.path(name)).unwrap();
                 let options = Options { photons: Some(256), seed: Some(7), ..Options::default() };
                 support::mean(&support::render_scene(&device, &scene, &options, 4).image)
             };
-            bench.tessellated("1e-3");
+            tessellated(&bench, "1e-3");
             let [body, mesh] = ["scene.pbrt", "x.pbrt"].map(brightness);
             let case = format!("{reverse}{mirror}");
             let lit = reverse.is_empty() == mirror.is_empty();
@@ -217,10 +171,10 @@ fn the_same_side_of_a_mesh_is_out() {
 #[test]
 fn included_text_and_defaults_are_put_in_place() {
     let body = "Attribute \"shape\" \"integer degree\" 1\nInclude \"parts/body.pbrt\" # from outside\n";
-    let bench = Bench::new(&scene(body));
+    let bench = bench(&scene(body));
     bench.write("parts/body.pbrt", "Include \"parts/shape.pbrt\"\n# a comment");
     bench.write("parts/shape.pbrt", "Shape \"revolution\" \"point2 P\" [ 0 0  1 0  1 2  0 3 ]");
-    let written = bench.tessellated("1e-2");
+    let written = tessellated(&bench, "1e-2");
     assert_eq!((written.shapes.len(), written.warnings.len()), (1, 0));
     let expected = "Attribute \"shape\" \"integer degree\" 1\n\
                     Shape \"plymesh\" \"string filename\" \"x-1.ply\"\n\n# a comment\n # from outside\n";
@@ -228,7 +182,12 @@ fn included_text_and_defaults_are_put_in_place() {
     // An included file is as much a part of the scene as the first one.
     bench.write("parts/scene.pbrt", bench.text("scene.pbrt").replace("parts/body", "body"));
     bench.write("parts/body.pbrt", BODY);
-    bench.assert_refused(&["parts/scene.pbrt", "-o", "parts/body.pbrt"], 2, &["parts/body.pbrt: the scene reads this"]);
+    assert_refused(
+        &bench,
+        &["parts/scene.pbrt", "-o", "parts/body.pbrt"],
+        2,
+        &["parts/body.pbrt: the scene reads this"],
+    );
     assert_eq!(bench.text("parts/body.pbrt"), BODY);
 }
 
@@ -236,7 +195,7 @@ fn included_text_and_defaults_are_put_in_place() {
 fn files_are_found_from_the_folder_of_the_output() {
     let text = "Texture \"t\" \"float\" \"imagemap\" \"string filename\" \"t.png\"\n\
                 Shape \"plymesh\" \"string filename\" \"meshes/square.ply\"\n";
-    let bench = Bench::new("");
+    let bench = bench("");
     bench.write("in/scene.pbrt", scene(&format!("{text}Include \"meshes/body.pbrt\"")));
     bench.write("in/meshes/body.pbrt", format!("{BODY} Shape \"plymesh\" \"string filename\" \"meshes/square.ply\""));
     let square = "ply\nformat ascii 1.0\nelement vertex 4\nproperty float x\nproperty float y\nproperty float z\n\
@@ -248,7 +207,7 @@ fn files_are_found_from_the_folder_of_the_output() {
     for (output, prefix) in
         [("out/x.pbrt", "../in/"), ("x.pbrt", "in/"), ("in/meshes/x.pbrt", "../"), ("in/x.pbrt", "")]
     {
-        let run = bench.run(&["in/scene.pbrt", "--output", output, "--tolerance", "0.01"]);
+        let run = tessellate(&bench, &["in/scene.pbrt", "--output", output, "--tolerance", "0.01"]);
         assert_eq!(run.code, 0, "{run:?}");
         assert!(run.stderr.contains(&format!("wrote {}: ", output.replace(".pbrt", "-1.ply"))), "{run:?}");
         let written = bench.text(output);
@@ -265,26 +224,31 @@ fn files_are_found_from_the_folder_of_the_output() {
 
 #[test]
 fn what_cannot_be_done_is_refused() {
-    let bench = Bench::new(SCENE);
+    let bench = bench(SCENE);
     for value in ["0", "-1", "9e-8", "0.11", "nan", "inf", "fine"] {
         let words = ["--tolerance", "a number from 1e-7 to 0.1"];
-        bench.assert_refused(&["scene.pbrt", "-o", "x.pbrt", "--tolerance", value], 2, &words);
+        assert_refused(&bench, &["scene.pbrt", "-o", "x.pbrt", "--tolerance", value], 2, &words);
     }
-    bench.assert_refused(&["scene.pbrt"], 2, &["--output <OUT>"]);
-    bench.assert_refused(&["scene.pbrt", "-o", "x.ply"], 2, &["a file name ending in .pbrt"]);
-    bench.assert_refused(&["absent.pbrt", "-o", "x.pbrt"], 2, &["cannot read absent.pbrt"]);
+    assert_refused(&bench, &["scene.pbrt"], 2, &["--output <OUT>"]);
+    assert_refused(&bench, &["scene.pbrt", "-o", "x.ply"], 2, &["a file name ending in .pbrt"]);
+    assert_refused(&bench, &["absent.pbrt", "-o", "x.pbrt"], 2, &["cannot read absent.pbrt"]);
     for same in ["scene.pbrt", "./scene.pbrt"] {
-        bench.assert_refused(&["scene.pbrt", "-o", same], 2, &["scene.pbrt: the scene reads this file"]);
+        assert_refused(&bench, &["scene.pbrt", "-o", same], 2, &["scene.pbrt: the scene reads this file"]);
     }
     assert_eq!(bench.text("scene.pbrt"), SCENE);
-    bench.assert_refused(&["scene.pbrt", "-o", "missing/x.pbrt"], 1, &["missing/x.pbrt: cannot write", "No such file"]);
+    assert_refused(
+        &bench,
+        &["scene.pbrt", "-o", "missing/x.pbrt"],
+        1,
+        &["missing/x.pbrt: cannot write", "No such file"],
+    );
     fs::create_dir(bench.path("x-1.ply")).unwrap();
-    bench.assert_refused(&["scene.pbrt", "-o", "x.pbrt"], 1, &["x-1.ply: cannot write", "not a file"]);
+    assert_refused(&bench, &["scene.pbrt", "-o", "x.pbrt"], 1, &["x-1.ply: cannot write", "not a file"]);
 
     // A mesh that the scene reads already would be lost.
-    assert_eq!(bench.run(&["scene.pbrt", "-o", "y.pbrt"]).code, 0);
+    assert_eq!(tessellate(&bench, &["scene.pbrt", "-o", "y.pbrt"]).code, 0);
     bench.write("both.pbrt", bench.text("y.pbrt") + BODY);
-    bench.assert_refused(&["both.pbrt", "-o", "y.pbrt"], 2, &["y-1.ply: the scene reads this file"]);
+    assert_refused(&bench, &["both.pbrt", "-o", "y.pbrt"], 2, &["y-1.ply: the scene reads this file"]);
 
     let waves: String = (0..=900).map(|i| format!(" {} {i}", if i % 3 == 1 { 50 } else { 10 })).collect();
     for (body, words) in [
@@ -297,7 +261,7 @@ fn what_cannot_be_done_is_refused() {
         ),
     ] {
         bench.write("scene.pbrt", scene(body));
-        bench.assert_refused(&["scene.pbrt", "-o", "z.pbrt", "--tolerance", "1e-7"], 2, words);
+        assert_refused(&bench, &["scene.pbrt", "-o", "z.pbrt", "--tolerance", "1e-7"], 2, words);
     }
 }
 
@@ -312,8 +276,8 @@ fn bodies_that_are_not_rendered_keep_their_places() {
         format!("AttributeBegin Scale 1 1 0 {other} AttributeEnd"),
         "Shape \"cylinder\" \"float radius\" 5".to_owned(),
     ] {
-        let bench = Bench::new(&scene(&format!("{left_out}\n{BODY}")));
-        let scene = bench.tessellated("1e-3");
+        let bench = bench(&scene(&format!("{left_out}\n{BODY}")));
+        let scene = tessellated(&bench, "1e-3");
         let mesh = scene.shapes.iter().find_map(|shape| match &shape.geometry {
             Geometry::Mesh(mesh) => Some(mesh),
             _ => None,

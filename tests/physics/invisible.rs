@@ -4,7 +4,7 @@ use goblet::image::film::Image;
 use goblet::{ByPass, Tally};
 
 use super::{EYE_ONLY, Shot, assert_near, camera, square};
-use crate::support::{Rendered, mean};
+use crate::support::{Rendered, is_full, mean, work};
 
 /// One of each kind of shape, and such as are cut or touch an axis, above a floor.
 const SHAPES: [(&str, &str); 9] = [
@@ -59,13 +59,18 @@ fn invisible_lamps_light_what_visible_ones_do() {
         let [there, gone] = ["", INVISIBLE].map(|alpha| lit(shot, &(lamp(shape, alpha) + under)));
         assert_near(&format!("{name} by {how}"), gone, there, 0.02);
     };
-    for (name, shape) in SHAPES {
-        agree("eye", name, shape, &by_eye, &format!("{FLOOR}{floor}"));
-        agree("photons", name, shape, &by_photons, &format!("{FLOOR}{floor}\n{dome}"));
+    // In the quick form, shapes take turns.
+    for (i, (name, shape)) in SHAPES.into_iter().enumerate() {
+        if is_full() || i % 2 == 0 {
+            agree("eye", name, shape, &by_eye, &format!("{FLOOR}{floor}"));
+        }
+        if is_full() || i % 2 == 1 {
+            agree("photons", name, shape, &by_photons, &format!("{FLOOR}{floor}\n{dome}"));
+        }
     }
     // Metal has rays of the bsdf look for lamps, too: not for such as they cannot meet.
     let by_eye = Shot { iterations: 256, ..by_eye };
-    for (name, shape) in [SHAPES[0], SHAPES[2], SHAPES[7]] {
+    for (name, shape) in work(&[SHAPES[0]][..], &[SHAPES[0], SHAPES[2], SHAPES[7]]) {
         agree("rays that metal reflects", name, shape, &by_eye, &format!("{METAL}{floor}"));
     }
 }

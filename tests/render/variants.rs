@@ -10,8 +10,8 @@ use goblet::image::compare::{Comparison, Gates, compare};
 use goblet::image::film::{Image, luminance};
 use goblet::{DirectLight, Integrator, LookupKind, Options, Sampler};
 
-use crate::support;
 use crate::support::variants::{self, Variant};
+use crate::support::{self, work};
 
 /// The most that the mean of an image may be off.
 const MAX_ENERGY: f64 = 0.01;
@@ -35,14 +35,16 @@ struct Case {
     /// Iterations of a round of progressive photon mapping. Eye paths and direct light are
     /// sampled once a round: many short rounds.
     round: u64,
-    /// With direct light by next-event estimation, and by photons: 1.5 times what the worst of
-    /// the variants has here, since the noise is all that there is.
+    /// With direct light by next-event estimation, and by photons: 1.5 times the relMSE of the
+    /// noisiest variant. Biases are a matter of [`MAX_ENERGY`]; this bounds the noise, which no
+    /// formula gives for such scenes. On one driver, an image repeats to the bit. On another, roundings
+    /// send single paths elsewhere, as another seed does: the noise is another, its size is not.
     max_relmse: [f64; 2],
 }
 
-/// All 16.
+/// All 16 in the long form.
 #[test]
-fn all_variants_converge_on_a_caustic_of_a_point_light() {
+fn variants_converge_on_a_caustic_of_a_point_light() {
     let case = Case {
         scene: "tests/reference/caustic-point.pbrt",
         reference: "tests/reference/caustic-point.exr",
@@ -55,7 +57,7 @@ fn all_variants_converge_on_a_caustic_of_a_point_light() {
         glint: f32::INFINITY,
         max_relmse: [0.0081, 0.038],
     };
-    case.check(&Variant::all());
+    case.check(&work(Variant::covering(), Variant::all()));
 }
 
 #[test]
