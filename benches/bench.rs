@@ -66,7 +66,7 @@ struct Bench {
 }
 
 fn main() -> ExitCode {
-    let arguments = match Arguments::parse(env::args_os().skip(1)) {
+    let arguments = match Arguments::parse(env::args_os().skip(1).filter(|word| word != "--bench")) {
         Ok(arguments) => arguments,
         Err(what) => {
             eprintln!("bench: {what}; usage: {USAGE}");

@@ -45,7 +45,7 @@ struct Times {
 type Pair = Option<[Times; 2]>;
 
 fn main() -> Result<()> {
-    let folder = PathBuf::from(env::args_os().nth(1).unwrap_or_else(|| ".".into()));
+    let folder = PathBuf::from(env::args_os().skip(1).find(|word| word != "--bench").unwrap_or_else(|| ".".into()));
     fs::create_dir_all(&folder)?;
     let scene = Scene::load("scenes/cornell-caustic.pbrt")?;
     let device = Arc::new(open_device(&DeviceOptions::default())?);

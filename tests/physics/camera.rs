@@ -5,8 +5,8 @@ use std::f64::consts::PI;
 use goblet::image::film::Image;
 use goblet::{Options, Renderer};
 
-use super::support::{device, mean, render};
 use super::{assert_near, square};
+use crate::support::{device, mean, render};
 
 /// A lamp whose radiance is 1, and that reflects nothing.
 fn lamp(shape: &str) -> String {

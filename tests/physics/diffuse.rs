@@ -6,10 +6,11 @@ use glam::DVec3;
 use goblet::image::compare::compare;
 use goblet::image::film::Image;
 
-use super::support::mean;
 use super::{EYE_ONLY, Shot, assert_closed, assert_near, assert_uniform, camera};
+use crate::support::mean;
 
-const IN_A_SPHERE: Shot = Shot { pixels: 16, photons: 16_384, iterations: 32, radius: 0.5, alpha: 1.0, depth: 60 };
+const IN_A_SPHERE: Shot =
+    Shot { resolution: [16; 2], photons: 16_384, iterations: 32, radius: 0.5, alpha: 1.0, depth: 60 };
 
 #[test]
 fn a_glowing_diffuse_sphere_has_radiance_l_over_1_minus_albedo_inside() {
@@ -38,7 +39,7 @@ fn a_point_light_in_a_diffuse_sphere_adds_a_uniform_share_to_direct_light() {
          Material \"diffuse\" \"rgb reflectance\" [.8 .5 .2]\nShape \"sphere\" \"float radius\" {RADIUS}"
     );
     let rendered = IN_A_SPHERE.take(&camera("0 0 0  0 0 1  0 1 0", 90.0), &world);
-    let pixels = IN_A_SPHERE.pixels;
+    let pixels = IN_A_SPHERE.resolution[0];
     let place = |i: u32| 1.0 - 2.0 * (f64::from(i) + 0.5) / f64::from(pixels);
     let radiance = |i: u32| {
         let wall = RADIUS * DVec3::new(place(i % pixels), place(i / pixels), 1.0).normalize();
@@ -63,7 +64,7 @@ fn an_image_of_one_pixel_counts_each_photon_once() {
     let world = "LightSource \"point\" \"rgb I\" [1 1 1]\nMaterial \"diffuse\" \"rgb reflectance\" [.5 .5 .5]\n\
                  Shape \"sphere\"";
     for pixels in [1, 2] {
-        let shot = Shot { pixels, radius: 0.25, ..IN_A_SPHERE };
+        let shot = Shot { resolution: [pixels; 2], radius: 0.25, ..IN_A_SPHERE };
         let rendered = shot.take(&camera("0 0 0  0 0 1  0 1 0", 20.0), world);
         assert_near(&format!("{pixels} pixels wide"), mean(&rendered.image), [1.0 / PI; 3], 0.03);
     }
@@ -82,7 +83,7 @@ fn a_white_ball_vanishes_in_a_furnace() {
 fn a_white_ball_in_a_white_bowl_vanishes_in_a_furnace() {
     let world = "LightSource \"infinite\" \"rgb L\" [1 1 1]\nMaterial \"diffuse\" \"rgb reflectance\" [1 1 1]\n\
                  Shape \"sphere\" \"float zmax\" 0\nShape \"sphere\" \"float radius\" .6";
-    let shot = Shot { pixels: 32, photons: 32768, iterations: 48, radius: 0.1, alpha: 0.667, depth: 200 };
+    let shot = Shot { resolution: [32; 2], photons: 32768, iterations: 48, radius: 0.1, alpha: 0.667, depth: 200 };
     // The rim, where a disc reaches past the edge, is out of view.
     let rendered = shot.take(&camera("0 0 2.5  0 0 0  0 1 0", 24.0), world);
     assert_uniform("ball in a bowl", &rendered.image, [1.0; 3], 0.5);

@@ -4,8 +4,8 @@ use std::f64::consts::PI;
 
 use goblet::{ByPass, DirectLight, Options};
 
-use super::support::{mean, render};
 use super::{assert_near, camera, square};
+use crate::support::{mean, render};
 
 /// Ten million photons in one iteration, all on one visible point's disc: their sum passes
 /// 32 bits, and is right to the last photon.

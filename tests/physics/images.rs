@@ -8,8 +8,8 @@ use goblet::image::compare::{Gates, compare};
 use goblet::image::film::Image;
 
 use super::lights::assert_lights_floor;
-use super::support::ImageFile;
 use super::{EYE_ONLY, Shot, camera};
+use crate::support::ImageFile;
 
 const SIDE: u32 = 64;
 

@@ -4,8 +4,8 @@ use std::f64::consts::PI;
 
 use goblet::{DirectLight, Options};
 
-use super::support::{self, mean};
 use super::{EYE_ONLY, Shot, assert_near, assert_uniform, camera, square};
+use crate::support::{self, mean};
 
 /// What absorbs nothing, and meets light once, is as bright as the sky.
 #[test]

@@ -2,13 +2,19 @@
 
 mod camera;
 mod contact;
+mod convergence;
 mod diffuse;
+mod error_estimate;
+mod extremes;
 mod focus;
 mod images;
 mod invisible;
 mod layers;
 mod leaks;
 mod lights;
+mod metamorphic;
+mod reference;
+mod revolution;
 mod shading;
 mod specular;
 #[path = "../support/mod.rs"]
@@ -20,9 +26,10 @@ use goblet::scene::Scene;
 use goblet::{ByPass, Options, Tally};
 use support::{Rendered, mean};
 
-/// How a test renders: square images, one seed.
+/// How a test renders: with one seed.
+#[derive(Clone, Copy)]
 struct Shot {
-    pixels: u32,
+    resolution: [u32; 2],
     photons: u64,
     iterations: u32,
     radius: f64,
@@ -32,21 +39,28 @@ struct Shot {
 }
 
 /// Light that reaches the eye without photons.
-const EYE_ONLY: Shot = Shot { pixels: 32, photons: 1, iterations: 64, radius: 0.1, alpha: 1.0, depth: 200 };
+const EYE_ONLY: Shot = Shot { resolution: [32; 2], photons: 1, iterations: 64, radius: 0.1, alpha: 1.0, depth: 200 };
 
 impl Shot {
-    fn take(&self, camera: &str, world: &str) -> Rendered {
-        let options = Options {
-            resolution: Some([self.pixels; 2]),
+    fn options(&self) -> Options {
+        Options {
+            resolution: Some(self.resolution),
             photons: Some(self.photons),
             radius: Some(self.radius),
             alpha: Some(self.alpha),
             max_depth: Some(self.depth),
             ..Options::default()
-        };
-        let filter = "PixelFilter \"box\" \"float xradius\" .5 \"float yradius\" .5";
-        support::render(&format!("{filter}\n{camera}\nWorldBegin\n{world}"), &options, self.iterations)
+        }
     }
+
+    fn take(&self, camera: &str, world: &str) -> Rendered {
+        support::render(&scene_text(camera, world), &self.options(), self.iterations)
+    }
+}
+
+/// A scene whose pixels are boxes, so that they are means over their squares.
+fn scene_text(camera: &str, world: &str) -> String {
+    format!("PixelFilter \"box\" \"float xradius\" .5 \"float yradius\" .5\n{camera}\nWorldBegin\n{world}")
 }
 
 fn camera(look_at: &str, fov: f64) -> String {
@@ -58,7 +72,7 @@ fn solid([x0, y0, z0]: [f64; 3], [x1, y1, z1]: [f64; 3]) -> String {
     format!(
         "Shape \"trianglemesh\" \"point3 P\" [{x0} {y0} {z0} {x1} {y0} {z0} {x1} {y1} {z0} {x0} {y1} {z0} \
          {x0} {y0} {z1} {x1} {y0} {z1} {x1} {y1} {z1} {x0} {y1} {z1}] \"integer indices\" \
-         [0 2 1 0 3 2 4 5 6 4 6 7 0 1 5 0 5 4 2 3 7 2 7 6 1 2 6 1 6 5 0 4 7 0 7 3]"
+         [0 2 1 0 3 2 4 5 6 4 6 7 0 1 5 0 5 4 2 3 7 2 7 6 1 2 6 1 6 5 0 4 7 0 7 3]\n"
     )
 }
 
@@ -66,7 +80,7 @@ fn solid([x0, y0, z0]: [f64; 3], [x1, y1, z1]: [f64; 3]) -> String {
 fn square(half: f64, z: f64) -> String {
     format!(
         "Shape \"trianglemesh\" \"integer indices\" [0 1 2 0 2 3] \
-         \"point3 P\" [-{half} -{half} {z} {half} -{half} {z} {half} {half} {z} -{half} {half} {z}]"
+         \"point3 P\" [-{half} -{half} {z} {half} -{half} {z} {half} {half} {z} -{half} {half} {z}]\n"
     )
 }
 
@@ -81,10 +95,15 @@ fn assert_near(what: &str, measured: [f64; 3], expected: [f64; 3], tolerance: f6
 /// The mean is within 0.5 %, and no pixel is out by more than `noise`.
 fn assert_uniform(what: &str, image: &Image, expected: [f64; 3], noise: f64) {
     assert_near(what, mean(image), expected, 0.005);
+    assert_pixels(what, image, expected, noise);
+}
+
+/// No pixel is off by more than this share of the expected value.
+fn assert_pixels(what: &str, image: &Image, expected: [f64; 3], tolerance: f64) {
     for (index, pixel) in image.pixels.iter().enumerate() {
         for (value, expected) in pixel.iter().zip(expected) {
             let error = (f64::from(*value) / expected - 1.0).abs();
-            assert!(error <= noise, "{what}: pixel {index} is {pixel:?}, expected {expected}");
+            assert!(error <= tolerance, "{what}: pixel {index} is {pixel:?}, expected {expected}");
         }
     }
 }

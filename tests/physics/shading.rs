@@ -5,8 +5,8 @@ use std::fmt::Write;
 
 use goblet::{DirectLight, Options};
 
-use super::support::{self, Rendered, mean};
 use super::{EYE_ONLY, camera};
+use crate::support::{self, Rendered, mean};
 
 /// A ball of few triangles about the origin, with the normals of a sphere.
 fn smooth_ball(radius: f64, stacks: usize, slices: usize) -> String {

@@ -2,8 +2,8 @@
 
 use std::f64::consts::PI;
 
-use super::support::mean;
 use super::{EYE_ONLY, Shot, assert_closed, assert_near, assert_uniform, camera, solid, square};
+use crate::support::mean;
 
 #[test]
 fn glass_of_any_shape_vanishes_in_a_furnace() {
@@ -18,7 +18,7 @@ fn glass_of_any_shape_vanishes_in_a_furnace() {
         world += &place(&format!("{x} -1 0"), &format!("Rotate 30 1 2 0\n{}", solid([-0.6; 3], [0.6, 0.5, 0.4])));
         world += &place(&format!("{x} -3 0"), &format!("Rotate 20 1 -2 0\n{prism}"));
     }
-    let rendered = Shot { pixels: 64, iterations: 16, depth: 1000, ..EYE_ONLY }
+    let rendered = Shot { resolution: [64; 2], iterations: 16, depth: 1000, ..EYE_ONLY }
         .take(&camera("0 0 12  0 0 0  0 1 0", 36.0), &world);
     assert_uniform("glass", &rendered.image, [1.0; 3], 0.005);
     assert_eq!(rendered.tally.lost_in_glass, 0);
@@ -65,7 +65,7 @@ fn a_floor_lit_and_seen_through_a_tinted_pane_is_darkened_twice() {
         square(1.0, 0.0),
         solid([-1.1, -1.1, 0.02], [1.1, 1.1, 0.04])
     );
-    let shot = Shot { pixels: 24, photons: 32768, iterations: 32, radius: 0.15, alpha: 0.667, depth: 3 };
+    let shot = Shot { resolution: [24; 2], photons: 32768, iterations: 32, radius: 0.15, alpha: 0.667, depth: 3 };
     let rendered = shot.take(&camera("0 0 5  0 0 0  0 1 0", 12.0), &world);
     let crossing = 1.0 - glass_reflectance(1.0);
     let expected = TINT.map(|tint| 0.8 / PI * 3.0 * (tint * crossing).powi(4));
@@ -122,7 +122,7 @@ fn photons_carry_what_a_mirror_reflects() {
          Shape \"trianglemesh\" \"integer indices\" [0 1 2 0 2 3] \"point3 P\" [-1 -1 2.2  1 -1 .2  1 1 .2  -1 1 2.2]",
         square(1.0, 0.0)
     );
-    let shot = Shot { pixels: 24, photons: 32768, iterations: 32, radius: 0.15, alpha: 0.667, depth: 2 };
+    let shot = Shot { resolution: [24; 2], photons: 32768, iterations: 32, radius: 0.15, alpha: 0.667, depth: 2 };
     let rendered = shot.take(&camera("0 -1 .6  0 0 0  0 0 1", 20.0), &world);
     let expected = ETA_K.map(|[eta, k]| 0.8 / PI * 3.0 * metal_reflectance(0.5_f64.sqrt(), eta, k));
     assert_near("mirrored floor", mean(&rendered.image), expected, 0.01);

@@ -1,5 +1,9 @@
-//! What the integration tests share: a validated device, and renders of scene text.
-#![allow(dead_code, reason = "each test file uses a part of this")]
+//! Helpers of all suites: a validated device, renders of scene text, the command, random numbers.
+#![allow(dead_code, reason = "each suite uses a part of this")]
+
+pub mod command;
+pub mod random;
+pub mod variants;
 
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -49,6 +53,16 @@ pub fn render_scene(device: &Arc<Device>, scene: &Scene, options: &Options, iter
 pub fn render(text: &str, options: &Options, iterations: u32) -> Rendered {
     let scene = Scene::parse(text, "test.pbrt", root()).expect("a scene");
     render_scene(&device(), &scene, options, iterations)
+}
+
+/// Whether tests are to run in their long form: `GOBLET_TESTS=full`, as tests/full.sh sets it.
+pub fn is_full() -> bool {
+    std::env::var("GOBLET_TESTS").is_ok_and(|form| form == "full")
+}
+
+/// One of two amounts of work for the same check, by [`is_full`].
+pub fn work<T>(quick: T, full: T) -> T {
+    if is_full() { full } else { quick }
 }
 
 /// The folder of `Cargo.toml`.

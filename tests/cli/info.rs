@@ -1,0 +1,223 @@
+//! `goblet info`: what it says of scenes that can be rendered and of others.
+
+use std::collections::BTreeSet;
+
+use goblet::image::file;
+use goblet::image::film::Image;
+use goblet::{DeviceOptions, Options, Renderer, open_device};
+use serde_json::Value;
+
+use crate::support::command::{self, Bench, LIGHT, scene};
+
+fn info(bench: &Bench, code: i32) -> Value {
+    let run = bench.run(&["info", "scene.pbrt", "--json"]);
+    assert_eq!(run.code, code, "{run:?}");
+    serde_json::from_str(&run.stdout).unwrap()
+}
+
+#[test]
+fn a_scene_is_described() {
+    let bench = Bench::new();
+    let info = info(&bench, 0);
+    assert_eq!(info["scene"]["spheres"], 1);
+    assert_eq!(info["scene"]["point_lights"], 1);
+    assert_eq!(info["film"]["resolution"], serde_json::json!([16, 12]));
+    assert_eq!(info["integrator"]["photons_per_iteration"], 500);
+    assert_eq!(info["specialization"]["has_dielectrics"], true);
+    assert!(info["specialization"].get("has_conductors").is_none());
+    let power = info["light_power"]["point"].as_f64().unwrap();
+    assert!((power / (4.0 * std::f64::consts::PI * 5.0) - 1.0).abs() < 1e-6, "{power}");
+    assert_eq!(info["unsupported"], serde_json::json!([]));
+    let text = bench.run(&["info", "scene.pbrt"]);
+    assert!(text.code == 0 && text.stdout.contains("\n  spheres: 1\n"), "{text:?}");
+}
+
+/// A lamp that is a point, a glass ball, and rough metal: said by every command, unless it is quiet.
+#[test]
+fn light_that_is_missing_on_rough_surfaces_is_said_beforehand() {
+    let bench = Bench::new();
+    bench.write("scene.pbrt", scene("Material \"diffuse\"", "Material \"conductor\" \"float roughness\" .3"));
+    let expected = "light of the point light at 0 1.5 -1 that comes by way of the dielectric of the shape at \
+                    scene.pbrt:12:1 is missing on the conductor of the shape at scene.pbrt:9:1";
+    let info = info(&bench, 0);
+    let warnings = info["warnings"].as_array().unwrap();
+    assert!(warnings.len() == 1 && warnings[0].as_str().unwrap().starts_with(expected), "{info:#}");
+    let arguments = ["--iterations", "1", "-o", "x.exr"];
+    let run = bench.rendered(&arguments);
+    assert!(run.stderr.contains(&format!("warning: {expected}")), "{run:?}");
+    assert_eq!(bench.rendered(&[&arguments[..], &["--quiet"]].concat()).stderr, "");
+    // Without the metal there is nothing to say.
+    bench.write("scene.pbrt", command::SCENE);
+    assert_eq!(bench.run(&["info", "scene.pbrt", "--json"]).stdout.matches("missing on").count(), 0);
+}
+
+#[test]
+fn everything_unsupported_is_listed() {
+    let bench = Bench::new();
+    let more = "Shape \"curve\" MediumInterface \"fog\" \"\"
+        Material \"hair\" Shape \"sphere\" Material \"diffuse\"";
+    bench.write("scene.pbrt", scene(LIGHT, &format!("{LIGHT}\n{more}")).replace("\"perspective\"", "\"realistic\""));
+    let info = info(&bench, 2);
+    let unsupported: Vec<&str> =
+        info["unsupported"].as_array().unwrap().iter().map(|error| error.as_str().unwrap()).collect();
+    for (line, what) in [(3, "realistic"), (8, "curve"), (8, "MediumInterface"), (9, "hair")] {
+        let found = unsupported.iter().any(|it| it.starts_with(&format!("scene.pbrt:{line}:")) && it.contains(what));
+        assert!(found, "{what}: {unsupported:#?}");
+    }
+    assert_eq!(info["scene"]["spheres"], 2);
+    // What is simply wrong is so here too, beside what is not supported.
+    bench.write("scene.pbrt", scene(LIGHT, "Shape \"curve\" Shape \"cube\""));
+    let run = bench.run(&["info", "scene.pbrt"]);
+    assert_eq!(run.code, 2);
+    assert!(run.stdout.contains("curve") && run.stdout.contains("unknown Shape \"cube\""), "{run:?}");
+    let run = bench.run(&["info", "absent.pbrt"]);
+    assert!(run.code == 2 && run.stderr.contains("cannot read absent.pbrt"), "{run:?}");
+}
+
+/// Also after a missing file, a fault in the text, or a fault that shows at the end.
+#[test]
+fn everything_wrong_is_listed() {
+    let bench = Bench::new();
+    let faults = "Shape \"plymesh\" \"string filename\" \"none.ply\"
+Texture \"t\" \"spectrum\" \"imagemap\" \"string filename\" \"none.png\"
+Material \"diffuse\" \"texture reflectance\" \"t\" Shape \"disk\"
+Include \"none.pbrt\"
+Translate 1 2 x
+NamedMaterial \"none\" Shape \"disk\"
+Shape \"sphere\" \"float radius\" 1.2.3 \"float zmin\" 0
+LightSource \"infinite\" \"string filename\" \"none.exr\"
+Shape \"cube\" Shape \"curve\" Shape \"sphere\" \"float radius\" -1
+ObjectInstance \"none\"
+LightSource \"point\" \"string name";
+    bench.write("scene.pbrt", scene(LIGHT, &format!("{faults}\n{LIGHT}")));
+    let info = info(&bench, 2);
+    let list = |key: &str| -> Vec<String> { serde_json::from_value(info[key].clone()).unwrap() };
+    let (errors, unsupported) = (list("errors"), list("unsupported"));
+    for (line, what) in [
+        (7, "none.ply"),
+        (8, "none.png"),
+        (10, "none.pbrt"),
+        (11, "found `x`; expected 3 numbers"),
+        (12, "unknown material \"none\""),
+        (13, "`1.2.3` is not a number"),
+        (14, "none.exr"),
+        (15, "unknown Shape \"cube\""),
+        (15, "\"float radius\" is -1"),
+        (16, "unknown object \"none\""),
+        (17, "unterminated string"),
+    ] {
+        let found = errors.iter().any(|it| it.starts_with(&format!("scene.pbrt:{line}:")) && it.contains(what));
+        assert!(found, "{line} {what}: {errors:#?}");
+    }
+    assert_eq!((errors.len(), unsupported.len()), (11, 1), "{errors:#?} {unsupported:#?}");
+    assert_eq!(info["scene"]["spheres"], 1);
+    let text = bench.run(&["info", "scene.pbrt"]);
+    assert!(text.code == 2 && text.stdout.contains("none.ply") && text.stdout.contains("none.exr"), "{text:?}");
+    assert!(text.stderr.contains("scene.pbrt cannot be rendered as it is"), "{text:?}");
+}
+
+#[test]
+fn scenes_of_nothing_are_described() {
+    let bench = Bench::new();
+    bench.write("scene.pbrt", "WorldBegin\n");
+    let info = info(&bench, 0);
+    assert_eq!((&info["bounds"], &info["errors"]), (&Value::Null, &serde_json::json!([])));
+    assert_eq!(info["warnings"].as_array().unwrap().len(), 3);
+}
+
+/// The estimate counts what a renderer allocates.
+#[test]
+fn memory_is_about_what_a_render_takes() {
+    let bench = Bench::new();
+    let film = "xresolution\" 512 \"integer yresolution\" 512";
+    bench.write("scene.pbrt", scene("xresolution\" 16 \"integer yresolution\" 12", film));
+    let memory = &info(&bench, 0)["memory"];
+    let estimate = memory["scene"].as_f64().unwrap() + memory["buffers"].as_f64().unwrap();
+    let scene = goblet::scene::Scene::load(bench.path("scene.pbrt")).unwrap();
+    let device =
+        std::sync::Arc::new(open_device(&DeviceOptions { validation: true, ..DeviceOptions::default() }).unwrap());
+    let before = device.allocated_bytes();
+    let _renderer = Renderer::new(device.clone(), &scene, &Options::default()).unwrap();
+    let taken = (device.allocated_bytes() - before) as f64;
+    assert!((estimate / taken - 1.0).abs() < 0.15, "{estimate} {taken}");
+}
+
+/// Adds the keys of a value, as in `film.resolution`.
+fn add_keys(value: &Value, path: &str, keys: &mut BTreeSet<String>) {
+    for (name, value) in value.as_object().into_iter().flatten() {
+        let key = if path.is_empty() { name.clone() } else { format!("{path}.{name}") };
+        // Their names are those of the kernels.
+        let key = if path == "specialization" { "specialization.*".to_owned() } else { key };
+        add_keys(value, &key, keys);
+        keys.insert(key);
+    }
+}
+
+/// Scenes that have everything that is counted, between them.
+fn scenes_of_everything(bench: &Bench) -> Vec<String> {
+    file::write(&bench.path("i.png"), &Image::from_pixels(1, 1, vec![[0.5; 3]]).unwrap(), &[]).unwrap();
+    let world = r#"LightSource "point" LightSource "spot" LightSource "distant" LightSource "infinite"
+LightSource "infinite" "string filename" "i.png" LightSource "goniometric" "string filename" "i.png"
+LightSource "projection" "string filename" "i.png"
+AttributeBegin AreaLightSource "diffuse" Shape "disk" AttributeEnd
+Material "conductor" Shape "sphere" Material "thindielectric" Shape "sphere"
+Material "diffusetransmission" Shape "sphere" Material "coateddiffuse" Shape "sphere"
+Material "coatedconductor" Shape "sphere" MakeNamedMaterial "a" "string type" "diffuse"
+MakeNamedMaterial "b" "string type" "conductor"
+Material "mix" "string materials" [ "a" "b" ] Shape "revolution" "point2 P" [ 0 0 .5 0 .6 .4 .6 1 ]
+Material "diffuse" ObjectBegin "o" Shape "sphere" ObjectEnd ObjectInstance "o""#;
+    let filters = ["gaussian", "mitchell", "sinc", "box"];
+    let all = filters.map(|filter| scene(LIGHT, world).replace("Camera", &format!("PixelFilter \"{filter}\" Camera")));
+    all.into()
+}
+
+#[test]
+fn every_key_is_documented_and_every_documented_key_is_there() {
+    let bench = Bench::new();
+    let mut keys = BTreeSet::new();
+    for text in scenes_of_everything(&bench) {
+        bench.write("scene.pbrt", text);
+        add_keys(&info(&bench, 0), "", &mut keys);
+    }
+    let rows = include_str!("../../docs/info.md").lines().filter_map(|line| line.strip_prefix("| `"));
+    let documented: BTreeSet<String> = rows.map(|row| row.split('`').next().unwrap().to_owned()).collect();
+    assert_eq!(keys.difference(&documented).collect::<Vec<_>>(), Vec::<&String>::new(), "not documented");
+    assert_eq!(documented.difference(&keys).collect::<Vec<_>>(), Vec::<&String>::new(), "documented, but not there");
+    assert!(keys.len() > 60, "{keys:#?}");
+}
+
+#[test]
+fn people_read_units_and_few_digits() {
+    let bench = Bench::new();
+    let mut texts = scenes_of_everything(&bench);
+    texts.push(scene("16 \"integer yresolution\" 12", "1600 \"integer yresolution\" 1200"));
+    texts.push(scene("\"perspective\" \"float fov\" 60", "\"orthographic\" \"float lensradius\" .1234567"));
+    for text in texts {
+        bench.write("scene.pbrt", text.replace("\"integer photonsperiteration\" 500", ""));
+        let run = bench.run(&["info", "scene.pbrt"]);
+        assert_eq!(run.code, 0, "{run:?}");
+        for debug in ["Some", "None", "{", "}", "[", "::", "true", "null", "_"] {
+            assert!(!run.stdout.contains(debug), "`{debug}` in {}", run.stdout);
+        }
+        let digits = |word: &str| word.chars().filter(char::is_ascii_digit).count();
+        let is_long = |word: &&str| word.contains('.') && word.parse::<f64>().is_ok() && digits(word) > 6;
+        let long: Vec<&str> = run.stdout.split_whitespace().filter(is_long).collect();
+        assert!(long.is_empty(), "{long:?} in {}", run.stdout);
+        for unit in [" W\n", " pixels\n", " scene units\n", "iB\n", " segments\n"] {
+            assert!(run.stdout.contains(unit), "{unit:?} in {}", run.stdout);
+        }
+    }
+    bench.write("scene.pbrt", scene("\"integer photonsperiteration\" 500", "\"integer photonsperiteration\" 1234567"));
+    let run = bench.run(&["info", "scene.pbrt"]);
+    for line in [
+        "\n  point: 62.83 W\n",
+        "\n  photons per iteration: 1,234,567\n",
+        "\n  projection: perspective\n  field of view: 60 degrees\n",
+        "\n  position: 0 0 -3\n",
+        "\n  resolution: 16 x 12 pixels\n",
+        "\n  first radius: 0.5 scene units\n",
+        "\n  filter: gaussian, sigma 0.5, radius 1.5 x 1.5 pixels\n",
+    ] {
+        assert!(run.stdout.contains(line), "{line:?} in {}", run.stdout);
+    }
+}

@@ -1,0 +1,18 @@
+//! The command as people run it: each test starts `goblet` in a folder of its own.
+
+mod advise;
+#[cfg(unix)]
+mod files;
+#[cfg(target_os = "linux")]
+mod hostile;
+mod info;
+mod manual;
+#[cfg(unix)]
+mod pipes;
+mod render;
+mod report;
+#[path = "../support/mod.rs"]
+mod support;
+mod tessellate;
+#[cfg(unix)]
+mod workflow;

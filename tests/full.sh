@@ -1,0 +1,16 @@
+#!/bin/sh
+# The tests of run.sh in their long form: surveys of more rays, more seeds, slopes over more
+# decades, more mutated scenes, a hundred million photons. Then fuzzing, if a nightly toolchain and
+# cargo-fuzz are there. Run it whole before a larger change is called done.
+#
+#   sh tests/full.sh
+set -eu
+cd "$(dirname "$0")/.."
+export GOBLET_TESTS=full
+
+sh tests/run.sh
+if cargo +nightly fuzz --version >/dev/null 2>&1; then
+    sh tests/fuzz.sh
+else
+    echo "full.sh: no fuzzing without a nightly toolchain and cargo-fuzz" >&2
+fi

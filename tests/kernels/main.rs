@@ -1,0 +1,40 @@
+//! The numerically hard parts of the shaders against f64 twins.
+//!
+//! Each kernel of `tests/kernels/` includes the shader code that renders and applies it to
+//! arrays of inputs. Tolerances are derived in place, in units of `EPS`: half a unit in the
+//! last place of 1, the largest relative error of one fp32 operation.
+
+mod bench;
+mod bsdf;
+mod discs;
+mod emission;
+mod flux;
+mod grid;
+mod instance;
+mod interruption;
+mod light;
+mod light_image;
+mod newton;
+mod normal;
+mod quadric;
+mod random;
+mod revolution;
+mod rough;
+mod sampling;
+mod statistics;
+mod sum;
+#[path = "../support/mod.rs"]
+mod support;
+mod surface;
+mod texture;
+mod tone_map;
+mod trace;
+mod tree;
+mod triangle;
+mod update;
+mod world;
+
+mod generated {
+    #![allow(missing_docs, dead_code, reason = "generated; each test uses a part of it")]
+    include!(concat!(env!("OUT_DIR"), "/test_kernels.rs"));
+}

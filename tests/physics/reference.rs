@@ -1,0 +1,76 @@
+//! Renders against images of an unbiased renderer that is not a photon mapper: linear
+//! radiance, at the settings that each scene states.
+//!
+//! The bounds on relMSE are 1.15 times what another photon mapper reaches at the same
+//! radius, photons, iterations and depth.
+
+use goblet::Options;
+use goblet::image::compare::{Gates, compare};
+use goblet::image::file::read;
+use goblet::scene::Scene;
+
+use crate::support;
+
+#[test]
+fn cornell_caustic_matches_the_reference() {
+    assert_matches("cornell-caustic", 0.00330);
+}
+
+#[test]
+fn caustic_point_matches_the_reference() {
+    assert_matches("caustic-point", 0.01584);
+}
+
+#[test]
+fn lights_match_the_reference() {
+    assert_matches("lights", 0.00875);
+}
+
+#[test]
+fn revolution_matches_the_reference() {
+    assert_matches("revolution", 0.01333);
+}
+
+#[test]
+fn rough_surfaces_match_the_reference() {
+    assert_matches("rough", 0.00841);
+}
+
+#[test]
+fn layered_surfaces_match_the_reference() {
+    assert_matches("layers", 0.01863);
+}
+
+#[test]
+fn spectra_match_the_reference() {
+    assert_matches("spectra", 0.01753);
+}
+
+#[test]
+fn textures_match_the_reference() {
+    assert_matches("textures", 0.00750);
+}
+
+#[test]
+fn shapes_match_the_reference() {
+    assert_matches("shapes", 0.01917);
+}
+
+/// Renders a scene as it asks to be rendered, and compares.
+fn assert_matches(name: &str, max_relmse: f64) {
+    let folder = support::root().join("tests/reference");
+    let scene = Scene::load(folder.join(format!("{name}.pbrt"))).expect("a scene");
+    assert_eq!(scene.integrator.iterations, 64);
+    assert_eq!(scene.integrator.photons_per_iteration, Some(65536));
+
+    let rendered = support::render_scene(&support::device(), &scene, &Options::default(), 64);
+    let reference = read(&folder.join(format!("{name}.exr"))).expect("a reference");
+    let comparison = compare(&rendered.image, &reference).expect("images of one size");
+    let gates = Gates { max_relmse: Some(max_relmse), max_energy: Some(0.015) };
+    let failures = comparison.failures(&gates);
+    assert!(failures.is_empty(), "{failures:#?}\n{comparison:#?}");
+    println!(
+        "{name}: relMSE {:.5} of {max_relmse}, energy {:.4}",
+        comparison.relmse_trimmed, comparison.energy_ratio_trimmed
+    );
+}

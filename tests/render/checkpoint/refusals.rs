@@ -1,0 +1,102 @@
+//! What cannot be resumed.
+
+use crate::support::command::{self, Bench};
+
+/// Options that all runs have: the scene's own numbers as they are.
+const OPTIONS: [&str; 4] = ["--iterations", "2", "-o", "x.exr"];
+
+/// [`command::SCENE`] after one round, in `x.checkpoint`.
+fn bench() -> Bench {
+    let bench = Bench::new();
+    bench.rendered(&["--quiet", "--iterations", "1", "--checkpoint", "x.checkpoint", "-o", "x.exr"]);
+    std::fs::remove_file(bench.path("x.exr")).unwrap();
+    bench
+}
+
+fn assert_refused(bench: &Bench, case: &str, arguments: &[&str], message: &str) {
+    let run = bench.render(&[&OPTIONS[..], &["--resume", "x.checkpoint"], arguments].concat());
+    run.assert_refused(case, 2, &[&format!("goblet: x.checkpoint: {message}")]);
+    assert!(!bench.path("x.exr").exists(), "{case}");
+}
+
+#[test]
+fn another_option_is_named() {
+    let bench = bench();
+    let cases: &[(&[&str], &str)] = &[
+        (&["--alpha", "0.5"], "alpha: the checkpoint was made with 0.6666666666666666, and this is 0.5"),
+        (&["--seed", "7"], "seed: the checkpoint was made with 0, and this is 7"),
+        (&["--resolution", "12x16"], "resolution: the checkpoint was made with 16x12, and this is 12x16"),
+        (&["--photons", "501"], "photons per iteration: the checkpoint was made with 500, and this is 501"),
+        (&["--radius", "0.25"], "radius: the checkpoint was made with 0.5, and this is 0.25"),
+        (&["--max-depth", "5"], "maximum depth: the checkpoint was made with 6, and this is 5"),
+        (&["--integrator", "ppm"], "integrator: the checkpoint was made with sppm, and this is ppm"),
+        (
+            &["--radius-schedule", "global"],
+            "radius schedule: the checkpoint was made with adaptive, and this is global",
+        ),
+        (&["--direct", "photons"], "direct light: the checkpoint was made with nee, and this is photons"),
+        (&["--sampler", "pcg"], "sampler: the checkpoint was made with sobol, and this is pcg"),
+        (&["--revolution-solver", "newton"], "revolution solver: the checkpoint was made with certified"),
+    ];
+    for (arguments, message) in cases {
+        assert_refused(&bench, &format!("{arguments:?}"), arguments, message);
+    }
+}
+
+#[test]
+fn another_shard_is_named() {
+    let bench = Bench::new();
+    let global = ["--radius-schedule", "global", "--checkpoint", "x.checkpoint", "--quiet"];
+    bench.rendered(&[&OPTIONS[..2], &global, &["--shard", "1/2"]].concat());
+    for shard in ["0/2", "1/3"] {
+        let message = format!("the checkpoint is of shard 1/2, and this is shard {shard}");
+        assert_refused(&bench, shard, &[&global[..], &["--shard", shard]].concat(), &message);
+    }
+    let message = "the checkpoint is of shard 1/2, and this is shard 0/1";
+    assert_refused(&bench, "whole", &global, message);
+}
+
+#[test]
+fn another_scene_is_named_by_its_part() {
+    let bench = bench();
+    let cases = [
+        ("Material \"diffuse\"", "Material \"diffuse\" \"rgb reflectance\" [ .4 .5 .6 ]", "the materials"),
+        ("\"rgb I\" [ 5 5 5 ]", "\"rgb I\" [ 5 5 6 ]", "the lights"),
+        ("\"sphere\" \"float radius\" 0.5", "\"sphere\" \"float radius\" 0.4", "the shapes"),
+        // So that all that is in units of the scene's size is other too.
+        ("\"point3 P\" [ -2 -1 -2", "\"point3 P\" [ -9 -1 -2", "the shapes"),
+        ("LookAt 0 0 -3", "LookAt 0 0.1 -3", "the camera"),
+        ("Camera", "PixelFilter \"box\" Camera", "the camera"),
+    ];
+    for (from, to, part) in cases {
+        bench.write("scene.pbrt", command::scene(from, to));
+        let message = format!("{part} of the scene differ from what the checkpoint was made with");
+        assert_refused(&bench, &format!("`{from}` as `{to}`"), &[], &message);
+    }
+    // Text that says the same is the same scene.
+    bench.write("scene.pbrt", command::scene("WorldBegin", "# A comment.\nWorldBegin"));
+    bench.rendered(&[&OPTIONS[..], &["--resume", "x.checkpoint"]].concat());
+}
+
+/// How the work is cut does not change the image, and so may change.
+#[test]
+fn what_does_not_change_the_image_may_differ() {
+    let bench = bench();
+    bench.rendered(&["--iterations", "2", "-o", "whole.exr"]);
+    let arguments = ["--workgroup-size", "32", "--batch-size", "77", "--cell-scale", "2", "--resume", "x.checkpoint"];
+    bench.rendered(&[&OPTIONS[..], &arguments].concat());
+    assert!(bench.bytes("x.exr") == bench.bytes("whole.exr"));
+}
+
+#[test]
+fn a_place_for_checkpoints_is_asked_for_before_the_render() {
+    let bench = Bench::new();
+    let run = bench.render(&["--checkpoint", "missing/x", "-o", "x.exr"]);
+    run.assert_refused("missing folder", 1, &["goblet: missing/x: cannot write the checkpoint", "No such file"]);
+    std::fs::create_dir(bench.path("folder")).unwrap();
+    let run = bench.render(&["--checkpoint", "folder", "-o", "x.exr"]);
+    run.assert_refused("folder", 1, &["goblet: folder: cannot write the checkpoint", "not a file"]);
+    assert!(!bench.path("x.exr").exists());
+    bench.render(&["--shard", "0/2"]).assert_refused("shard", 2, &["--checkpoint <FILE>"]);
+    bench.render(&["--checkpoint-every", "1"]).assert_refused("every", 2, &["--checkpoint <FILE>"]);
+}

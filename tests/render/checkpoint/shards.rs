@@ -1,0 +1,187 @@
+//! Shards and their sums.
+
+use goblet::render::checkpoint::Checkpoint;
+use goblet::{Integrator, Options, RadiusSchedule, Shard};
+
+use super::{Case, advance, bits, energy, save, through_file};
+use crate::support;
+use crate::support::command::{Bench, Run};
+
+/// Numbers of shards, and of iterations that none of them divides; the last leaves some
+/// shards without any.
+const CUTS: [(u32, u32); 3] = [(2, 11), (3, 11), (7, 5)];
+
+fn cases() -> [Case; 2] {
+    let global = Options { radius_schedule: RadiusSchedule::Global, ..Options::default() };
+    let ppm = Options { integrator: Integrator::Ppm, photons_per_round: Some(2 * 500), ..Options::default() };
+    [Case::new("sppm, global", global).with_automatic_radius(), Case::new("ppm, adaptive", ppm)]
+}
+
+fn shards(case: &Case, count: u32, iterations: u32) -> Vec<Checkpoint> {
+    let device = support::device();
+    let render = |index| {
+        let options = Options { shard: Shard { index, count }, ..case.options.clone() };
+        let mut renderer = Case { options, scene: case.scene.clone(), ..*case }.renderer(&device);
+        let share = renderer.sequence().share(iterations);
+        advance(&mut renderer, share);
+        save(&renderer)
+    };
+    (0..count).map(render).collect()
+}
+
+fn merge(checkpoints: &[&Checkpoint]) -> Checkpoint {
+    let mut sum = checkpoints[0].clone();
+    for checkpoint in &checkpoints[1..] {
+        sum.merge(checkpoint).expect("the same render");
+    }
+    through_file(&sum)
+}
+
+/// Of all orders, these: as they are, backwards, and from the middle on.
+fn orders(shards: &[Checkpoint]) -> [Vec<&Checkpoint>; 3] {
+    let forwards: Vec<_> = shards.iter().collect();
+    let mut backwards = forwards.clone();
+    backwards.reverse();
+    let mut turned = forwards.clone();
+    turned.rotate_left(shards.len() / 2);
+    [forwards, backwards, turned]
+}
+
+#[test]
+fn shards_add_up_to_one_render() {
+    let device = support::device();
+    for case in cases() {
+        for (count, iterations) in CUTS {
+            let what = format!("{}, {count} shards", case.name);
+            let mut whole = case.renderer(&device);
+            advance(&mut whole, iterations);
+            let expected = whole.estimate().expect("an estimate");
+            assert!(energy(&expected.image()) > 0.0);
+
+            let shards = shards(&case, count, iterations);
+            for order in orders(&shards) {
+                let sum = merge(&order);
+                assert!(sum.estimate == expected, "{what}");
+                assert_eq!((sum.tally, sum.missing()), (*whole.tally(), vec![]), "{what}");
+                assert!(bits(&sum.estimate.image()) == bits(&expected.image()), "{what}");
+                assert_eq!(sum.estimate.standard_error(), expected.standard_error(), "{what}");
+            }
+            let (some, others) = shards.split_at(count as usize / 2);
+            let parts = [others, some].map(|part| merge(&part.iter().collect::<Vec<_>>()));
+            assert!(merge(&parts.each_ref()).estimate == expected, "{what}, in two stages");
+        }
+    }
+    support::assert_silent(&device);
+}
+
+const GLOBAL: [&str; 4] = ["--radius-schedule", "global", "--iterations", "7"];
+
+/// A folder with the checkpoints 0, 1 and 2 of three shards.
+fn three_shards() -> Bench {
+    let bench = Bench::new();
+    for index in 0..3 {
+        let (shard, file) = (format!("{index}/3"), index.to_string());
+        let run = bench.rendered(&[&GLOBAL[..], &["--shard", &shard, "--checkpoint", &file]].concat());
+        // An image of a shard is not written unless one asks for it.
+        assert_eq!((run.stdout.as_str(), run.stderr.as_str()), ("", ""));
+    }
+    assert!(!bench.path("default.exr").exists());
+    bench
+}
+
+#[test]
+fn merged_files_are_those_of_one_run() {
+    let bench = three_shards();
+    let output = ["--aov", "standard-error", "-o"];
+    bench.rendered(&[&GLOBAL[..], &output, &["whole.exr"]].concat());
+    let merge = |arguments: &[&str]| {
+        let run = bench.run(&[&["merge"], arguments].concat());
+        assert_eq!((run.code, run.stdout.as_str()), (0, ""), "{run:?}");
+        run.stderr
+    };
+    let image = [&output[..], &["x.exr"]].concat();
+    assert_eq!(merge(&[&["2", "0", "1"], &image[..]].concat()), "wrote x.exr\n");
+    assert!(bench.bytes("x.exr") == bench.bytes("whole.exr"));
+
+    let missing = merge(&["2", "0", "--checkpoint", "20"]);
+    assert_eq!(missing, "warning: of 3 shards, 1 are not here: the image has more noise\n");
+    assert_eq!(merge(&["2", "0", "--checkpoint", "20", "--quiet"]), "");
+    bench.write("x.exr", "");
+    merge(&[&["1", "20"], &image[..]].concat());
+    assert!(bench.bytes("x.exr") == bench.bytes("whole.exr"));
+
+    // Iterations are added by resuming each shard.
+    for index in ["0", "1", "2"] {
+        let (shard, more) = (format!("{index}/3"), [&GLOBAL[..3], &["10"]].concat());
+        bench.rendered(&[&more[..], &["--shard", &shard, "--resume", index, "--checkpoint", index]].concat());
+    }
+    merge(&[&["0", "1", "2"], &image[..]].concat());
+    bench.rendered(&[&GLOBAL[..3], &["10"], &output, &["whole.exr"]].concat());
+    assert!(bench.bytes("x.exr") == bench.bytes("whole.exr"));
+}
+
+#[test]
+fn what_does_not_belong_together_is_refused() {
+    let bench = three_shards();
+    let render = |arguments: &[&str]| bench.rendered(&[&GLOBAL[..], arguments].concat());
+    render(&["--shard", "0/2", "--checkpoint", "half"]);
+    render(&["--shard", "1/3", "--seed", "9", "--checkpoint", "seed"]);
+    bench.write("text", "not a checkpoint");
+    let merge = |arguments: &[&str]| bench.run(&[&["merge", "-o", "x.exr"], arguments].concat());
+    let cases: &[(&[&str], i32, &[&str])] = &[
+        (&["0", "1", "0"], 2, &["0: shard 0 is there twice"]),
+        (&["0", "half"], 2, &["half: shards: the checkpoint was made with 2, and this is 3"]),
+        (&["0", "seed"], 2, &["seed: seed: the checkpoint was made with 9, and this is 0"]),
+        (&["0", "text"], 2, &["text: not a whole checkpoint of goblet"]),
+        (&["0", "absent"], 2, &["absent: cannot read the checkpoint", "No such file"]),
+        (&[], 2, &["<CHECKPOINT>"]),
+        (&["0", "--checkpoint", "missing/x"], 1, &["missing/x: cannot write the checkpoint"]),
+        (&["0", "-o", "missing/x.exr"], 1, &["missing/x.exr: cannot write the image"]),
+    ];
+    for (arguments, code, words) in cases {
+        merge(arguments).assert_refused(&format!("{arguments:?}"), *code, words);
+        assert!(!bench.path("x.exr").exists(), "{arguments:?}");
+    }
+    bench.run(&["merge", "0"]).assert_refused("no output", 2, &["--output"]);
+
+    bench.run(&["merge", "0", "1", "--checkpoint", "01", "--quiet"]);
+    let run = bench.render(&[&GLOBAL[..], &["--shard", "0/3", "--resume", "01", "--checkpoint", "y"]].concat());
+    run.assert_refused("merged", 2, &["01: the checkpoint is of shard 0,1/3, and this is shard 0/3"]);
+}
+
+#[test]
+fn the_environment_of_an_array_job_gives_the_shard() {
+    let bench = Bench::new();
+    let render = |variables: &[(&str, &str)]| {
+        let arguments = [&["render", "scene.pbrt"], &GLOBAL[..], &["--shard", "auto", "--checkpoint", "x"]].concat();
+        Run::of(bench.command(&arguments).envs(variables.iter().copied()).output().unwrap())
+    };
+    let arrays: [&[(&str, &str)]; 4] = [
+        &[("SLURM_ARRAY_TASK_ID", "1"), ("SLURM_ARRAY_TASK_COUNT", "3")],
+        &[("SLURM_ARRAY_TASK_ID", "2"), ("SLURM_ARRAY_TASK_COUNT", "3"), ("SLURM_ARRAY_TASK_MIN", "1")],
+        &[("JOB_COMPLETION_INDEX", "1"), ("JOB_COMPLETIONS", "3")],
+        &[("AWS_BATCH_JOB_ARRAY_INDEX", "1"), ("AWS_BATCH_JOB_ARRAY_SIZE", "3")],
+    ];
+    for variables in arrays {
+        let run = render(variables);
+        assert_eq!(run.code, 0, "{variables:?}: {}", run.stderr);
+        let checkpoint = Checkpoint::read(&bench.path("x")).unwrap();
+        // Of iterations 0 to 6: 1 and 4.
+        assert_eq!((checkpoint.shards, checkpoint.done), (3, [(1, 2)].into()), "{variables:?}");
+    }
+    let wrong: [(&[(&str, &str)], &str); 4] = [
+        (&[], "not in an array job: expected one of SLURM_ARRAY_TASK_ID (Slurm)"),
+        (&[("JOB_COMPLETION_INDEX", "1")], "JOB_COMPLETIONS is not"),
+        (&[("AWS_BATCH_JOB_ARRAY_INDEX", "3"), ("AWS_BATCH_JOB_ARRAY_SIZE", "3")], "below the count"),
+        (&[("SLURM_ARRAY_TASK_ID", ""), ("SLURM_ARRAY_TASK_COUNT", "3")], "expected a whole number"),
+    ];
+    for (variables, words) in wrong {
+        render(variables).assert_refused(&format!("{variables:?}"), 2, &["--shard", words]);
+    }
+}
+
+#[test]
+fn adaptive_radii_cannot_be_shared() {
+    let run = Bench::new().render(&["--shard", "0/2", "--checkpoint", "x"]);
+    run.assert_refused("sppm, adaptive", 2, &["expected the global radius schedule or the integrator ppm"]);
+}

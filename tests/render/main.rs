@@ -1,0 +1,8 @@
+//! Renders as wholes: stops, checkpoints, shards, and that every variant of the estimator converges.
+
+mod checkpoint;
+#[cfg(unix)]
+mod cluster;
+#[path = "../support/mod.rs"]
+mod support;
+mod variants;

@@ -1,0 +1,6 @@
+//! The scene format: no text makes a panic, and the documents list what the parser reads.
+
+mod mutations;
+#[path = "../support/mod.rs"]
+mod support;
+mod support_table;
