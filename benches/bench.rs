@@ -28,8 +28,8 @@ use std::process::ExitCode;
 use std::sync::Arc;
 use std::time::Instant;
 
-use goblet::{DeviceOptions, open_device};
 use goblet::study::machine::Machine;
+use goblet::{DeviceOptions, open_device};
 use serde::Serialize;
 
 use arguments::{Arguments, USAGE};

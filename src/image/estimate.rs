@@ -21,7 +21,7 @@ pub struct Estimate {
     pub window: Window,
     /// Unit of the sums, W/(m² sr): a power of two times the film's exposure.
     pub unit: f64,
-    /// Iterations in the sums, by half: [`crate::render::sequence::Place::half`].
+    /// Iterations in the sums, by half: the half of a round is the parity of the bits of its number.
     pub halves: [u64; 2],
     /// Radiance of each pixel, by channel.
     pub radiance: [Vec<Sum>; 3],

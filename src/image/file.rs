@@ -78,7 +78,7 @@ pub enum ImageError {
     },
 }
 
-/// The extensions that [`write`] accepts.
+/// The extensions that [`write()`] accepts.
 pub const WRITABLE_EXTENSIONS: &str = ".exr and .png";
 
 #[derive(Clone, Copy)]
@@ -110,11 +110,11 @@ pub fn check_extension(path: &Path) -> Result<(), ImageError> {
     WriteFormat::of(path).map(|_| ())
 }
 
-/// Checks, before a long render, that [`write`] will be able to: the extension is
+/// Checks, before a long render, that [`write()`] will be able to: the extension is
 /// known, and the directory exists and takes a new file.
 ///
 /// # Errors
-/// The error that [`write`] would return.
+/// The error that [`write()`] would return.
 pub fn check_writable(path: &Path) -> Result<(), ImageError> {
     check_extension(path)?;
     Replacement::create(path).map(drop).map_err(|reason| write_error(path, reason))
@@ -143,12 +143,12 @@ pub fn write(path: &Path, image: &Image, metadata: &[(String, String)]) -> Resul
     write_part(path, image, &Window::whole([image.width, image.height]), &[], metadata)
 }
 
-/// As [`write`], of an image that may be a part of a larger one, and with further channels. EXR
+/// As [`write()`], of an image that may be a part of a larger one, and with further channels. EXR
 /// has both: the part is its data window, the larger image its display window, as pbrt writes
 /// them. PNG leaves them out.
 ///
 /// # Errors
-/// As [`write`].
+/// As [`write()`].
 pub fn write_part(
     path: &Path,
     image: &Image,
