@@ -13,7 +13,7 @@ use std::sync::Arc;
 use goblet::image::compare::compare;
 use goblet::image::file;
 use goblet::image::film::Image;
-use goblet::{DirectLight, Integrator, Options, RadiusSchedule, Renderer, Sampler, open_device};
+use goblet::{DeviceOptions, DirectLight, Integrator, Options, RadiusSchedule, Renderer, Sampler, open_device};
 use goblet_host::Device;
 use variants::Variant;
 
@@ -60,7 +60,7 @@ fn write(output: &Path) -> Result<(), Box<dyn Error>> {
 }
 
 fn render(device: &Arc<Device>, variant: Variant) -> Result<Image, Box<dyn Error>> {
-    let scene = variants::boxed_scene(&Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes/wine-cup.pbrt"));
+    let scene = variants::boxed_scene(&Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/reference/wine-cup.pbrt"));
     let base = Options {
         resolution: Some([96; 2]),
         photons: Some(65_536),

@@ -5,7 +5,6 @@
 //! of the wine cup is goblet's own: no other renderer that we have knows its shapes.
 
 use std::path::PathBuf;
-use std::sync::Arc;
 
 use goblet::image::compare::{Comparison, Gates, compare};
 use goblet::image::film::{Image, luminance};
