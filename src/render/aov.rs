@@ -17,8 +17,10 @@ pub struct Aov {
     pub channels: &'static [&'static str],
     /// Unit of its values; empty for a direction.
     pub unit: &'static str,
-    /// What it is, and its value where it is unknown.
+    /// What it is.
     pub meaning: &'static str,
+    /// Its value where it is unknown, and where that is.
+    pub unknown: &'static str,
     values: Values,
 }
 
@@ -32,35 +34,40 @@ enum Values {
     Renderer(fn(&Renderer) -> Result<Vec<Vec<f32>>, RenderError>),
 }
 
+const NO_POINT: &str = "0 without a visible point";
+
 /// All of them, in the order in which the window lists them.
 pub static AOVS: [Aov; 5] = [
     Aov {
         name: "radius",
         channels: &["radius.Y"],
         unit: "scene units",
-        meaning: "Radius of the disc on which the last iteration gathered photons; 0 without a visible point",
+        meaning: "Radius of the disc on which the last iteration gathered photons",
+        unknown: NO_POINT,
         values: Values::Renderer(|renderer| Ok(vec![renderer.radii()?])),
     },
     Aov {
         name: "photon-density",
         channels: &["density.Y"],
         unit: "photons per square scene unit",
-        meaning: "Photons that the pixel has kept over the area of its disc; 0 without a visible point",
+        meaning: "Photons that the pixel has kept over the area of its disc",
+        unknown: NO_POINT,
         values: Values::Renderer(|renderer| Ok(vec![renderer.photon_densities()?])),
     },
     Aov {
         name: "standard-error",
         channels: &["standardError.Y"],
         unit: "W/(m² sr)",
-        meaning: "Standard error of the pixel's luminance; infinite before both halves of the rounds have begun",
+        meaning: "Standard error of the pixel's luminance",
+        unknown: "infinite before both halves of the rounds have begun",
         values: Values::Estimate(|estimate| vec![estimate.standard_error_or_infinite()]),
     },
     Aov {
         name: "normal",
         channels: &["normal.X", "normal.Y", "normal.Z"],
         unit: "",
-        meaning: "Normal in world space at the visible point of the last iteration, on the side of its eye path; 0 0 0 \
-                  without a visible point",
+        meaning: "Normal in world space at the visible point of the last iteration, on the side of its eye path",
+        unknown: NO_POINT,
         values: Values::Renderer(|renderer| {
             let normals = renderer.normals()?;
             Ok([0, 1, 2].map(|axis| normals.iter().map(|normal| normal[axis]).collect()).into())
@@ -70,7 +77,8 @@ pub static AOVS: [Aov; 5] = [
         name: "depth",
         channels: &["depth.Z"],
         unit: "scene units",
-        meaning: "Length of the eye path to the visible point of the last iteration; 0 without a visible point",
+        meaning: "Length of the eye path to the visible point of the last iteration",
+        unknown: NO_POINT,
         values: Values::Renderer(|renderer| Ok(vec![renderer.path_lengths()?])),
     },
 ];
@@ -95,11 +103,11 @@ impl Aov {
         self.name.replace('-', " ")
     }
 
-    /// Returns a line of help: what it is, its unit and its channels.
+    /// Returns a line of help: what it is, its unit, its value where it is unknown, and its channels.
     pub fn help(&self) -> String {
-        let Self { channels, unit, meaning, .. } = self;
+        let Self { channels, unit, meaning, unknown, .. } = self;
         let unit = if unit.is_empty() { String::new() } else { format!(", in {unit}") };
-        format!("{meaning}{unit}: {}", channels.join(", "))
+        format!("{meaning}{unit}; {unknown}: {}", channels.join(", "))
     }
 
     /// Returns whether it follows from an [`Estimate`], and so from a checkpoint.
