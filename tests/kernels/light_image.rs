@@ -192,7 +192,7 @@ fn next_event_estimation_finds_a_sky_with_the_pdf_it_says() {
         whole += share;
         first += share * w;
         second += share * w * w;
-        assert_eq!(seen.competes, 1);
+        assert_eq!(seen.uses_mis, 1);
         let Some(index) = texel(&image, equal_area::place(to_image * w)) else { continue };
         assert_eq!(seen.radiance, image.pixels[index]);
     }
