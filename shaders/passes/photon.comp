@@ -226,6 +226,24 @@ Path path_of(PhotonPlace place) {
     return Path(ray, place.weight, place.depth, place.index, random_of(place.photon - stride));
 }
 
+// Goes on from the place of an invocation. Returns false if the invocation has nothing to do in this
+// dispatch.
+bool resume(uint number, inout uint photon, inout bool alive, inout Path path) {
+    PhotonPlace place = places.data[number];
+    photon = place.photon;
+    alive = place.alive != 0u;
+    path = path_of(place);
+    return place.state == (spread > 1u ? STUCK : UNFINISHED);
+}
+
+// Cuts a path that the driver cannot follow even where the invocation is alone.
+void cut_path(inout uint photon, inout bool alive, inout uint emitted) {
+    photon += alive ? 0u : stride;
+    emitted += alive ? 0u : 1u;
+    alive = false;
+    atomicAdd(counters.value.cut, 1u);
+}
+
 // Stores the place from which the next dispatch goes on.
 void store_place(uint number, Path path, uint photon, bool alive, bool advanced) {
     uint state = alive || photon < end ? (advanced ? UNFINISHED : STUCK) : FINISHED;
@@ -268,14 +286,8 @@ void main() {
     Path path;
 #ifndef WITHOUT_IS_RESUMABLE
     bool advanced = false; // this dispatch has finished a segment
-    if (IS_RESUMABLE && resumed != 0u) {
-        PhotonPlace place = places.data[number];
-        if (place.state != (spread > 1u ? STUCK : UNFINISHED)) {
-            return;
-        }
-        photon = place.photon;
-        alive = place.alive != 0u;
-        path = path_of(place);
+    if (IS_RESUMABLE && resumed != 0u && !resume(number, photon, alive, path)) {
+        return;
     }
 #endif
     while (alive || photon < end) {
@@ -304,12 +316,8 @@ void main() {
     }
 #ifndef WITHOUT_IS_RESUMABLE
     if (!advanced && spread > 1u) {
-        // The driver cannot follow the path even where the invocation is alone: cut it.
-        photon += alive ? 0u : stride;
-        emitted += alive ? 0u : 1u;
-        alive = false;
+        cut_path(photon, alive, emitted);
         ends[TRUNCATED]++;
-        atomicAdd(counters.value.cut, 1u);
         advanced = true;
     }
     store_place(number, path, photon, alive, advanced);

@@ -1,4 +1,4 @@
-// add_sums: 128-bit sums of any bits.
+// add_sums: adds pairs of 128-bit sums.
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #include "kernel/invocation.glsl"

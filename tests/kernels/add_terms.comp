@@ -1,4 +1,4 @@
-// add_terms: radiances to terms, and each term added to a sum.
+// add_terms: converts radiances to terms, and adds each term to a sum.
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #include "kernel/invocation.glsl"

@@ -1,4 +1,4 @@
-// cross_instances: rays to surfaces through the hierarchy, and others that leave from there.
+// cross_instances: traces rays to surfaces through the hierarchy, and second rays that leave from there.
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #include "kernel/invocation.glsl"

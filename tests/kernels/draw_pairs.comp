@@ -1,4 +1,4 @@
-// draw_pairs: random numbers of given coordinates.
+// draw_pairs: computes random numbers for given seeds, indices and pairs of dimensions.
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #include "kernel/invocation.glsl"

@@ -1,4 +1,4 @@
-// draw_samples: points and directions from given uniform numbers.
+// draw_samples: samples points and directions by given uniform numbers.
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #include "kernel/invocation.glsl"

@@ -1,4 +1,4 @@
-// emit_photons: the first segments of photon paths.
+// emit_photons: emits photons, and stores the first rays of their paths.
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #include "kernel/invocation.glsl"

@@ -1,4 +1,4 @@
-// find_roots: every root of a ray and a body with t_min < t < t_max; one piece per invocation.
+// find_roots: finds every root of rays with a body, t_min < t < t_max. One invocation per ray and piece.
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #include "kernel/invocation.glsl"
@@ -18,12 +18,12 @@ struct FoundRoot {
     uint piece;
 };
 
-const uint MOST_ROOTS = 32u; // kept of a ray
-const uint MOST_ON_PIECE = 8u;
+const uint MOST_ROOTS = 32u;   // stored for a ray
+const uint MOST_ON_PIECE = 8u; // found on a piece
 
 layout(std430, set = 1, binding = 0) readonly buffer RayBlock { BodyRay data[]; } rays;
 layout(std430, set = 1, binding = 1) buffer RootBlock { FoundRoot data[]; } roots; // MOST_ROOTS for each ray
-layout(std430, set = 1, binding = 2) buffer CountBlock { uint data[]; } root_counts; // of all, kept or not
+layout(std430, set = 1, binding = 2) buffer CountBlock { uint data[]; } root_counts; // of all roots found, stored or not
 
 layout(std430, set = 1, binding = 3) readonly buffer PieceCountBlock { uint value; } piece_count;
 
@@ -46,7 +46,7 @@ void main() {
         if (slot < MOST_ROOTS) {
             roots.data[MOST_ROOTS * i + slot] = FoundRoot(t, x, piece);
         }
-        // The same root, found by another equation, is off by no more.
+        // Goes on behind the root, by more than the difference of the two equations that may find it.
         t_min = t + 1.0e-6 / ray.size + 4.0 * ROUNDING * abs(t);
     }
 }

@@ -1,4 +1,4 @@
-// fresnel: reflectances of boundaries.
+// fresnel: computes Fresnel reflectances of dielectrics and metals.
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #include "kernel/invocation.glsl"
@@ -32,7 +32,7 @@ void main() {
     Boundary boundary = boundaries.data[i];
     float cos_t;
     float dielectric = fresnel_dielectric(boundary.cos_i, boundary.eta, cos_t);
-    // Channels must not mix: the one of interest moves about among others.
+    // The boundary is in a different channel from invocation to invocation: channels must not mix.
     vec3 eta = vec3(1.5);
     vec3 k = vec3(2.5);
     eta[i % 3u] = boundary.eta;

@@ -1,4 +1,4 @@
-// hit_quadrics: one ray in object space against one sphere or disk per invocation.
+// hit_quadrics: intersects one ray in object space with one sphere or disk per invocation.
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #include "kernel/invocation.glsl"

@@ -1,4 +1,4 @@
-// hit_revolutions: rays through the hierarchy, and how glass sends each on.
+// hit_revolutions: traces rays through the hierarchy, and scatters each at the surface that it hits.
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #include "kernel/invocation.glsl"
@@ -25,7 +25,7 @@ struct Met {
     uint primitive; // or NONE
     vec3 next_origin;
     uint transmitted;
-    vec3 next_direction; // and the ray that goes on
+    vec3 next_direction; // of the scattered ray
     float pad0;
 };
 
@@ -47,7 +47,7 @@ void main() {
     uint piece = hit.primitive & INDEX_MASK;
     uint body = revolution_pieces_at(piece).body;
     vec2 around = transform_point(revolutions_at(body).unit_from_render, surface.position).xy;
-    // The largest random number: refracted unless reflection is total.
+    // With the largest random number, light is refracted unless reflection is total.
     Scatter scattered = scatter(materials_at(surface.material), -ray.direction, surface.shading_normal, vec3(0.0),
                                 1.0 - ROUNDING, vec2(0.0), RADIANCE);
     met.data[i] = Met(surface.position, surface.error, surface.normal, hit.t,

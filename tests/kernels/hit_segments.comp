@@ -1,5 +1,5 @@
-// hit_segments: one ray in unit space against one segment of a profile per invocation, by
-// the classical solver.
+// hit_segments: intersects one ray in unit space with one segment of a profile per invocation, by the
+// classical solver.
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #include "kernel/invocation.glsl"

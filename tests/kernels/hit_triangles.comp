@@ -1,4 +1,4 @@
-// hit_triangles: one ray against one triangle per invocation.
+// hit_triangles: intersects one ray with one triangle per invocation.
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #include "kernel/invocation.glsl"

@@ -1,4 +1,4 @@
-// invert_smoothstep: quantiles of the falloff of a spot light.
+// invert_smoothstep: samples the smooth falloff of a spot light.
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #include "kernel/invocation.glsl"

@@ -1,5 +1,5 @@
-// leave_surfaces: a ray meets a primitive, another leaves from there and must not meet it
-// again, or on the far side only.
+// leave_surfaces: intersects a ray with a primitive, and a second ray that leaves from the hit with the
+// same primitive.
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #include "kernel/invocation.glsl"
@@ -21,9 +21,9 @@ struct Departure {
     vec3 position;
     float error;
     vec3 normal;
-    uint found;     // the first ray hit
+    uint found;     // 1 if the first ray hit the primitive
     vec3 origin;    // of the second ray
-    float t_again;  // of the second hit, negative if none
+    float t_again;  // of the second hit, negative if there is none
 };
 
 layout(std430, set = 1, binding = 0) readonly buffer ArrivalBlock { Arrival data[]; } arrivals;

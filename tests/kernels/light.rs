@@ -340,7 +340,7 @@ fn lights_are_chosen_with_their_pmf() {
             continue;
         };
         counts[chosen] += 1.0;
-        assert_eq!(seen.uses_mis, 0, "no direction of a bsdf finds {seen:?}");
+        assert_eq!(seen.uses_mis, 0, "BSDF sampling does not find {seen:?}");
         assert_delta_light(&world, &world.lights[chosen], double(view.from), &seen);
     }
     for (light, count) in world.lights.iter().zip(counts) {

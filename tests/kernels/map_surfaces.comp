@@ -1,4 +1,4 @@
-// map_surfaces: a ray meets a primitive; texture coordinates and tangent there.
+// map_surfaces: intersects a ray with a primitive; stores the texture coordinates and the tangent there.
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #include "kernel/invocation.glsl"

@@ -1,4 +1,4 @@
-// meet_skies: radiance from infinitely far away, in given directions.
+// meet_skies: evaluates the radiance of infinite lights in given directions.
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #include "kernel/invocation.glsl"

@@ -1,4 +1,4 @@
-// refract: light meets a surface, and goes back the way it came.
+// refract: scatters light at a surface, and scatters it back along the sampled direction.
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #include "kernel/invocation.glsl"

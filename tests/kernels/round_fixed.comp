@@ -1,4 +1,4 @@
-// round_fixed: weights to fixed point and back.
+// round_fixed: converts weights to fixed point and back.
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #include "kernel/invocation.glsl"

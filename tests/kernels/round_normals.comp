@@ -1,4 +1,4 @@
-// round_normals: unit vectors to 32 bits and back.
+// round_normals: packs unit vectors into 32 bits and unpacks them.
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #include "kernel/invocation.glsl"

@@ -1,4 +1,4 @@
-// run_textures: textures at given points of surfaces.
+// run_textures: evaluates textures at given points of surfaces.
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #include "kernel/invocation.glsl"

@@ -1,4 +1,4 @@
-// sample_revolutions: points on lights from bodies of revolution, and what a ray finds there.
+// sample_revolutions: samples points on lights that are bodies of revolution, and hits each by a ray.
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #include "kernel/invocation.glsl"

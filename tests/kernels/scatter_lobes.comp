@@ -1,4 +1,4 @@
-// scatter_lobes: a direction from a material, and what the material says of a direction.
+// scatter_lobes: samples a material, and evaluates its BSDF for a direction.
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #include "kernel/invocation.glsl"
@@ -11,10 +11,10 @@
 struct Meeting {
     vec3 wo;
     uint material;
-    vec3 wi;     // to be judged, or zero to judge the direction that is drawn
+    vec3 wi;     // direction to evaluate, or zero to evaluate the sampled direction
     float u_lobe;
     vec3 normal;
-    uint whole;  // 1: a lobe is chosen first; 0: the material is one
+    uint whole;  // 1 to choose a lobe of the material; 0 if the material is a lobe
     vec3 tangent;
     uint carries_radiance;
     vec2 u;
@@ -26,7 +26,7 @@ struct Scattered {
     uint lobe;   // its kind
     vec3 weight;
     float pdf;   // of wi
-    vec3 value;  // bsdf * |cos| of wi
+    vec3 value;  // BSDF times |cos| of wi
     float pad0;
 };
 
@@ -48,6 +48,6 @@ void main() {
     }
     Scatter scattered = scatter(material, meeting.wo, meeting.normal, meeting.tangent, u, meeting.u, transport);
     vec3 wi = meeting.wi == vec3(0.0) ? scattered.wi : meeting.wi;
-    BsdfValue response = evaluate_bsdf(material, meeting.wo, wi, meeting.normal, meeting.tangent, transport);
-    outcomes.data[i] = Scattered(wi, material.kind, scattered.weight, response.pdf, response.value, 0.0);
+    BsdfValue bsdf = evaluate_bsdf(material, meeting.wo, wi, meeting.normal, meeting.tangent, transport);
+    outcomes.data[i] = Scattered(wi, material.kind, scattered.weight, bsdf.pdf, bsdf.value, 0.0);
 }

@@ -1,4 +1,4 @@
-// see_lights: next-event estimation from given points.
+// see_lights: samples lights for next-event estimation from given points.
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #include "kernel/invocation.glsl"
@@ -14,7 +14,7 @@ struct Viewpoint {
     vec3 from;
     float u_light;
     vec2 u;
-    uint light; // sample this area light, or NONE: choose by the table
+    uint light; // area light to sample, or NONE to choose a light by the table
     float pad0;
 };
 
@@ -24,7 +24,7 @@ struct Seen {
     vec3 wi;
     uint uses_mis;
     vec3 radiance;
-    float pdf_of_hit; // direct_pdf of the point that the ray along wi meets first, 0 if none
+    float pdf_of_hit; // direct_pdf of the first point that a ray along wi hits on the light, 0 if there is none
 };
 
 layout(std430, set = 1, binding = 0) readonly buffer ViewpointBlock { Viewpoint data[]; } viewpoints;

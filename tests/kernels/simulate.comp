@@ -1,4 +1,4 @@
-// simulate: many iterations of one pixel, as update adds them to its sum and its radius.
+// simulate: runs many iterations of one pixel, as the update pass adds them to its sum and its radius.
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #include "kernel/invocation.glsl"
@@ -11,9 +11,9 @@ layout(std430, set = 1, binding = 1) readonly buffer AlphaBlock { float data[]; 
 UPDATED_TEXELS(1, 2, PixelState, states)
 UPDATED_TEXELS(1, 3, uvec4, sums)
 
-// Every pixel has so many iterations, which are repeated.
+// Number of iterations given for each pixel; they are repeated.
 const uint PERIOD = 2500u;
-// Fewer than llvmpipe allows an invocation.
+// Rounds of the loop: fewer than the 65,535 that llvmpipe allows an invocation.
 const uint ROUNDS = 62500u;
 
 void main() {

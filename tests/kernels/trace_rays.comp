@@ -1,4 +1,4 @@
-// trace_rays: rays through the hierarchy.
+// trace_rays: traces rays through the hierarchy, for the nearest hit and for any hit.
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #include "kernel/invocation.glsl"

@@ -67,7 +67,7 @@ vec3 equal_area_color(LightImage image, vec3 w) {
     return light_texels_at(texel_index(image, equal_area_point(to_image(image, w)))).color;
 }
 
-// Pdf, by solid angle, with which sample_octahedral finds a color.
+// Pdf by solid angle with which sample_equal_area finds a direction of this color.
 float equal_area_pdf(LightImage image, vec3 color) {
     return mean_of_channels(color) / (4.0 * PI * image.average);
 }

@@ -1,20 +1,20 @@
-// A photon's weight on a visible point, added by many photons at once.
-// The kernel binds counters.
+// Adds photons to the flux of visible points atomically. The kernel binds `counters`.
 #include "lookup/flux_sums.glsl"
 #include "lookup/disc.glsl"
 
-// The low word of a sum was `before`: what is to be added to the high one.
+// What to add to the high word of a sum whose low word was `before`.
 uint high_word_to_add(uint before, uvec2 fixed_point) {
     return fixed_point.y + (before + fixed_point.x < before ? 1u : 0u);
 }
 
+// Counts an overflow of the high word.
 void check_sum(uint before, uint high) {
     if (before + high < before) {
         atomicAdd(counters.value.saturated, 1u);
     }
 }
 
-// Functions cannot take a buffer.
+// A macro, since GLSL functions cannot take a buffer.
 #define ADD_CHANNEL(sums, at, fixed_point) { \
     uint high = high_word_to_add(atomicAdd(sums.data[at], fixed_point.x), fixed_point); \
     if (high > 0u) { \
@@ -22,6 +22,7 @@ void check_sum(uint before, uint high) {
     } \
 }
 
+// Adds a photon to the flux of a pixel.
 void deposit(uint pixel, uvec2 red, uvec2 green, uvec2 blue) {
     uint at = 2u * pixel;
     ADD_CHANNEL(flux_red, at, red)

@@ -1,5 +1,5 @@
-// The flux of an iteration: fixed-point sums of each pixel, and how many photons are in them.
-// A buffer each, so that images may be large where a device binds no more than 128 MiB.
+// The flux of an iteration: fixed-point sums per pixel, and the number of photons in them. Each channel
+// has a buffer of its own, since a device may bind no more than 128 MiB.
 #include "lookup/flux.glsl"
 
 // Low and high word of each pixel.

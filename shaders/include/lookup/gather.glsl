@@ -1,29 +1,30 @@
-// What a visible point gathers from photons: sums of fixed-point weights, and their number.
-// The kernel binds counters.
+// Sums of the photons that a visible point gathers, in fixed point (flux.glsl). The kernel binds
+// `counters`.
 #include "lookup/flux_sums.glsl"
 #include "lookup/disc.glsl"
 
 struct Gathered {
     uvec3 low; // red, green, blue
     uvec3 high;
-    uint count;
-    uint bits; // that any high word has had: with the top one, a sum may have passed its end
+    uint count; // number of photons
+    uint bits;  // all bits that high words have had; if the top bit is set, a sum may have overflowed
 };
 
 Gathered nothing_gathered() {
     return Gathered(uvec3(0u), uvec3(0u), 0u, 0u);
 }
 
-void gather_photon(inout Gathered sum, uvec3 low, uvec3 high, bool wanted) {
-    low = wanted ? low : uvec3(0u);
-    high = wanted ? high : uvec3(0u);
+// Adds a photon if it is on the disc.
+void gather_photon(inout Gathered sum, uvec3 low, uvec3 high, bool on_disc) {
+    low = on_disc ? low : uvec3(0u);
+    high = on_disc ? high : uvec3(0u);
     sum.low += low;
     sum.high += high + mix(uvec3(0u), uvec3(1u), lessThan(sum.low, low));
     sum.bits |= sum.high.x | sum.high.y | sum.high.z;
-    sum.count += wanted ? 1u : 0u;
+    sum.count += on_disc ? 1u : 0u;
 }
 
-// Adds to a pixel's sums, which no other invocation touches.
+// Adds to the flux of a pixel, which no other invocation changes.
 void add_to_pixel(Gathered sum, uint pixel) {
     Flux before = load_flux(pixel);
     uvec3 low = before.low + sum.low;

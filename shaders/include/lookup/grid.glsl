@@ -1,10 +1,11 @@
 // The hash grid over photons.
 
-// Width of a cell, in diameters of the largest disc.
+// Width of a cell, in diameters of the largest disc; any width gives the same image.
 layout(constant_id = 21) const float CELL_SCALE = 1.0;
 
+// Width of a cell in render units; max_radius2 has the bits of a float.
 float cell_size(uint max_radius2) {
-    // Below this, coordinates in cells would pass what fp32 can tell apart.
+    // In narrower cells, fp32 could not tell neighbouring coordinates apart.
     return max(CELL_SCALE * 2.0 * sqrt(uintBitsToFloat(max_radius2)), 9.5367431640625e-7);
 }
 
@@ -12,8 +13,8 @@ ivec3 cell_of(vec3 position, float inverse_size) {
     return ivec3(floor(position * inverse_size));
 }
 
-// Teschner and others, "Optimized Spatial Hashing", 2003, with a finisher that spreads
-// neighbouring cells over a table of a power of two.
+// Index of a cell in a table of mask + 1 cells, a power of two (Teschner and others, "Optimized Spatial
+// Hashing", 2003). The last three steps spread neighbouring cells over the table.
 uint cell_hash(ivec3 cell, uint mask) {
     uvec3 c = uvec3(cell) * uvec3(73856093u, 19349663u, 83492791u);
     uint h = c.x ^ c.y ^ c.z;
@@ -23,7 +24,7 @@ uint cell_hash(ivec3 cell, uint mask) {
     return h & mask;
 }
 
-// Tells cells apart that are less than 1024 cells from each other along each axis.
+// A number that differs between any two cells less than 1024 cells apart along each axis.
 uint cell_mark(ivec3 cell) {
     uvec3 low = uvec3(cell) & 1023u;
     return low.x | low.y << 10u | low.z << 20u;

@@ -1,12 +1,12 @@
-// The kd-tree over visible points: left-balanced, so that the children of node n are nodes
-// 2n and 2n + 1, counted from 1.
+// Walks the kd-tree over visible points. It is left-balanced: the children of node n are nodes 2n and
+// 2n + 1, counted from 1.
 
-// Goes on to the next node that may hold a point within the radius, or to node 0 if there is
-// none. The node has the photon at d from it, and splits the axis.
+// Goes on to the next node that may have a point within the radius, or to node 0 if there is none. d is
+// the photon's position less the position of the current node, which splits `axis`.
 //
-// Each node is taken once, its left side before its right one. What is left to do needs one
-// bit a level: a set bit is a right sibling still to take, bit 0 that of the node itself
-// (Barringer and Akenine-Möller, "Dynamic Stackless Binary Tree Traversal", JCGT 2013).
+// Each node is visited once, its left child before its right child. The state is one bit per level: a set
+// bit is a right sibling still to visit, bit 0 that of the current node (Barringer and Akenine-Möller,
+// "Dynamic Stackless Binary Tree Traversal", JCGT 2013).
 void next_node(inout TreePlace place, vec3 d, uint axis, float radius, uint node_count) {
     float along = axis == 0u ? d.x : axis == 1u ? d.y : d.z;
     uint left = 2u * place.node;

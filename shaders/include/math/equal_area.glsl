@@ -1,11 +1,11 @@
 #ifndef EQUAL_AREA
 #define EQUAL_AREA
-// The sphere on the unit square, by equal areas: Clarberg 2008, in pbrt's orientation. The
-// upper half is the diamond in the middle, the corners are the lower half folded out.
+// Equal-area map between the sphere and the unit square (Clarberg 2008), in pbrt's orientation. The upper
+// hemisphere is the diamond in the middle; the lower hemisphere is folded out into the corners.
 
-// Unit length, for a point of the square.
-vec3 equal_area_direction(vec2 place) {
-    vec2 p = 2.0 * place - 1.0;
+// The unit direction of a point of the square.
+vec3 equal_area_direction(vec2 point) {
+    vec2 p = 2.0 * point - 1.0;
     vec2 q = abs(p);
     float inside = 1.0 - (q.x + q.y); // negative in the corners
     float r = 1.0 - abs(inside);
@@ -16,14 +16,15 @@ vec3 equal_area_direction(vec2 place) {
     return vec3(p.x < 0.0 ? -around.x : around.x, p.y < 0.0 ? -around.y : around.y, z);
 }
 
-// A point a little outside of the square, in the square: its edges are folded halfway.
-vec2 wrap_equal_area(vec2 place) {
-    if (place.x < 0.0 || place.x > 1.0) {
-        place = vec2(place.x < 0.0 ? -place.x : 2.0 - place.x, 1.0 - place.y);
+// Moves a point slightly outside of the square to the point inside with the same direction: each edge of
+// the square is folded at its middle.
+vec2 wrap_equal_area(vec2 point) {
+    if (point.x < 0.0 || point.x > 1.0) {
+        point = vec2(point.x < 0.0 ? -point.x : 2.0 - point.x, 1.0 - point.y);
     }
-    if (place.y < 0.0 || place.y > 1.0) {
-        place = vec2(1.0 - place.x, place.y < 0.0 ? -place.y : 2.0 - place.y);
+    if (point.y < 0.0 || point.y > 1.0) {
+        point = vec2(1.0 - point.x, point.y < 0.0 ? -point.y : 2.0 - point.y);
     }
-    return place;
+    return point;
 }
 #endif

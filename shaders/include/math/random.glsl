@@ -1,17 +1,16 @@
-// Random numbers as functions of (seed, index, dimension) alone: no state is shared,
-// so neither threads nor batches can change an image.
+// Random numbers as functions of (seed, index, dimension) alone. No state is shared, so that neither
+// threads nor batches change an image.
 //
-// The first pairs of dimensions are a (0,2)-sequence: Owen-scrambled Sobol points
-// with a shuffled index for each pair (Burley, "Practical Hash-based Owen
-// Scrambling", JCGT 2020). Later ones are hashed (Jarzynski and Olano, "Hash
-// Functions for GPU Rendering", JCGT 2020).
+// Each of the first LOW_DISCREPANCY_PAIRS pairs of dimensions is a (0,2)-sequence: Owen-scrambled Sobol
+// points with an index shuffled per pair (Burley, "Practical Hash-based Owen Scrambling", JCGT 2020).
+// Later pairs are hashed (Jarzynski and Olano, "Hash Functions for GPU Rendering", JCGT 2020).
 
 layout(constant_id = 20) const uint LOW_DISCREPANCY_PAIRS = 8u;
 
 // The numbers of one path.
 struct Random {
     uint seed;
-    uint index; // which point of the sequence
+    uint index; // of the point in the sequence
 };
 
 uint hash(uint x) {
@@ -36,13 +35,13 @@ uvec3 pcg3d(uvec3 v) {
     return v;
 }
 
-// Seed of a half of the rounds: what differs between halves is their noise, since their
-// numbers are independent.
+// Seed of one half of the rounds. The two halves have independent numbers, so that the difference of
+// their images is noise.
 uint seed_of_half(uint seed, uint half_of_rounds) {
     return seed ^ (half_of_rounds * 0x9e3779b9u);
 }
 
-// Owen scrambling of bits that stand in reverse order.
+// Owen scrambling of a number whose bits are in reverse order.
 uint scramble_reversed(uint x, uint seed) {
     x += seed;
     x ^= x * 0x6c50b47cu;
@@ -52,8 +51,8 @@ uint scramble_reversed(uint x, uint seed) {
     return x;
 }
 
-// The second Sobol dimension with its bits reversed: Pascal's triangle modulo 2 times
-// the index, by Lucas' theorem an exclusive or over supersets of bits.
+// The second Sobol dimension, with its bits in reverse order: the product of Pascal's triangle modulo 2
+// and the index. By Lucas' theorem that is an exclusive or over supersets of bits.
 uint pascal(uint x) {
     x ^= (x >> 1u) & 0x55555555u;
     x ^= (x >> 2u) & 0x33333333u;
@@ -63,7 +62,7 @@ uint pascal(uint x) {
     return x;
 }
 
-// Uniform in [0, 1).
+// A number in [0, 1) from the upper 24 bits: a multiple of ROUNDING.
 float to_unit(uint bits) {
     return float(bits >> 8u) * 5.9604644775390625e-8;
 }

@@ -1,9 +1,9 @@
-// Points and directions from uniform numbers.
+// Samples points and directions by numbers u, uniform in [0, 1).
 
 const float PI = 3.14159265358979;
 
-// Two unit vectors that make a right-handed frame with n (Duff and others, "Building
-// an Orthonormal Basis, Revisited", JCGT 2017).
+// Completes a unit vector n to a right-handed orthonormal basis (s, t, n) (Duff and others, "Building an
+// Orthonormal Basis, Revisited", JCGT 2017).
 void make_frame(vec3 n, out vec3 s, out vec3 t) {
     float sign = n.z >= 0.0 ? 1.0 : -1.0;
     float a = -1.0 / (sign + n.z);
@@ -12,13 +12,14 @@ void make_frame(vec3 n, out vec3 s, out vec3 t) {
     t = vec3(b, sign + n.y * n.y * a, -n.y);
 }
 
+// Transforms a vector from a frame with z along n.
 vec3 to_world(vec3 local, vec3 n) {
     vec3 s, t;
     make_frame(n, s, t);
     return local.x * s + local.y * t + local.z * n;
 }
 
-// Uniform on the unit disk, keeping strata together (Shirley and Chiu 1997).
+// A point on the unit disk, uniform by area, by the concentric map (Shirley and Chiu 1997).
 vec2 sample_disk(vec2 u) {
     vec2 offset = 2.0 * u - 1.0;
     if (offset.x == 0.0 && offset.y == 0.0) {
@@ -30,15 +31,15 @@ vec2 sample_disk(vec2 u) {
     return radius * vec2(cos(angle), sin(angle));
 }
 
-// About n, with pdf cos / pi.
+// A direction about n with pdf cos / pi.
 vec3 sample_cosine(vec2 u, vec3 n) {
     vec2 disk = sample_disk(u);
     float z = sqrt(max(0.0, 1.0 - dot(disk, disk)));
     return to_world(vec3(disk, z), n);
 }
 
-// With z in [z_min, 1] uniform: a cap of the unit sphere, the whole of it for z_min = -1.
-// 1 - z comes from the caller, since it is tiny for small caps.
+// A direction, uniform on the cap z >= z_min of the unit sphere. The argument is 1 - z_min, which keeps
+// its digits for small caps; it is 2 for the whole sphere.
 vec3 sample_cap(vec2 u, float one_minus_z_min) {
     float one_minus_z = u.x * one_minus_z_min;
     float sin_theta = sqrt(max(0.0, one_minus_z * (2.0 - one_minus_z)));

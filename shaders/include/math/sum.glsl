@@ -1,15 +1,15 @@
-// Exact sums of radiance: integers add up to the same bits in any order, so that iterations
-// can be cut into any shares.
+// Exact sums of radiance. Integers have the same sum in any order, so that iterations can be divided among
+// any number of shards.
 //
-// A sum has 128 bits and a sign, lowest word first, in units of 2^-56 of a radiance that is
-// typical of the scene; src/estimate.rs reads it. Terms go up to 2^39, so that 2^32 of them
-// cannot overflow.
+// A sum is a two's complement integer of 128 bits, lowest word first, in units of 2^-56 of a radiance that
+// is typical of the scene; src/image/estimate.rs reads it. Terms are below 2^39, so that 2^32 of them do
+// not overflow.
 
 const float MAX_TERM = 549755813888.0;     // 2^39
-const float LARGEST_TERM = 549755781120.0; // the float before
+const float LARGEST_TERM = 549755781120.0; // the largest float below MAX_TERM
 
-// A number in [0, 2^39) in fixed point; rounds to nearest. All else is exact: scaling by
-// powers of two, floors, and differences that have fewer bits than their terms.
+// Converts a number in [0, 2^39) to fixed point, rounded to nearest. All steps but that rounding are
+// exact: scaling by powers of two, floors, and differences with fewer bits than their terms.
 uvec4 to_term(float value) {
     float high = floor(value * 0.00390625); // in 2^8
     value -= high * 256.0;
@@ -19,6 +19,7 @@ uvec4 to_term(float value) {
     return uvec4(uint(low), uint(middle), uint(high), 0u);
 }
 
+// The sum of two 128-bit integers.
 uvec4 add_exactly(uvec4 a, uvec4 b) {
     uvec4 sum = a + b;
     uint carry = sum.x < b.x ? 1u : 0u;
@@ -31,7 +32,7 @@ uvec4 add_exactly(uvec4 a, uvec4 b) {
     return sum;
 }
 
-// A number in (-2^39, 2^39), as two's complement.
+// Converts a number in (-2^39, 2^39) to fixed point, in two's complement.
 uvec4 to_signed_term(float value) {
     uvec4 term = to_term(abs(value));
     return value < 0.0 ? add_exactly(~term, uvec4(1u, 0u, 0u, 0u)) : term;

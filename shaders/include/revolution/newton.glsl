@@ -1,40 +1,38 @@
-// Rays against bodies of revolution, the classical way: a baseline to measure against.
+// Intersects rays with bodies of revolution by the classical method: a baseline for measurements.
 //
 // A ray meets a profile (u, v) = (radius, height) of degree n where the polynomial
 //     F(t) = dz^2 u^2 - |(v - oz) d.xy + dz o.xy|^2
-// of degree 2n vanishes: the height eliminated, k = (v - oz) / dz, and u^2 and v^2 expanded
-// beforehand. Newton's method finds a root, synthetic division takes it out, and so on. It
-// starts where the ray's line meets piecewise linear approximations of the profile: its
-// chords and its tangents.
+// of degree 2n vanishes. The height is eliminated by k = (v - oz) / dz; the host expands u^2 and v^2.
+// Newton's method finds a root, synthetic division removes it, and so on. The iterations start where the
+// ray's line meets piecewise linear approximations of the profile: its chords and its tangents.
 //
-// It misses roots, and is kept to show how many: in fp32, F is a small difference of large
-// squares; what a division leaves has the errors of the roots before it; a start may run to
-// another root or to none; and a horizontal ray has no height to eliminate. Nothing here
-// mends that. revolution.glsl is the solver that renders.
+// The method misses roots, and is kept to show how many. In fp32, F is a small difference of large squares;
+// the quotient of a division has the errors of the roots before; a start may converge to another root or
+// to none; and a horizontal ray has no height to eliminate. Renders use revolution.glsl.
 
-// Steps of Newton's method, at most.
+// Largest number of steps of Newton's method.
 const int NEWTON_STEPS = 16;
-// A step this short, in t, ends it. A hundredth of that is noise of F: a hundred times as
-// many roots of clear rays would be missed. Ten times as much makes roots less exact.
+// The iteration ends at a step shorter than this, in t. A hundredth of this is below the rounding noise of F
+// and would miss a hundred times as many roots; ten times this would make roots less exact.
 const float NEWTON_TOLERANCE = 1.0e-4;
-// Rays in a scene begin this far along, in lengths of their direction: roots are not exact
-// enough for a ray not to meet the surface that it leaves. From 0, twenty times as many
-// paths get lost in glass; ten times as far, thin walls are missed.
+// Rays in a scene begin at this t: with roots of this accuracy, a ray that began at 0 would meet the surface
+// that it leaves. From 0, twenty times as many paths are lost in glass; at ten times this, thin walls are
+// missed.
 const float NEWTON_BEGIN = 3.0e-4;
 
-// By powers of t.
+// Coefficients by powers of t.
 struct Polynomial {
     float c[NEWTON_COEFFICIENTS];
 };
 
-// The highest degree of F in any segment, known at compile time: twice a profile's, that
-// has two powers in a pair.
+// The highest degree of F of any segment, known at compile time: twice the degree of a profile, of which
+// each pair has two powers.
 int newton_degree() {
     uint pairs = REVOLUTION_PAIRS;
     return min(4 * int(pairs) - 2, int(NEWTON_COEFFICIENTS) - 1);
 }
 
-// F of a segment and a ray.
+// The polynomial F of a segment and a ray.
 Polynomial expand(uint segment, vec3 o, vec3 d) {
     float a = dot(d.xy, d.xy);
     float b = dot(d.xy, o.xy);
@@ -48,7 +46,7 @@ Polynomial expand(uint segment, vec3 o, vec3 d) {
     return f;
 }
 
-// Moves t to a root, if Newton's method gets to one.
+// Moves t to a root. Returns false if Newton's method does not converge.
 bool find_root(Polynomial f, inout float t) {
     for (int n = 0; n < NEWTON_STEPS; n++) {
         float value = 0.0;
@@ -76,8 +74,8 @@ void deflate(inout Polynomial f, float root) {
     }
 }
 
-// Where the ray's line meets the cone between two vertices: t of one of two roots, or one
-// that is in no range.
+// Intersects the ray's line with the cone between two vertices. Returns the t of one of the two roots, or a
+// t in no range if there is none.
 float meet_cone(NewtonStart begin, NewtonStart end, vec3 o, vec3 d, bool second) {
     vec2 along = end.point - begin.point;
     vec2 w = (begin.point.y - o.z) * d.xy + d.z * o.xy;
@@ -94,7 +92,7 @@ float meet_cone(NewtonStart begin, NewtonStart end, vec3 o, vec3 d, bool second)
     return mix(begin.t, end.t, second ? c / q : q / a);
 }
 
-// The next start of a segment. Each of its cones may give two, and `number` counts them.
+// Finds the next start of a segment. Each cone may give two starts; `number` counts them.
 bool next_start(uint segment, vec3 o, vec3 d, inout uint number, out float t) {
     uint first = revolution_segments.data[segment].first_start;
     uint count = 2u * (revolution_segments.data[segment].start_count - 1u);
@@ -102,7 +100,7 @@ bool next_start(uint segment, vec3 o, vec3 d, inout uint number, out float t) {
         NewtonStart begin = newton_starts.data[first + (number >> 1u)];
         NewtonStart end = newton_starts.data[first + (number >> 1u) + 1u];
         t = meet_cone(begin, end, o, d, (number & 1u) != 0u);
-        // No t is, between the approximations.
+        // No t is in this range between two approximations, where t falls.
         if (t >= begin.t && t <= end.t) {
             number++;
             return true;
@@ -119,7 +117,7 @@ float height_at(uint segment, float t) {
     return height;
 }
 
-// The piece that a point of a segment is on, and where on it.
+// Returns the piece that contains a point of a segment; x becomes the parameter on it.
 uint piece_at(uint segment, float t, out float x) {
     vec2 ends = revolution_segments.data[segment].along;
     float along = mix(ends.x, ends.y, t);
@@ -129,13 +127,13 @@ uint piece_at(uint segment, float t, out float x) {
         piece++;
     }
     vec2 range = revolution_pieces_at(piece).along;
-    // Rounding may leave a piece no range.
+    // Rounding may make the range of a piece empty.
     x = clamp((2.0 * along - range.x - range.y) / max(range.y - range.x, 1.0e-30), -1.0, 1.0);
     return piece;
 }
 
-// The nearest hit with t_min < t < t_max that the method finds on a segment: the piece that
-// it is on, as a primitive, and where on it.
+// Finds the nearest hit with t_min < t < t_max on a segment, as far as the method finds it. `primitive`
+// becomes a reference to the piece, x the parameter on it.
 bool intersect_segment(uint segment, vec3 o, vec3 d, float t_min, inout float t_max, inout float x,
                        inout uint primitive) {
     if (d.z == 0.0) {
@@ -165,7 +163,7 @@ bool intersect_segment(uint segment, vec3 o, vec3 d, float t_min, inout float t_
     return true;
 }
 
-// The same for a ray in render space, which goes on behind the surface that it leaves.
+// As intersect_segment, for a ray in render space.
 bool meet_segment(uint segment, Ray ray, inout Hit hit, inout uint primitive) {
     uint body = revolution_segments.data[segment].body;
     vec3 o = transform_point(revolutions_at(body).unit_from_render, ray.origin);

@@ -1,20 +1,20 @@
-// Which pieces of a body of revolution a ray may meet: by the rings that they turn in.
+// Finds the pieces of a body of revolution that a ray may meet, by their bounding rings.
 
-// A ray's stretch between two parameters, as rings see it.
+// The part of a ray between two parameters, in the half plane of the profile.
 struct RingRay {
     float k_min;
     float k_max;
-    float p;       // height
-    float inverse; // of the rise
-    float a;       // squared distance from the axis by k: a k^2 + b k + c
+    float p;       // height at k = 0
+    float inverse; // 1 / slope of the height by k
+    float a;       // the squared distance from the axis is a k^2 + b k + c
     float b;
     float c;
-    float closest;
-    float least;   // of the squared distance
+    float closest; // k of the closest approach to the axis
+    float least;   // squared distance there
 };
 
 RingRay ring_ray(RevolutionRay ray, float t_min, float t_max) {
-    // Of a far origin, t_offset has a rounding error.
+    // Bodies have k in [-1.5, 1.5]; the t_offset of a distant origin adds a rounding error.
     float most_k = 1.5 + 1.0e-6 * abs(k_of(ray, 0.0));
     float c = dot(ray.p.xy, ray.p.xy);
     return RingRay(max(k_of(ray, t_min), -most_k), min(k_of(ray, t_max), most_k), ray.p.z, ray.inverse, ray.a,
@@ -36,7 +36,7 @@ bool enters_ring(RingRay ray, vec4 ring) {
     return near <= far && !inside && !outside;
 }
 
-// Pieces from a first one: a bit for each.
+// A set of pieces: a bit for each, counted from `first`.
 struct Pieces {
     uint first;
     uvec4 mask;
@@ -46,7 +46,7 @@ bool is_empty(Pieces pieces) {
     return (pieces.mask.x | pieces.mask.y | pieces.mask.z | pieces.mask.w) == 0u;
 }
 
-// Takes the next one out.
+// Removes the next piece of the set and returns it.
 uint take_piece(inout Pieces pieces) {
     uint word = pieces.mask.x != 0u ? 0u : pieces.mask.y != 0u ? 1u : pieces.mask.z != 0u ? 2u : 3u;
     uint bits = word == 0u ? pieces.mask.x : word == 1u ? pieces.mask.y : word == 2u ? pieces.mask.z : pieces.mask.w;
@@ -55,8 +55,8 @@ uint take_piece(inout Pieces pieces) {
     return pieces.first + 32u * word + findLSB(bits);
 }
 
-// The pieces of a body whose rings a ray enters: of all groups first, then of those that it
-// meets, where each lane goes over its own.
+// The pieces of a body whose rings a ray enters. It tests the rings of all groups first, then the rings in
+// the groups that the ray enters, where each lane visits its own groups.
 Pieces pieces_met(RevolutionRay ray, uint first, uint count, float t_min, float t_max) {
     RingRay rings = ring_ray(ray, t_min, t_max);
     uint groups = 0u;
@@ -71,7 +71,7 @@ Pieces pieces_met(RevolutionRay ray, uint first, uint count, float t_min, float 
         [[unroll]] for (uint i = 0u; i < GROUP; i++) {
             bits |= enters_ring(rings, revolution_pieces_at(first + piece + i).ring) ? 1u << i : 0u;
         }
-        // What comes behind the last one is another body's.
+        // Pieces behind the last one belong to another body.
         bits = piece + GROUP > count ? bits & (1u << (count - piece)) - 1u : bits;
         pieces.mask |= mix(uvec4(0u), uvec4(bits << (piece & 31u)),
                            equal(uvec4(0u, 1u, 2u, 3u), uvec4(piece >> 5u)));
