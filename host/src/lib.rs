@@ -21,6 +21,7 @@ mod memory;
 mod present;
 #[cfg(unix)]
 mod signal;
+mod specialize;
 mod texels;
 mod timing;
 

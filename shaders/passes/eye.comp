@@ -4,35 +4,57 @@
 // emission and direct light, which are noisier than what photons bring, and cheaper.
 // Hachisuka and Jensen 2009, section 3.
 #version 460
-#extension GL_GOOGLE_include_directive : require
+#include "camera/camera.glsl"
+#include "camera/projection.glsl"
+#include "camera/rough_path.glsl"
+#include "geometry/alpha.glsl"
+#include "geometry/contact.glsl"
+#include "geometry/hit.glsl"
+#include "geometry/normal.glsl"
+#include "geometry/quadric.glsl"
+#include "geometry/surface.glsl"
+#include "geometry/surface_point.glsl"
+#include "kernel/counters.glsl"
+#include "kernel/interruption.glsl"
 #include "kernel/invocation.glsl"
-#include "scene/scene.glsl"
+#include "kernel/tile.glsl"
+#include "light/light.glsl"
+#include "lookup/records.glsl"
+#include "material/bsdf.glsl"
+#include "material/layers.glsl"
+#include "material/material.glsl"
 #include "math/random.glsl"
 #include "math/sampling.glsl"
-#include "geometry/intersect.glsl"
-#include "geometry/surface.glsl"
-#include "material/texture.glsl"
-#include "geometry/alpha.glsl"
-#include "material/bsdf.glsl"
-#include "material/glossy.glsl"
-#include "material/material.glsl"
-#include "light/light.glsl"
-#include "camera/rough_path.glsl"
-#include "geometry/normal.glsl"
-#include "camera/projection.glsl"
-#include "camera/filter.glsl"
-#include "kernel/tile.glsl"
-#include "kernel/interruption.glsl"
+#include "scene/constants.glsl"
+#include "scene/features.glsl"
+#include "scene/lights.glsl"
+#include "scene/materials.glsl"
+#include "scene/scene.glsl"
 
-TEXELS(1, 0, Camera, camera)
-TEXELS(1, 6, float, filter_table)
-STORED_TEXELS(1, 1, VisiblePoint, visible_points)
-STORED_TEXELS(1, 3, vec4, visible_throughputs) // bsdf times throughput; w: length of the path, 0 if there is no point
-UPDATED_TEXELS(1, 4, vec4, visible_radiances) // W/(m^2 sr)
-layout(std430, set = 1, binding = 5) buffer CounterBlock { Counters value; } counters;
-#ifndef WITHOUT_IS_RESUMABLE
-layout(std430, set = 1, binding = 8) buffer PlaceBlock { EyePlace data[]; } places; // of invocations that go on
-#endif
+// Where an invocation of the eye pass has got to: a path that has met no diffuse surface yet.
+struct EyePlace {
+    vec3 origin;
+    float index; // of the medium, over the camera's
+    vec3 direction;  // of that ray
+    float travelled; // length so far
+    vec3 throughput; // of the path so far
+    uint depth;      // segments of the path so far
+    vec3 radiance; // emission met so far, W/(m^2 sr)
+    uint path;       // of the pixel: its number
+    vec3 last_position; // rough_path.glsl
+    float last_pdf;  // rough_path.glsl
+    uint state;    // FINISHED, UNFINISHED or STUCK
+    float begin;     // of the ray: contact.glsl
+    uint contacts;   // of the ray: contact.glsl
+    uint pad0;
+};
+
+TEXELS(Camera, camera)
+TEXELS(float, filter_table)
+STORED_TEXELS(VisiblePoint, visible_points)
+STORED_TEXELS(vec4, visible_throughputs) // bsdf times throughput; w: length of the path, 0 if there is no point
+UPDATED_TEXELS(vec4, visible_radiances) // W/(m^2 sr)
+UPDATED_BUFFER(EyePlace, places) // of invocations that go on
 
 layout(push_constant) uniform Push {
     uint turn;           // of the rounds of its half
@@ -177,14 +199,14 @@ EyePath follow(inout EyeStart start, Random random) {
     float travelled = start.travelled;
     Last last = start.last;
     for (uint depth = start.depth; depth < scene.max_depth || path.reached > 0.0; depth++) {
-#ifndef WITHOUT_IS_RESUMABLE
-        if (interrupted(two)) {
-            break;
+        if (IS_RESUMABLE) {
+            if (interrupted(two)) {
+                break;
+            }
+            if (path.reached == 0.0) {
+                start = EyeStart(ray, throughput, index, travelled, last, depth, path.radiance);
+            }
         }
-        if (path.reached == 0.0) {
-            start = EyeStart(ray, throughput, index, travelled, last, depth, path.radiance);
-        }
-#endif
         Hit hit = intersect(ray);
         if (hit.primitive == NONE) {
             float pdf = path.reached > 0.0 ? max(dot(ray.direction, path.facing), 0.0) / PI : pdf_after(last);
@@ -250,7 +272,6 @@ EyePath follow(inout EyeStart start, Random random) {
     return path;
 }
 
-#ifndef WITHOUT_IS_RESUMABLE
 EyeStart start_of(EyePlace place) {
     Ray ray = saved_ray(place.origin, place.direction, place.begin, place.contacts);
     return EyeStart(ray, place.throughput, place.index, place.travelled, Last(place.last_position, place.last_pdf), place.depth, place.radiance);
@@ -269,21 +290,19 @@ void store_place(uint number, EyePlace place, uint done, bool advanced) {
     atomicAdd(counters.value.unfinished, place.state == UNFINISHED ? 1u : 0u);
     atomicAdd(counters.value.stuck, place.state == STUCK ? 1u : 0u);
 }
-#endif
 
 EyeStart begin(Ray ray) {
     return EyeStart(ray, vec3(1.0), 1.0, 0.0, not_rough(), 0u, vec3(0.0));
 }
 
 void main() {
-    scene = scene_info_at(0u);
     uint number = invocation_index();
-#ifndef WITHOUT_IS_RESUMABLE
-    if (number % spread != 0u) {
-        return; // another invocation of the workgroup is to be alone
+    if (IS_RESUMABLE) {
+        if (number % spread != 0u) {
+            return; // another invocation of the workgroup is to be alone
+        }
+        number /= spread;
     }
-    number /= spread;
-#endif
     uint pixel = pixel_of(offset + number, camera_at(0u).width, camera_at(0u).height);
     if (pixel == NONE) {
         return;
@@ -293,9 +312,11 @@ void main() {
     uint done = 0u;
     EyePath path;
     path.reached = 0.0;
-#ifndef WITHOUT_IS_RESUMABLE
     bool advanced = false;
-    EyePlace place = place_of(begin(free_ray(vec3(0.0), vec3(0.0))));
+    EyePlace place;
+    if (IS_RESUMABLE) {
+        place = place_of(begin(free_ray(vec3(0.0), vec3(0.0))));
+    }
     if (IS_RESUMABLE && resumed != 0u) {
         place = places.data[number];
         if (place.state != (spread > 1u ? STUCK : UNFINISHED)) {
@@ -305,16 +326,13 @@ void main() {
         done = place.path;
     }
     uint begun = place.depth;
-#endif
     [[dont_unroll]] for (uint i = done; i < paths; i++) {
         Random random = Random(seed, turn * paths + i);
         CameraSample camera_sample = sample_camera(pixel, random);
         EyeStart start = begin(camera_sample.ray);
-#ifndef WITHOUT_IS_RESUMABLE
-        if (place.depth > 0u) {
+        if (IS_RESUMABLE && place.depth > 0u) {
             start = start_of(place);
         }
-#endif
         path = follow(start, random);
         if (HAS_SIGNED_FILTER) {
             path.radiance *= camera_sample.weight;
@@ -323,14 +341,14 @@ void main() {
         if (DIRECT_NEE && path.reached > 0.0) {
             path.radiance += path.bsdf * irradiance_of_light(path.visible, path.material, path.facing, random);
         }
-#ifndef WITHOUT_IS_RESUMABLE
-        place = place_of(start);
-        if (interrupted(two)) {
-            break; // the last segment does not count
+        if (IS_RESUMABLE) {
+            place = place_of(start);
+            if (interrupted(two)) {
+                break; // the last segment does not count
+            }
+            advanced = true;
+            place.depth = 0u;
         }
-        advanced = true;
-        place.depth = 0u;
-#endif
         if (!is_finite(path.radiance)) {
             path.radiance = vec3(0.0);
             atomicAdd(counters.value.non_finite, 1u);
@@ -344,30 +362,31 @@ void main() {
         sum += path.radiance;
         done = i + 1u;
     }
-#ifndef WITHOUT_IS_RESUMABLE
-    advanced = advanced || place.depth != begun;
-    if (!advanced && spread > 1u) {
-        // Even alone: what the path would bring is left out.
-        path.reached = 0.0;
-        place.depth = 0u;
-        done++;
-        atomicAdd(counters.value.cut, 1u);
-        advanced = true;
+    if (IS_RESUMABLE) {
+        advanced = advanced || place.depth != begun;
+        if (!advanced && spread > 1u) {
+            // Even alone: what the path would bring is left out.
+            path.reached = 0.0;
+            place.depth = 0u;
+            done++;
+            atomicAdd(counters.value.cut, 1u);
+            advanced = true;
+        }
+        store_place(number, place, done, advanced);
+        if (done < paths) {
+            store_visible_radiances(pixel, vec4(sum, 0.0));
+            return;
+        }
     }
-    store_place(number, place, done, advanced);
-    if (done < paths) {
-        store_visible_radiances(pixel, vec4(sum, 0.0));
-        return;
-    }
-#endif
     store_visible_radiances(pixel, vec4(sum / float(paths), 0.0));
     store_visible_throughputs(pixel, path.reached > 0.0 ? vec4(path.bsdf, path.reached) : vec4(0.0));
     if (path.reached > 0.0) {
         store_visible_points(pixel, VisiblePoint(path.visible.position, pack_normal(path.visible.normal)));
     }
-#ifdef WITHOUT_IS_RESUMABLE
+    if (IS_RESUMABLE) {
+        return;
+    }
     if (interrupted(two)) {
         atomicAdd(counters.value.interrupted, 1u);
     }
-#endif
 }

@@ -2,12 +2,11 @@
 // One invocation per cell. Updates cells (first set, count back to 0) and grid_filled (atomic). A prefix sum would order the ranges by cell; sums of integers do not ask for
 // an order, so that one atomic per occupied cell serves.
 #version 460
-#extension GL_GOOGLE_include_directive : require
 #include "kernel/invocation.glsl"
-#include "scene/types.glsl"
+#include "lookup/grid.glsl"
 
-layout(std430, set = 1, binding = 0) buffer FilledBlock { uint value; } grid_filled; // entries handed out
-layout(std430, set = 1, binding = 1) buffer CellBlock { Cell data[]; } cells;
+UPDATED_VALUE(uint, grid_filled) // entries handed out
+UPDATED_BUFFER(Cell, cells)
 
 layout(push_constant) uniform Push {
     uint cell_count;

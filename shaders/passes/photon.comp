@@ -4,27 +4,42 @@
 // (atomic), and where it is resumable, places. Weights are in units of the mean flux of a
 // photon. Jensen 1996.
 #version 460
-#extension GL_GOOGLE_include_directive : require
-#include "kernel/invocation.glsl"
-#include "scene/scene.glsl"
-#include "math/random.glsl"
-#include "math/sampling.glsl"
-#include "geometry/intersect.glsl"
-#include "geometry/surface.glsl"
-#include "material/texture.glsl"
 #include "geometry/alpha.glsl"
-#include "material/bsdf.glsl"
-#include "material/material.glsl"
-#include "light/light.glsl"
-#include "light/emission.glsl"
+#include "geometry/contact.glsl"
+#include "geometry/hit.glsl"
 #include "geometry/normal.glsl"
+#include "geometry/surface.glsl"
+#include "geometry/surface_point.glsl"
+#include "kernel/counters.glsl"
 #include "kernel/interruption.glsl"
+#include "kernel/invocation.glsl"
+#include "light/emission.glsl"
+#include "lookup/records.glsl"
+#include "material/bsdf.glsl"
+#include "material/layers.glsl"
+#include "material/material.glsl"
+#include "math/random.glsl"
+#include "scene/constants.glsl"
+#include "scene/features.glsl"
+#include "scene/materials.glsl"
+#include "scene/scene.glsl"
 
-STORED_TEXELS(1, 0, PhotonRecord, photons)
-layout(std430, set = 1, binding = 2) buffer CounterBlock { Counters value; } counters;
-#ifndef WITHOUT_IS_RESUMABLE
-layout(std430, set = 1, binding = 8) buffer PlaceBlock { PhotonPlace data[]; } places; // of invocations that go on
-#endif
+// Where an invocation of the photon pass has got to.
+struct PhotonPlace {
+    vec3 origin; // of the path's next ray
+    float index; // of the medium, over the one where the path began
+    vec3 direction; // of that ray
+    uint depth;     // segments of the path so far
+    vec3 weight;    // flux over the mean flux of a photon
+    uint photon; // to be started next; the path's own is the one before
+    uint state;  // FINISHED, UNFINISHED or STUCK
+    uint alive;  // 1 if there is a path
+    float begin;    // of the ray: contact.glsl
+    uint contacts;  // of the ray: contact.glsl
+};
+
+STORED_TEXELS(PhotonRecord, photons)
+UPDATED_BUFFER(PhotonPlace, places) // of invocations that go on
 
 layout(push_constant) uniform Push {
     uint before_low;     // photons before this iteration that are of its stream, 64 bits
@@ -77,23 +92,21 @@ void store_record(PhotonRecord photon) {
     }
 }
 
-#ifndef WITHOUT_IS_RESUMABLE
 // What a segment has recorded: stored once it is known that the driver did not end it early.
 PhotonRecord recorded;
 bool has_recorded;
-#endif
 // Whether a segment met something opaque in a dielectric.
 bool is_immersed;
 
 void record(Surface surface, vec3 wo, vec3 weight) {
     vec3 facing = dot(wo, surface.normal) < 0.0 ? -surface.normal : surface.normal;
     PhotonRecord photon = PhotonRecord(surface.position, pack_normal(facing), weight, 0u);
-#ifdef WITHOUT_IS_RESUMABLE
-    store_record(photon);
-#else
-    recorded = photon;
-    has_recorded = true;
-#endif
+    if (IS_RESUMABLE) {
+        recorded = photon;
+        has_recorded = true;
+    } else {
+        store_record(photon);
+    }
 }
 
 // A photon's weight may grow by this factor where a shading normal is far from the geometric one.
@@ -203,14 +216,13 @@ uint follow(inout Path path) {
 }
 
 void main() {
-    scene = scene_info_at(0u);
     uint number = invocation_index();
-#ifndef WITHOUT_IS_RESUMABLE
-    if (number % spread != 0u) {
-        return; // another invocation of the workgroup is to be alone
+    if (IS_RESUMABLE) {
+        if (number % spread != 0u) {
+            return; // another invocation of the workgroup is to be alone
+        }
+        number /= spread;
     }
-    number /= spread;
-#endif
     uint invocation = offset + number;
     if (invocation >= stride) {
         return; // its photons are another invocation's
@@ -221,7 +233,6 @@ void main() {
     uint immersed = 0u;
     bool alive = false;
     Path path;
-#ifndef WITHOUT_IS_RESUMABLE
     bool advanced = false;
     if (IS_RESUMABLE && resumed != 0u) {
         PhotonPlace place = places.data[number];
@@ -233,26 +244,23 @@ void main() {
         Ray ray = saved_ray(place.origin, place.direction, place.begin, place.contacts);
         path = Path(ray, place.weight, place.depth, place.index, random_of(photon - stride));
     }
-#endif
     while (alive || photon < end) {
         Path next = path;
         if (!alive) {
             next = start_path(photon);
         }
         is_immersed = false;
-#ifndef WITHOUT_IS_RESUMABLE
         has_recorded = false;
-#endif
         uint state = follow(next);
-#ifndef WITHOUT_IS_RESUMABLE
-        if (interrupted(two)) {
-            break; // nothing of this segment counts
+        if (IS_RESUMABLE) {
+            if (interrupted(two)) {
+                break; // nothing of this segment counts
+            }
+            advanced = true;
+            if (has_recorded) {
+                store_record(recorded);
+            }
         }
-        advanced = true;
-        if (has_recorded) {
-            store_record(recorded);
-        }
-#endif
         path = next;
         photon += alive ? 0u : stride;
         emitted += alive ? 0u : 1u;
@@ -262,22 +270,22 @@ void main() {
             ends[state]++;
         }
     }
-#ifndef WITHOUT_IS_RESUMABLE
-    if (!advanced && spread > 1u) {
-        // Even alone.
-        photon += alive ? 0u : stride;
-        emitted += alive ? 0u : 1u;
-        alive = false;
-        ends[TRUNCATED]++;
-        atomicAdd(counters.value.cut, 1u);
-        advanced = true;
+    if (IS_RESUMABLE) {
+        if (!advanced && spread > 1u) {
+            // Even alone.
+            photon += alive ? 0u : stride;
+            emitted += alive ? 0u : 1u;
+            alive = false;
+            ends[TRUNCATED]++;
+            atomicAdd(counters.value.cut, 1u);
+            advanced = true;
+        }
+        uint state = alive || photon < end ? (advanced ? UNFINISHED : STUCK) : FINISHED;
+        places.data[number] = PhotonPlace(path.ray.origin, path.index, path.ray.direction, path.depth, path.weight, photon,
+                                          state, alive ? 1u : 0u, begin_of(path.ray), contacts_of(path.ray));
+        atomicAdd(counters.value.unfinished, state == UNFINISHED ? 1u : 0u);
+        atomicAdd(counters.value.stuck, state == STUCK ? 1u : 0u);
     }
-    uint state = alive || photon < end ? (advanced ? UNFINISHED : STUCK) : FINISHED;
-    places.data[number] = PhotonPlace(path.ray.origin, path.index, path.ray.direction, path.depth, path.weight, photon,
-                                      state, alive ? 1u : 0u, begin_of(path.ray), contacts_of(path.ray));
-    atomicAdd(counters.value.unfinished, state == UNFINISHED ? 1u : 0u);
-    atomicAdd(counters.value.stuck, state == STUCK ? 1u : 0u);
-#endif
     atomicAdd(counters.value.deposited, ends[DEPOSITED]);
     atomicAdd(counters.value.absorbed, ends[ABSORBED]);
     atomicAdd(counters.value.escaped, ends[ESCAPED]);
@@ -286,9 +294,10 @@ void main() {
     atomicAdd(counters.value.non_finite, ends[NOT_FINITE]);
     atomicAdd(counters.value.immersed, immersed);
     atomicAdd(counters.value.emitted, emitted);
-#ifdef WITHOUT_IS_RESUMABLE
+    if (IS_RESUMABLE) {
+        return;
+    }
     if (interrupted(two)) {
         atomicAdd(counters.value.interrupted, 1u);
     }
-#endif
 }

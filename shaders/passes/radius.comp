@@ -5,14 +5,14 @@
 // pixel's own affair (Hachisuka and Jensen 2009, eq. 7) or the same for all (Knaus and
 // Zwicker 2011, eq. 15).
 #version 460
-#extension GL_GOOGLE_include_directive : require
 #include "kernel/invocation.glsl"
-#include "scene/types.glsl"
+#include "lookup/records.glsl"
+#include "scene/constants.glsl"
 
-STORED_TEXELS(1, 0, float, visible_radii2) // squared radius, 0 if there is no point
-TEXELS(1, 1, vec4, visible_throughputs) // w: length of the path
-UPDATED_TEXELS(1, 2, PixelState, pixel_states)
-layout(std430, set = 1, binding = 3) buffer MaxRadiusBlock { uint value; } max_radius2; // bits of a float
+STORED_TEXELS(float, visible_radii2) // squared radius, 0 if there is no point
+TEXELS(vec4, visible_throughputs) // w: length of the path
+UPDATED_TEXELS(PixelState, pixel_states)
+UPDATED_VALUE(uint, max_radius2) // bits of a float
 
 layout(push_constant) uniform Push {
     uint pixel_count;

@@ -5,4 +5,3 @@ mod alias;
 mod bvh;
 pub(crate) mod camera;
 pub mod pack;
-pub(crate) mod upload;

@@ -1,9 +1,8 @@
 //! The image as it stands: exact sums over iterations, their mean, and how far it may be off.
 
 use crate::image::film::{Image, LUMINANCE, Window};
+use crate::kernels::FRACTION_BITS;
 
-/// Sums are in units of 2^-56 of [`Estimate::unit`]: `shaders/include/math/sum.glsl`.
-const FRACTION_BITS: i32 = 56;
 /// The weight of a pixel's relative error falls where it is darker than this part of the
 /// image's typical luminance.
 const DARK: f64 = 0.1;
@@ -29,10 +28,10 @@ pub struct Estimate {
     pub second_half: Vec<Sum>,
 }
 
-/// A sum in units, to the nearest f64.
+/// A sum in units of [`Estimate::unit`], to the nearest f64.
 fn in_units(sum: Sum) -> f64 {
     let bits = sum.iter().rev().fold(0u128, |bits, word| bits << 32 | u128::from(*word));
-    bits.cast_signed() as f64 * f64::from(-FRACTION_BITS).exp2()
+    bits.cast_signed() as f64 * (-f64::from(FRACTION_BITS)).exp2()
 }
 
 fn add(sum: &mut Sum, other: Sum) {

@@ -4,13 +4,10 @@ use goblet_host::{Buffer, Device, Frame, Texels};
 
 use crate::gpu_scene::camera::View;
 use crate::image::estimate::Sum;
-use crate::kernels::{Camera, Cell, Counters, GridPlace, PhotonRecord, PixelState, VisiblePoint};
+use crate::kernels::{Camera, Cell, Counters, GridPlace, PhotonRecord, PixelState, TILE, VisiblePoint};
 
 /// The most photons that one batch can record: 32 MiB.
 const MAX_RECORDED: u64 = 1 << 20;
-
-/// Pixels along an edge of the tiles by which invocations take pixels: `tile.glsl`.
-const TILE: u32 = 8;
 
 /// Sizes of a render's buffers.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -7,9 +7,8 @@ use std::time::{Duration, Instant};
 use bytemuck::{Pod, Zeroable};
 use goblet_host::{Device, Frame, Pass};
 
-use crate::gpu_scene::upload::GpuScene;
 use crate::image::film::{LUMINANCE, Window};
-use crate::kernels::{Counters, EyePush, PhotonPush, Radius, RadiusPush, Specialization, Update, UpdatePush};
+use crate::kernels::{Counters, EyePush, GpuScene, PhotonPush, Radius, RadiusPush, Specialization, Update, UpdatePush};
 use crate::render::buffers::{Buffers, invocations_by_tile};
 use crate::render::counters::{Counted, Tally};
 use crate::render::lookup::Lookup;

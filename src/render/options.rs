@@ -2,6 +2,7 @@
 
 use std::ops::RangeInclusive;
 
+use crate::kernels::RenderFeatures;
 use crate::gpu_scene::pack::RevolutionSolver;
 use crate::image::film::Window;
 use crate::render::radius::RadiusSchedule;
@@ -188,6 +189,15 @@ pub(crate) struct Resolved {
 }
 
 impl Options {
+    /// What the options require of kernels.
+    pub(crate) fn features(&self, resolved: &Resolved) -> RenderFeatures {
+        RenderFeatures {
+            direct_nee: self.direct == DirectLight::Nee,
+            low_discrepancy_pairs: self.sampler.low_discrepancy_pairs(),
+            cell_scale: resolved.cell_scale as f32,
+        }
+    }
+
     /// Widths of the hash grid's cells, in diameters of the largest disc.
     pub const CELL_SCALES: [f64; 2] = [0.25, 8.0];
 

@@ -1,16 +1,15 @@
 // spin: loops as often as asked, and says whether the driver let it.
 #version 460
-#extension GL_GOOGLE_include_directive : require
-#include "kernel/invocation.glsl"
 #include "kernel/interruption.glsl"
+#include "kernel/invocation.glsl"
 
 struct SpinState {
     uint rounds;      // asked for, then gone
     uint interrupted;
 };
 
-layout(std430, set = 1, binding = 0) buffer SpinBlock { SpinState data[]; } spins;
-layout(std430, set = 1, binding = 1) readonly buffer TwoBlock { uint value; } two;
+UPDATED_BUFFER(SpinState, spins)
+VALUE(uint, two)
 
 void main() {
     uint i = invocation_index();

@@ -2,7 +2,11 @@
 //
 // A place is a point of the plane z = 1 for a perspective camera, of the plane z = 0 for an
 // orthographic one, and for a spherical one a point of the unit square of all directions.
+#include "camera/camera.glsl"
+#include "geometry/contact.glsl"
 #include "math/equal_area.glsl"
+#include "math/sampling.glsl"
+#include "scene/features.glsl"
 
 // By angles: x goes around, y from the top down.
 vec3 equirectangular_direction(vec2 place) {

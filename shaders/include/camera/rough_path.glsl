@@ -1,5 +1,17 @@
 // Where eye paths meet rough surfaces. No photon is recorded there: next-event estimation and rays
 // of the bsdf find the light, and share what both find by MIS.
+#include "geometry/alpha.glsl"
+#include "geometry/surface.glsl"
+#include "geometry/surface_point.glsl"
+#include "light/light.glsl"
+#include "material/bsdf.glsl"
+#include "material/glossy.glsl"
+#include "material/microfacet.glsl"
+#include "math/random.glsl"
+#include "scene/constants.glsl"
+#include "scene/features.glsl"
+#include "scene/lights.glsl"
+#include "scene/materials.glsl"
 
 // The surface that a path has met last, if that was rough.
 struct Last {
@@ -11,23 +23,6 @@ Last not_rough() {
     return Last(vec3(0.0), 0.0);
 }
 
-#ifdef WITHOUT_IS_RICH
-vec3 light_on_rough(Surface surface, Material material, vec3 wo, Random random, uint pair) {
-    return vec3(0.0);
-}
-
-Last after(Surface surface, Material material, vec3 wo, vec3 wi) {
-    return not_rough();
-}
-
-float weight_after(Last last, Light light, Surface surface, vec3 wi) {
-    return 1.0;
-}
-
-float pdf_after(Last last) {
-    return INFINITY_T;
-}
-#else
 // Radiance towards wo that a rough surface has straight from a light.
 vec3 light_on_rough(Surface surface, Material material, vec3 wo, Random random, uint pair) {
     if (HAS_ROUGH) {
@@ -64,6 +59,8 @@ float weight_after(Last last, Light light, Surface surface, vec3 wi) {
 
 // The pdf of a ray that leaves the scene; INFINITY_T where nothing else looks for the same light.
 float pdf_after(Last last) {
-    return last.pdf > 0.0 ? last.pdf : INFINITY_T;
+    if (HAS_ROUGH) {
+        return last.pdf > 0.0 ? last.pdf : INFINITY_T;
+    }
+    return INFINITY_T;
 }
-#endif

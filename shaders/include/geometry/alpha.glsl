@@ -1,13 +1,19 @@
 // Rays against what is there of the surfaces, in the order in which surfaces in contact are met.
+#include "geometry/contact.glsl"
+#include "geometry/hit.glsl"
+#include "geometry/intersect.glsl"
+#include "geometry/surface.glsl"
+#include "geometry/surface_contact.glsl"
+#include "geometry/surface_point.glsl"
+#include "material/texture.glsl"
+#include "math/random.glsl"
+#include "scene/constants.glsl"
+#include "scene/features.glsl"
+#include "scene/scene.glsl"
 
-#ifdef WITHOUT_HAS_CONTACTS
-Hit intersect_in_order(Ray ray, float t_max) {
-    return traverse(ray, t_max, false);
-}
-#else
 // The nearest hit with t < t_max. Of surfaces in contact, whose t differ by roundings, the first in
 // their order: what precedes a hit there is looked for until nothing does.
-Hit intersect_in_order(Ray ray, float t_max) {
+Hit intersect_contacts(Ray ray, float t_max) {
     Hit hit = Hit(t_max, NONE, vec2(0.0), NONE);
     Ray wanted = ray;
     for (bool looks = true; looks;) {
@@ -32,9 +38,14 @@ Hit intersect_in_order(Ray ray, float t_max) {
     }
     return hit;
 }
-#endif
 
-#ifndef WITHOUT_HAS_TEXTURES
+Hit intersect_in_order(Ray ray, float t_max) {
+    if (HAS_CONTACTS) {
+        return intersect_contacts(ray, t_max);
+    }
+    return traverse(ray, t_max, false);
+}
+
 // Surfaces that a ray passes where they are cut away, at most; the next one stops it.
 const uint MAX_CUT_SURFACES = 64u;
 
@@ -69,23 +80,17 @@ Hit intersect_opaque(Ray ray, float t_max) {
     return hit;
 }
 
-#endif
-
 Hit intersect(Ray ray) {
-#ifndef WITHOUT_HAS_TEXTURES
     if (HAS_ALPHA) {
         return intersect_opaque(ray, INFINITY_T);
     }
-#endif
     return intersect_in_order(ray, INFINITY_T);
 }
 
 // Whether anything stands in a ray's way before t = 1.
 bool occluded(Ray ray) {
-#ifndef WITHOUT_HAS_TEXTURES
     if (HAS_ALPHA) {
         return intersect_opaque(ray, 1.0).primitive != NONE;
     }
-#endif
     return traverse(ray, 1.0, true).primitive != NONE;
 }

@@ -7,33 +7,10 @@
 // bodies in contact are apart by a gap of air that has no width, from whichever side they are
 // seen. Of a decal and its wall, a lamp and its ceiling, or a pane on a table, the layer says which
 // is in front: on either side.
+#include "scene/constants.glsl"
+#include "scene/features.glsl"
+#include "scene/primitives.glsl"
 
-#ifdef WITHOUT_HAS_CONTACTS
-struct Ray {
-    vec3 origin;
-    vec3 direction;
-};
-
-Ray free_ray(vec3 origin, vec3 direction) {
-    return Ray(origin, direction);
-}
-
-Ray saved_ray(vec3 origin, vec3 direction, float begin, uint contacts) {
-    return Ray(origin, direction);
-}
-
-uint contacts_of(Ray ray) {
-    return 0u;
-}
-
-bool may_meet(Ray ray, uint material, bool leaves, float t) {
-    return t > 0.0;
-}
-
-float begin_of(Ray ray) {
-    return 0.0;
-}
-#else
 struct Ray {
     vec3 origin;
     vec3 direction;
@@ -52,12 +29,18 @@ Ray free_ray(vec3 origin, vec3 direction) {
 // What a ray may meet of surfaces in contact, in one word; and a ray from that. Layers are in the
 // upper twelve bits of a word.
 uint contacts_of(Ray ray) {
-    return ray.exits | ray.entries >> 12u | (ray.to_front ? 1u : 0u);
+    if (HAS_CONTACTS) {
+        return ray.exits | ray.entries >> 12u | (ray.to_front ? 1u : 0u);
+    }
+    return 0u;
 }
 
 Ray saved_ray(vec3 origin, vec3 direction, float begin, uint contacts) {
-    uint layers = ~MATERIAL_MASK;
-    return Ray(origin, direction, begin, 0.0, contacts & layers, contacts << 12u & layers, (contacts & 1u) != 0u);
+    if (HAS_CONTACTS) {
+        uint layers = ~MATERIAL_MASK;
+        return Ray(origin, direction, begin, 0.0, contacts & layers, contacts << 12u & layers, (contacts & 1u) != 0u);
+    }
+    return free_ray(origin, direction);
 }
 
 uint layer_of(uint material) {
@@ -70,13 +53,19 @@ bool is_boundary(uint layer) {
 
 // Whether a ray may meet at t a primitive of this material whose inside it leaves (or enters) there.
 bool may_meet(Ray ray, uint material, bool leaves, float t) {
-    uint layers = leaves ? ray.exits : ray.entries;
-    return t > ((material & layers) != 0u ? ray.begin : ray.otherwise);
+    if (HAS_CONTACTS) {
+        uint layers = leaves ? ray.exits : ray.entries;
+        return t > ((material & layers) != 0u ? ray.begin : ray.otherwise);
+    }
+    return t > 0.0;
 }
 
 // The least t at which a ray may meet anything.
 float begin_of(Ray ray) {
-    return ray.begin;
+    if (HAS_CONTACTS) {
+        return ray.begin;
+    }
+    return 0.0;
 }
 
 // Has a ray that leaves a surface meet what follows that in the order.
@@ -105,4 +94,3 @@ bool meet_preceding(inout Ray ray, uint layer, bool leaves, bool is_close) {
     ray.otherwise = INFINITY_T;
     return precede;
 }
-#endif

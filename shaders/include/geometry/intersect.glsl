@@ -1,22 +1,16 @@
 // Rays against the scene: one hierarchy over every kind of primitive.
-
 #include "geometry/contact.glsl"
-
-struct Hit {
-    float t;          // in lengths of the ray's direction
-    uint primitive;   // reference, or NONE
-    vec2 barycentric; // weights of p1 and p2 of a triangle; in x: where on a profile's piece
-    uint instance;    // that it is in, or NONE
-};
-
-#include "geometry/quadric.glsl"
+#include "geometry/hit.glsl"
 #include "geometry/instance.glsl"
-#ifdef WITHOUT_HAS_REVOLUTIONS
-#include "revolution/absent.glsl"
-#else
-#include "revolution/revolution.glsl"
+#include "geometry/quadric.glsl"
 #include "revolution/newton.glsl"
-#endif
+#include "revolution/ray.glsl"
+#include "revolution/revolution.glsl"
+#include "revolution/rings.glsl"
+#include "scene/constants.glsl"
+#include "scene/features.glsl"
+#include "scene/primitives.glsl"
+#include "scene/scene.glsl"
 
 // A ray as triangles see it: where it is the z axis, in a shear along the longest axis of its
 // direction.
@@ -131,11 +125,11 @@ float enter_box(vec3 lower, vec3 upper, Ray ray, vec3 inverse, float t_max) {
     vec3 b = (upper - ray.origin) * inverse;
     vec3 near = min(a, b);
     vec3 far = max(a, b);
-#ifdef WITHOUT_HAS_CONTACTS
-    far *= 1.0 + 8.0 * ROUNDING;
-#else
-    far += abs(far) * (8.0 * ROUNDING);
-#endif
+    if (HAS_CONTACTS) {
+        far += abs(far) * (8.0 * ROUNDING);
+    } else {
+        far *= 1.0 + 8.0 * ROUNDING;
+    }
     float t_near = max(max(near.x, near.y), max(near.z, begin_of(ray)));
     float t_far = min(min(far.x, far.y), min(far.z, t_max));
     return t_near <= t_far ? t_near : INFINITY_T;
@@ -268,7 +262,6 @@ Hit traverse(Ray ray, float t_max, bool any_hit) {
         } else {
             node = height > 0u ? stack[--height] : NONE;
         }
-#ifndef WITHOUT_IS_RICH
         if (HAS_INSTANCES && (leaves || entered != NONE)) {
             instance = entered;
             local = ray;
@@ -278,7 +271,6 @@ Hit traverse(Ray ray, float t_max, bool any_hit) {
             shear = shear_of(local.direction);
             inverse = inverse_direction(local);
         }
-#endif
     }
     return hit;
 }

@@ -4,7 +4,7 @@
 //
 // Kernels that follow paths are built in two ways. The plain one counts invocations that were
 // ended early; the host then discards what they have done and turns to the other one
-// (IS_RESUMABLE, src/path_pass.rs). That one asks after every segment. A segment that was ended
+// (IS_RESUMABLE, src/render/path_pass.rs). That one asks after every segment. A segment that was ended
 // early does not count: the invocation keeps the path as it was before it and is UNFINISHED,
 // and another dispatch (`resumed`) goes on with all rounds there are. If the dispatch has not
 // finished a single segment, it is STUCK, and is given a workgroup to itself: of `spread`
@@ -19,3 +19,8 @@ bool interrupted(uint two) {
     }
     return rounds < two;
 }
+
+// What is next for an invocation that follows paths.
+export const uint FINISHED = 0u;   // nothing
+export const uint UNFINISHED = 1u; // another dispatch
+export const uint STUCK = 2u;      // a dispatch in which it is alone in its workgroup

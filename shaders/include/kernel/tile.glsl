@@ -1,7 +1,9 @@
 // Invocations by pixels: those of a subgroup take a compact block of the image, so that they
 // meet the same surfaces.
+#include "scene/constants.glsl"
 
-const uint TILE_BITS = 3u; // 8 x 8 pixels
+// Pixels along an edge of a tile.
+export const uint TILE = 8u;
 
 // Every second bit of a number of up to six bits.
 uint even_bits(uint x) {
@@ -12,14 +14,14 @@ uint even_bits(uint x) {
 
 // Invocations that take the pixels of an image: whole tiles.
 uint invocations_by_tile(uint width, uint height) {
-    return ((width + 7u) >> TILE_BITS) * ((height + 7u) >> TILE_BITS) << (2u * TILE_BITS);
+    return ((width + TILE - 1u) / TILE) * ((height + TILE - 1u) / TILE) * (TILE * TILE);
 }
 
 // The pixel of an invocation, or NONE: by tiles along rows, in each along a Z curve.
 uint pixel_of(uint invocation, uint width, uint height) {
-    uint tiles = (width + 7u) >> TILE_BITS;
-    uint tile = invocation >> (2u * TILE_BITS);
-    uint x = ((tile % tiles) << TILE_BITS) + even_bits(invocation);
-    uint y = ((tile / tiles) << TILE_BITS) + even_bits(invocation >> 1u);
+    uint tiles = (width + TILE - 1u) / TILE;
+    uint tile = invocation / (TILE * TILE);
+    uint x = (tile % tiles) * TILE + even_bits(invocation);
+    uint y = (tile / tiles) * TILE + even_bits(invocation >> 1u);
     return x < width && y < height ? y * width + x : NONE;
 }

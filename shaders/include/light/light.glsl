@@ -1,5 +1,17 @@
 // Light sources: radiance they emit, directions to them, photons from them.
+#include "geometry/contact.glsl"
+#include "geometry/quadric.glsl"
+#include "geometry/surface.glsl"
+#include "geometry/surface_point.glsl"
+#include "kernel/invocation.glsl"
 #include "light/light_image.glsl"
+#include "material/texture.glsl"
+#include "math/sampling.glsl"
+#include "scene/constants.glsl"
+#include "scene/features.glsl"
+#include "scene/lights.glsl"
+#include "scene/primitives.glsl"
+#include "scene/scene.glsl"
 
 struct LightSample {
     vec3 target;   // the end of the shadow ray, offset from the light's own surface
@@ -39,11 +51,9 @@ float spot_falloff(Light light, vec3 w) {
 
 // Radiance of a point of an area light.
 vec3 surface_radiance(Light light, Surface surface) {
-#ifndef WITHOUT_HAS_TEXTURES
     if (HAS_IMAGE_EMITTERS) {
         return light.emission * textured(light.image, vec3(1.0), surface);
     }
-#endif
     return light.emission;
 }
 

@@ -1,6 +1,9 @@
 // Images of lights: colours by direction, and directions by the power that comes from them.
 // src/octahedral.rs and src/scene/light_image.rs have the conventions.
 #include "math/equal_area.glsl"
+#include "math/sampling.glsl"
+#include "scene/lights.glsl"
+#include "scene/scene.glsl"
 
 // A place in an image by the power that comes through it.
 struct ImageSample {
@@ -9,27 +12,6 @@ struct ImageSample {
     float pdf;      // solid angle
 };
 
-#ifdef WITHOUT_IS_RICH
-vec3 octahedral_color(LightImage image, vec3 w) {
-    return vec3(0.0);
-}
-
-float octahedral_pdf(LightImage image, vec3 color) {
-    return 0.0;
-}
-
-vec3 projected_color(LightImage image, vec3 w) {
-    return vec3(0.0);
-}
-
-ImageSample sample_octahedral(LightImage image, vec2 u) {
-    return ImageSample(vec3(0.0), vec3(0.0), 1.0);
-}
-
-ImageSample sample_projection(LightImage image, vec2 u) {
-    return ImageSample(vec3(0.0), vec3(0.0), 1.0);
-}
-#else
 float mean_of_channels(vec3 color) {
     return (color.x + color.y + color.z) / 3.0;
 }
@@ -127,4 +109,3 @@ ImageSample sample_projection(LightImage image, vec2 u) {
     float pdf = mean_of_channels(color) * cubes / (area * image.average);
     return ImageSample(from_image(image, normalize(to)), color, pdf);
 }
-#endif

@@ -1,7 +1,6 @@
 // A photon's weight on a visible point, added by many photons at once.
-// The kernel binds counters.
+#include "kernel/counters.glsl"
 #include "lookup/flux_sums.glsl"
-#include "lookup/disc.glsl"
 
 // The low word of a sum was `before`: what is to be added to the high one.
 uint carried(uint before, uvec2 fixed_point) {

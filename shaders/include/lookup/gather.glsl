@@ -1,7 +1,6 @@
 // What a visible point gathers from photons: sums of fixed-point weights, and their number.
-// The kernel binds counters.
+#include "kernel/counters.glsl"
 #include "lookup/flux_sums.glsl"
-#include "lookup/disc.glsl"
 
 struct Gathered {
     uvec3 low; // red, green, blue

@@ -1,7 +1,11 @@
 // The hash grid over photons.
+#include "scene/features.glsl"
 
-// Width of a cell, in diameters of the largest disc.
-layout(constant_id = 21) const float CELL_SCALE = 1.0;
+// A cell of the hash grid over photons.
+struct Cell {
+    uint first; // into grid_photons
+    uint count; // photons in the cell
+};
 
 float cell_size(uint max_radius2) {
     // Below this, coordinates in cells would pass what fp32 can tell apart.

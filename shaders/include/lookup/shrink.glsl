@@ -4,6 +4,7 @@
 // were found, N = alpha * found. With counts that are exact, N does not drift. After a million
 // iterations the radius changes by a few roundings a step, so the product of the steps keeps
 // what rounding leaves out of it (Kahan 1965).
+#include "lookup/records.glsl"
 
 void shrink_radius(inout PixelState state, uint count, float alpha) {
     float found = float(count);

@@ -1,4 +1,9 @@
 // What rough surfaces do with light from a given direction: bsdf.glsl samples the same.
+#include "material/bsdf.glsl"
+#include "material/fresnel.glsl"
+#include "material/microfacet.glsl"
+#include "scene/features.glsl"
+#include "scene/materials.glsl"
 
 Response respond_conductor(Material material, vec3 wo, vec3 wi) {
     vec3 m;

@@ -6,16 +6,10 @@
 // way through the coat keeps,
 //   bsdf = e(wo) e(wi) albedo / (pi eta^2 (1 - albedo * sent_back)),
 // exact where the boundary is smooth. A photon that is recorded there has e(wi) already.
+#include "material/fresnel.glsl"
+#include "scene/features.glsl"
+#include "scene/materials.glsl"
 
-#ifdef WITHOUT_IS_RICH
-float entering(Material material, float cos_i) {
-    return 1.0;
-}
-
-Material choose_lobe(Material material, float cos_o, inout float u) {
-    return material;
-}
-#else
 // What light keeps on its way through a coat from a direction; cosines are outside.
 float through_coat(Material material, float cos_o) {
     float cos_t;
@@ -80,4 +74,3 @@ Material choose_lobe(Material material, float cos_o, inout float u) {
     }
     return material;
 }
-#endif

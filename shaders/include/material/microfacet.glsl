@@ -1,6 +1,8 @@
 // Rough surfaces: microfacets of the distribution GGX. Directions are in a frame with z along
 // the normal; wo is above. Walter and others 2007; Heitz, "Understanding the Masking-Shadowing
 // Function", JCGT 2014.
+#include "math/sampling.glsl"
+#include "scene/features.glsl"
 
 struct Frame {
     vec3 s; // along the tangent
@@ -47,15 +49,6 @@ float facet_hiding(vec3 w, vec2 alpha) {
     return 0.5 * (sqrt(1.0 + dot(slope, slope)) - 1.0);
 }
 
-#ifdef WITHOUT_IS_RICH
-vec3 sample_facet(vec3 wo, vec2 alpha, vec2 u) {
-    return vec3(0.0, 0.0, 1.0);
-}
-
-float facets_seen(vec3 wo, vec3 wi, vec2 alpha) {
-    return 1.0;
-}
-#else
 // A facet's normal with pdf proportional to what wo sees of it (Dupuy and Benyoub, "Sampling
 // Visible GGX Normals with Spherical Caps", 2023).
 vec3 sample_facet(vec3 wo, vec2 alpha, vec2 u) {
@@ -73,7 +66,6 @@ float facets_seen(vec3 wo, vec3 wi, vec2 alpha) {
     float hidden = facet_hiding(wo, alpha);
     return (1.0 + hidden) / (1.0 + hidden + facet_hiding(wi, alpha));
 }
-#endif
 
 // What a surface does with light from a direction.
 struct Response {

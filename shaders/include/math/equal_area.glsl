@@ -1,7 +1,6 @@
-#ifndef EQUAL_AREA
-#define EQUAL_AREA
 // The sphere on the unit square, by equal areas: Clarberg 2008, in pbrt's orientation. The
 // upper half is the diamond in the middle, the corners are the lower half folded out.
+#include "math/sampling.glsl"
 
 // Unit length, for a point of the square.
 vec3 equal_area_direction(vec2 place) {
@@ -26,4 +25,3 @@ vec2 wrap_equal_area(vec2 place) {
     }
     return place;
 }
-#endif

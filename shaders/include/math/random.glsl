@@ -5,8 +5,7 @@
 // with a shuffled index for each pair (Burley, "Practical Hash-based Owen
 // Scrambling", JCGT 2020). Later ones are hashed (Jarzynski and Olano, "Hash
 // Functions for GPU Rendering", JCGT 2020).
-
-layout(constant_id = 20) const uint LOW_DISCREPANCY_PAIRS = 8u;
+#include "scene/features.glsl"
 
 // The numbers of one path.
 struct Random {

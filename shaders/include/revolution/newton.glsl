@@ -11,6 +11,14 @@
 // squares; what a division leaves has the errors of the roots before it; a start may run to
 // another root or to none; and a horizontal ray has no height to eliminate. Nothing here
 // mends that. revolution.glsl is the solver that renders.
+#include "geometry/contact.glsl"
+#include "geometry/hit.glsl"
+#include "geometry/quadric.glsl"
+#include "kernel/invocation.glsl"
+#include "scene/features.glsl"
+#include "scene/primitives.glsl"
+#include "scene/revolutions.glsl"
+#include "scene/scene.glsl"
 
 // Steps of Newton's method, at most.
 const int NEWTON_STEPS = 16;

@@ -13,6 +13,12 @@
 // equation over an interval has a simple bound. An interval is halved until it is certain
 // to hold no root or just one, which a bracketed Newton then finds. The two domains overlap
 // a little: a root at their border is found twice rather than missed.
+#include "geometry/contact.glsl"
+#include "kernel/invocation.glsl"
+#include "revolution/ray.glsl"
+#include "revolution/rings.glsl"
+#include "scene/features.glsl"
+#include "scene/scene.glsl"
 
 // |equation| up to this is a root where an interval ends, so that none slips between two
 // pieces; a few roundings of coordinates up to 1.
@@ -25,8 +31,6 @@ const float SMALLEST_CHANGE = 6.0e-7;
 const float SMALLEST_INTERVAL = 1.0e-6;
 // Rounding moves the ends of pieces by less than this along a ray's height.
 const float HEIGHT_SLACK = 1.0e-6;
-// A ray that rises by less keeps its height.
-const float SMALLEST_RISE = 1.0e-15;
 // More are never needed; no ray must hang the device.
 const uint MAX_STEPS = 1024u;
 const uint MAX_ROUNDS = 24u;
@@ -45,24 +49,6 @@ struct Profile {
 struct ProfilePoint {
     vec2 p;
     vec2 d;
-};
-
-// A ray about its closest approach to a body's centre, in the body's unit space.
-struct RevolutionRay {
-    uint body;      // index into revolutions
-    Ray whole;      // in the space that the body stands in
-    float size;     // length of the ray's direction before it was made a unit vector
-    vec3 p;
-    vec3 d;         // of unit length
-    float t_offset; // ray parameter of p; another point's is t_offset + k / size
-    float a;        // |d.xy|^2
-    float root_a;
-    float inverse_a;
-    float b;        // p.xy . d.xy
-    float closest;  // k of the closest approach to the axis
-    float moment;   // |p.xy x d.xy|
-    float inverse;  // of d.z, or of next to nothing
-    float border;   // the radius up to which A is solved, and from which on B
 };
 
 Profile load_profile(uint piece) {
@@ -166,56 +152,6 @@ vec2 polish(RevolutionRay ray, ProfilePoint point, float x, float k) {
     vec2 step = vec2(radial * by_k.y - by_k.x * axial, by_x.x * axial - radial * by_x.y) / determinant;
     return all(lessThan(abs(step), vec2(MAX_POLISH))) ? vec2(x, k) + step : vec2(x, k);
 }
-
-// What rounding takes from products a * b, exactly (Dekker 1971), with or without fused
-// multiplication and addition.
-vec3 product_error(vec3 a, float b, vec3 product) {
-    precise vec3 a_big = 4097.0 * a;
-    precise vec3 a_high = a_big - (a_big - a);
-    precise vec3 a_low = a - a_high;
-    precise float b_big = 4097.0 * b;
-    precise float b_high = b_big - (b_big - b);
-    precise float b_low = b - b_high;
-    precise vec3 error = ((a_high * b_high - product) + a_high * b_low + a_low * b_high) + a_low * b_low;
-    return error;
-}
-
-RevolutionRay revolution_ray(uint body, Ray world) {
-    vec3 o = transform_point(revolutions_at(body).unit_from_render, world.origin);
-    vec3 d = transform_vector(revolutions_at(body).unit_from_render, world.direction);
-    RevolutionRay ray;
-    ray.body = body;
-    ray.whole = world;
-    ray.size = length(d);
-    ray.t_offset = -dot(o, d) / dot(d, d);
-    // A far origin must not cost digits: neither the product nor a unit vector's rounding may
-    // be multiplied by its distance.
-    precise vec3 way = ray.t_offset * d;
-    precise vec3 p = (o + way) + product_error(d, ray.t_offset, way);
-    ray.p = p;
-    ray.d = d / ray.size;
-    // Squares of less would be nothing.
-    ray.d.xy = dot(ray.d.xy, ray.d.xy) < 1.0e-24 ? vec2(0.0) : ray.d.xy;
-    ray.d.z = abs(ray.d.z) < SMALLEST_RISE ? 0.0 : ray.d.z;
-    ray.a = dot(ray.d.xy, ray.d.xy);
-    ray.root_a = sqrt(ray.a);
-    ray.inverse_a = ray.a > 0.0 ? 1.0 / ray.a : 0.0;
-    ray.b = dot(ray.p.xy, ray.d.xy);
-    ray.moment = abs(ray.p.x * ray.d.y - ray.p.y * ray.d.x);
-    ray.closest = -ray.b * ray.inverse_a;
-    ray.inverse = 1.0 / (ray.d.z == 0.0 ? SMALLEST_RISE : ray.d.z);
-    // The hyperbola's slope is 1 there. A ray that is steeper everywhere has A alone.
-    float rest = ray.a - ray.d.z * ray.d.z;
-    ray.border = rest > 0.0 ? ray.moment * inversesqrt(rest) : INFINITY_T;
-    return ray;
-}
-
-// Where a ray parameter is, from the closest approach and as a length.
-float k_of(RevolutionRay ray, float t) {
-    return (t - ray.t_offset) * ray.size;
-}
-
-#include "revolution/rings.glsl"
 
 bool inside(vec2 range, float x) {
     return (x - range.x) * (x - range.y) <= 0.0; // false for no number
@@ -364,13 +300,9 @@ vec2 find_root(Profile profile, RevolutionRay ray, Search search) {
     return polish(ray, point, x, e.k);
 }
 
-// Whether a ray may meet a body at x of its profile: at parameter t, which is k from p.
-#ifdef WITHOUT_HAS_CONTACTS
-bool may_meet_profile(Profile profile, RevolutionRay ray, float x, float k, float t) {
-    return true;
-}
-#else
-bool may_meet_profile(Profile profile, RevolutionRay ray, float x, float k, float t) {
+// Whether a ray may meet a body at x of its profile, by the order of contact: at parameter t, which is
+// k from p.
+bool may_meet_contact(Profile profile, RevolutionRay ray, float x, float k, float t) {
     vec2 q = fma(vec2(k), ray.d.xy, ray.p.xy);
     vec2 slope = profile_direction(profile, evaluate(profile, x));
     // Of the direction and the outer normal, times the distance from the axis.
@@ -379,7 +311,13 @@ bool may_meet_profile(Profile profile, RevolutionRay ray, float x, float k, floa
     bool is_free = ray.whole.begin == 0.0 && ray.whole.otherwise == 0.0; // t_min alone bounds it
     return is_free || may_meet(ray.whole, revolutions_at(ray.body).material, leaves, t);
 }
-#endif
+
+bool may_meet_profile(Profile profile, RevolutionRay ray, float x, float k, float t) {
+    if (HAS_CONTACTS) {
+        return may_meet_contact(profile, ray, x, k, t);
+    }
+    return true;
+}
 
 // The nearest hit with t_min < t < t_max on some pieces that the ray may meet; with any_hit, some hit. hit_x is where
 // on the profile of hit_piece.

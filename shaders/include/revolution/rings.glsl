@@ -1,4 +1,8 @@
 // Which pieces of a body of revolution a ray may meet: by the rings that they turn in.
+#include "kernel/invocation.glsl"
+#include "revolution/ray.glsl"
+#include "scene/revolutions.glsl"
+#include "scene/scene.glsl"
 
 // A ray's stretch between two parameters, as rings see it.
 struct RingRay {

@@ -6,16 +6,13 @@ use goblet_host::{Buffer, Device, Frame, Pass};
 use super::deposit;
 use crate::kernels::{
     Cell, GatherGrid, GatherGridPush, GridCount, GridCountPush, GridFill, GridFillPush, GridPlace, GridReserve,
-    GridReservePush, Specialization,
+    GridReservePush, POINTS, Specialization,
 };
 use crate::render::buffers::{Buffers, invocations_by_tile};
 use crate::render::counters::Tally;
 use crate::render::iteration::Stage;
 use crate::render::pacing::Pace;
 use crate::render::renderer::RenderError;
-
-/// Pixels of an invocation that gathers.
-const POINTS: u64 = 2;
 
 /// A hash grid, and the passes that build and use it.
 pub struct HashGrid {
@@ -43,7 +40,7 @@ impl HashGrid {
         let cells = device.buffer("cells", photons.len().next_power_of_two())?;
         let grid_filled = device.buffer("grid_filled", 1)?;
         let grid_photons = &device.texels("grid_photons", photons.len())?;
-        let places = &device.buffer::<GridPlace>("places", buffers.most_by_tile / POINTS)?;
+        let places = &device.buffer::<GridPlace>("places", buffers.most_by_tile / u64::from(POINTS))?;
         macro_rules! pass {
             ($($kernel:tt)*) => { device.pass(&$($kernel)*, specialization, workgroup_size)? };
         }
@@ -96,6 +93,6 @@ impl HashGrid {
 
         let [width, height] = on.settings.resolution;
         let push = |offset, resumed| GatherGridPush { width, height, cell_mask, resumed, offset, two: 2 };
-        deposit(on, ("gather_grid", &self.gather), invocations_by_tile([width, height]) / POINTS, pace, push)
+        deposit(on, ("gather_grid", &self.gather), invocations_by_tile([width, height]) / u64::from(POINTS), pace, push)
     }
 }

@@ -43,7 +43,7 @@ fn normals_that_are_none_leave_the_triangle_its_own() {
         let turned = before == "ReverseOrientation";
         for bad in ["nan nan nan", "0 inf 0", "-nan(ind) 0 1", "NaN 0 1"] {
             let packed = pack_with([bad, "0 0 -1", "0 0 -1"], before);
-            assert!(packed.triangle_normals.is_empty() && !packed.specialization.has_shading_normals, "{bad}");
+            assert!(packed.arrays.triangle_normals.is_empty() && !packed.features.has_shading_normals, "{bad}");
             let [a, b, c] =
                 [packed.triangles[0].p0, packed.triangles[0].p1, packed.triangles[0].p2].map(DVec3::from_f32);
             assert_eq!((b - a).cross(c - a).z < 0.0, turned, "{bad} after {before:?}");
