@@ -215,9 +215,7 @@ impl Module {
             let (opcode, operands) = match opcode {
                 op::SPEC_CONSTANT_TRUE => (boolean(given != Some(0)), operands.to_vec()),
                 op::SPEC_CONSTANT_FALSE => (boolean(given.is_some_and(|value| value != 0)), operands.to_vec()),
-                op::SPEC_CONSTANT => {
-                    (op::CONSTANT, vec![operands[0], operands[1], given.unwrap_or(operands[2])])
-                }
+                op::SPEC_CONSTANT => (op::CONSTANT, vec![operands[0], operands[1], given.unwrap_or(operands[2])]),
                 _ => continue,
             };
             *instruction = Instruction::new(opcode, &operands);
@@ -404,7 +402,11 @@ impl Function {
             }
             others.extend(rest.iter().filter(|word| variables.contains_key(word)));
         }
-        variables.into_iter().filter(|(id, _)| !others.contains(id)).filter_map(|(id, held)| Some((id, held?))).collect()
+        variables
+            .into_iter()
+            .filter(|(id, _)| !others.contains(id))
+            .filter_map(|(id, held)| Some((id, held?)))
+            .collect()
     }
 
     /// Makes jumps of branches on known conditions, and removes the blocks that are not reached.

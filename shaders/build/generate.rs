@@ -125,9 +125,14 @@ fn scene(kernels: &[Kernel]) -> Result<Vec<scene::Array>> {
             shared.insert(binding.binding, scene::Array { binding: binding.clone(), declared: declared.clone() });
         }
     }
-    let declared = kernels.iter().map(|kernel| kernel.source.arrays.iter().filter(|array| array.part.is_some()).count());
+    let declared =
+        kernels.iter().map(|kernel| kernel.source.arrays.iter().filter(|array| array.part.is_some()).count());
     let bound = shared.values().filter(|array| array.declared.part.is_some()).count();
-    if declared.max() == Some(bound) { Ok(shared.into_values().collect()) } else { Err("no kernel reads some array of scene.glsl".into()) }
+    if declared.max() == Some(bound) {
+        Ok(shared.into_values().collect())
+    } else {
+        Err("no kernel reads some array of scene.glsl".into())
+    }
 }
 
 /// What a device needs to run all kernels.
@@ -158,7 +163,11 @@ fn array_type(binding: &Binding) -> String {
 /// A field for an array that is bound.
 fn write_field(out: &mut String, binding: &Binding, doc: &str) -> Result<()> {
     let of = format!("Of `{}`.", binding.element);
-    if doc.is_empty() { writeln!(out, "    /// {of}")? } else { write_doc(out, 1, doc)? }
+    if doc.is_empty() {
+        writeln!(out, "    /// {of}")?
+    } else {
+        write_doc(out, 1, doc)?
+    }
     writeln!(out, "    pub {}: &'a {},", binding.name, array_type(binding))?;
     Ok(())
 }

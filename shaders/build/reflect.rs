@@ -70,9 +70,7 @@ pub fn reflect(name: &str, spirv: &[u8], source: &Source) -> Result<Reflected> {
                 let resource = Resource::Buffer;
                 kernel.bindings.push(Binding { set: place.group, binding: place.binding, name, element, resource });
             }
-            AddressSpace::Handle => {
-                kernel.bindings.push(texel_array(&module, variable, source, &mut kernel.structs)?)
-            }
+            AddressSpace::Handle => kernel.bindings.push(texel_array(&module, variable, source, &mut kernel.structs)?),
             AddressSpace::Immediate => {
                 let mut push = gpu_struct(&module, variable.ty, &mut kernel.structs)?;
                 push.name = format!("{}Push", crate::generate::camel_case(name));

@@ -207,7 +207,11 @@ impl Reader {
             }
             Block::None => {
                 next = opening(code, &doc, is_own);
-                if matches!(next, Block::Features(_)) { String::new() } else { self.declaration(line, code, doc, is_scene, is_own)? }
+                if matches!(next, Block::Features(_)) {
+                    String::new()
+                } else {
+                    self.declaration(line, code, doc, is_scene, is_own)?
+                }
             }
         };
         self.body += &out;
@@ -233,7 +237,8 @@ impl Reader {
     fn declaration(&mut self, line: &str, code: &str, doc: String, is_scene: bool, is_own: bool) -> Result<String> {
         if let Some(constant) = code.strip_prefix("export ") {
             let value = constant.strip_prefix("const uint ").and_then(|rest| rest.strip_suffix("u;"));
-            let (name, value) = value.and_then(|rest| rest.split_once(" = ")).ok_or("write `export const uint NAME = 1u;`")?;
+            let (name, value) =
+                value.and_then(|rest| rest.split_once(" = ")).ok_or("write `export const uint NAME = 1u;`")?;
             let (name, value) = (name.to_owned(), value.to_owned());
             self.source.constants.push(Constant { name, value, doc, is_own });
             return Ok(constant.to_owned());

@@ -33,7 +33,7 @@
 
 // Where an invocation of the eye pass has got to: a path that has met no diffuse surface yet.
 struct EyePlace {
-    vec3 origin;
+    vec3 origin; // of the path's next ray, render units
     float index; // of the medium, over the camera's
     vec3 direction;  // of that ray
     float travelled; // length so far
@@ -61,9 +61,9 @@ layout(push_constant) uniform Push {
     uint half_of_rounds; // 0 or 1
     uint paths;          // of a pixel
     uint offset;  // of this dispatch's invocations
-    uint resumed; // these three: see interruption.glsl
-    uint spread;
-    uint two; // 2
+    uint resumed; // 1 to go on from places: interruption.glsl
+    uint spread; // of this number of invocations one works: interruption.glsl
+    uint two; // 2: interruption.glsl
 };
 
 // Pairs of random numbers of an eye path. Scattering takes one per bounce from PAIR_LOBE; where

@@ -37,12 +37,12 @@ TEXELS(PhotonRecord, grid_photons)
 UPDATED_BUFFER(GridPlace, places) // of invocations that go on
 
 layout(push_constant) uniform Push {
-    uint width;
-    uint height;
-    uint cell_mask;
+    uint width; // pixels in a row
+    uint height; // rows
+    uint cell_mask; // cells of the table, less 1
     uint resumed; // 1 to go on from `places`
     uint offset;  // of this dispatch's invocations
-    uint two;     // 2, see interruption.glsl
+    uint two; // 2: interruption.glsl
 };
 
 // Rounds of loops in one dispatch: below the 65,535 that llvmpipe allows an invocation.

@@ -22,12 +22,12 @@ TEXELS(TreePoint, tree_points)
 UPDATED_BUFFER(TreePlace, places) // of invocations that go on
 
 layout(push_constant) uniform Push {
-    uint recorded;
-    uint stride;
-    uint node_count;
+    uint recorded; // number of photons
+    uint stride; // an invocation takes every stride-th photon
+    uint node_count; // nodes of the tree
     uint resumed; // 1 to go on from `places`
     uint offset;  // of this dispatch's invocations
-    uint two;     // 2, see interruption.glsl
+    uint two; // 2: interruption.glsl
 };
 
 // Nodes that a lane takes to find its next point in reach before the others add theirs.

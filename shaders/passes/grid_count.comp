@@ -11,8 +11,8 @@ VALUE(uint, max_radius2)
 UPDATED_BUFFER(Cell, cells)
 
 layout(push_constant) uniform Push {
-    uint recorded;
-    uint cell_mask;
+    uint recorded; // number of photons
+    uint cell_mask; // cells of the table, less 1
 };
 
 void main() {

@@ -14,8 +14,8 @@ UPDATED_BUFFER(Cell, cells)
 STORED_TEXELS(PhotonRecord, grid_photons)
 
 layout(push_constant) uniform Push {
-    uint recorded;
-    uint cell_mask;
+    uint recorded; // number of photons
+    uint cell_mask; // cells of the table, less 1
 };
 
 void main() {

@@ -9,7 +9,7 @@ UPDATED_VALUE(uint, grid_filled) // entries handed out
 UPDATED_BUFFER(Cell, cells)
 
 layout(push_constant) uniform Push {
-    uint cell_count;
+    uint cell_count; // cells of the table
 };
 
 void main() {

@@ -42,18 +42,18 @@ STORED_TEXELS(PhotonRecord, photons)
 UPDATED_BUFFER(PhotonPlace, places) // of invocations that go on
 
 layout(push_constant) uniform Push {
-    uint before_low;     // photons before this iteration that are of its stream, 64 bits
-    uint before_high;
+    uint before_low; // photons of its stream before this iteration: low word
+    uint before_high; // high word of that number
     uint half_of_rounds; // 0 or 1
     uint stream;         // photons of different streams are independent of each other
-    uint first;       // photons first .. end of the iteration, stride apart
-    uint end;
-    uint stride;
+    uint first; // first photon of the dispatch
+    uint end; // end of the iteration's photons
+    uint stride; // an invocation takes every stride-th photon
     uint capacity;    // of photons
     uint offset;      // of this dispatch's invocations
-    uint resumed;     // these two: see interruption.glsl
-    uint spread;
-    uint two;         // 2, see interruption.glsl
+    uint resumed; // 1 to go on from places: interruption.glsl
+    uint spread; // of this number of invocations one works: interruption.glsl
+    uint two; // 2: interruption.glsl
 };
 
 // Pairs of random numbers of a photon path: emission takes the first three, each bounce

@@ -15,10 +15,10 @@ UPDATED_TEXELS(PixelState, pixel_states)
 UPDATED_VALUE(uint, max_radius2) // bits of a float
 
 layout(push_constant) uniform Push {
-    uint pixel_count;
-    float per_length;   // first radius over path length ..
-    float least;        // .. and its bounds
-    float most;
+    uint pixel_count; // pixels
+    float per_length; // first radius over path length
+    float least; // least first radius, render units
+    float most; // most first radius, render units
     float shrink;       // of the squared radius, for all pixels
     uint first;         // 1 if a pixel's statistics begin here
 };

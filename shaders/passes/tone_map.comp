@@ -20,7 +20,7 @@ layout(push_constant) uniform Push {
     vec2 origin;    // of the image, in pixels of the window
     vec2 per_pixel; // pixels of the image per pixel of the window
     float exposure; // factor
-    uint curve;
+    uint curve; // CURVE_LINEAR, ..
     uint bgra;      // 1 if blue is the lowest byte
     uint pad;
 };

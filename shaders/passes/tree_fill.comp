@@ -13,7 +13,7 @@ BUFFER(uint, tree_nodes) // pixel, axis
 STORED_TEXELS(TreePoint, tree_points)
 
 layout(push_constant) uniform Push {
-    uint node_count;
+    uint node_count; // nodes of the tree
 };
 
 void main() {

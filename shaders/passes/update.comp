@@ -29,7 +29,7 @@ UPDATED_TEXELS(uvec4, sum_second) // luminance of the second half
 
 layout(push_constant) uniform Push {
     vec3 luminance;      // what each channel adds to it
-    uint pixel_count;
+    uint pixel_count; // pixels
     float alpha;         // share of an iteration's photons that is kept
     float per_unit;      // one over the unit of the sums, m^2 sr/W
     float flux_scale;    // mean flux of a photon over pi and the unit

@@ -11,7 +11,9 @@ use super::stats::count;
 use super::{Failure, InfoArgs, terminal};
 use crate::gpu_scene::camera::pack_camera;
 use crate::gpu_scene::pack::{PackedScene, pack};
-use crate::kernels::{AREA, Constant, DISTANT, GONIOMETRIC, INFINITE, POINT, PROJECTION, PassFeatures, SKY, SPOT, Specialization};
+use crate::kernels::{
+    AREA, Constant, DISTANT, GONIOMETRIC, INFINITE, POINT, PROJECTION, PassFeatures, SKY, SPOT, Specialization,
+};
 use crate::render::buffers::Sizes;
 use crate::render::options::{Options, Resolved};
 use crate::render::renderer::RenderError;
@@ -153,7 +155,10 @@ impl Contents {
                 render: options.features(&resolved),
                 pass: PassFeatures { is_resumable: false },
             }),
-            memory: Memory { scene: packed.arrays.bytes(), buffers: Sizes::new(resolution, photons, max_depth).bytes() },
+            memory: Memory {
+                scene: packed.arrays.bytes(),
+                buffers: Sizes::new(resolution, photons, max_depth).bytes(),
+            },
         })
     }
 }

@@ -38,11 +38,8 @@ impl Identity {
         options: &Options,
         resolved: &Resolved,
     ) -> Self {
-        let parts = [
-            (PARTS[0], shapes(packed)),
-            (PARTS[1], digest(&packed.arrays.materials())),
-            (PARTS[2], lights(packed)),
-        ];
+        let parts =
+            [(PARTS[0], shapes(packed)), (PARTS[1], digest(&packed.arrays.materials())), (PARTS[2], lights(packed))];
         let mut identity = Self(parts.into_iter().map(|(name, value)| (name.to_owned(), value)).collect());
         identity.set_view(scene, view, options, resolved);
         identity

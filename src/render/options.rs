@@ -2,9 +2,9 @@
 
 use std::ops::RangeInclusive;
 
-use crate::kernels::RenderFeatures;
 use crate::gpu_scene::pack::RevolutionSolver;
 use crate::image::film::Window;
+use crate::kernels::RenderFeatures;
 use crate::render::radius::RadiusSchedule;
 use crate::render::renderer::RenderError;
 use crate::render::sequence::{Sequence, Shard};

@@ -15,9 +15,7 @@ use crate::gpu_scene::pack::{PackError, RenderSpace, RevolutionSolver, pack};
 use crate::image::estimate::{Estimate, Sum};
 use crate::image::file;
 use crate::image::film::Image;
-use crate::kernels::{
-    MaterialFeatures, PassFeatures, PixelState, REQUIREMENTS, SceneFeatures, Specialization,
-};
+use crate::kernels::{MaterialFeatures, PassFeatures, PixelState, REQUIREMENTS, SceneFeatures, Specialization};
 use crate::render::buffers::{Buffers, Sizes};
 use crate::render::checkpoint::{Checkpoint, CheckpointError, MadeBy};
 use crate::render::counters::Tally;

@@ -267,7 +267,10 @@ fn disks_emit_evenly_from_what_their_cuts_leave() {
         let (inner2, phi_max64) = (f64::from(inner_radius).powi(2), f64::from(phi_max));
         let area = 0.5 * phi_max64 * (1.0 - inner2) * normal.length();
         let shape = Quadric { light: 0, inner_radius, phi_max, flipped, ..quadric(&transform) };
-        let emitted = emit(&lone(area_light(DISK, area), World::of(SceneArrays { quadrics: vec![shape], ..SceneArrays::default() })));
+        let emitted = emit(&lone(
+            area_light(DISK, area),
+            World::of(SceneArrays { quadrics: vec![shape], ..SceneArrays::default() }),
+        ));
         assert_power(&emitted, PI * area, 1e-5, "disk light");
         let inverse = transform.inverse();
         let places = emitted.iter().map(|photon| {
@@ -309,7 +312,10 @@ fn spheres_emit_by_area_whatever_their_transform() {
         [(similarity, [-1.0_f32, 1.0], TAU as f32), (skewed(), [-1.0, 1.0], TAU as f32), (skewed(), [-0.5, 0.75], 4.0)]
     {
         let shape = Quadric { light: 0, z_min: z[0], z_max: z[1], phi_max, ..quadric(&transform) };
-        let emitted = emit(&lone(area_light(SPHERE, 0.0), World::of(SceneArrays { quadrics: vec![shape], ..SceneArrays::default() })));
+        let emitted = emit(&lone(
+            area_light(SPHERE, 0.0),
+            World::of(SceneArrays { quadrics: vec![shape], ..SceneArrays::default() }),
+        ));
         let cofactors = transform.matrix3.determinant().abs() * transform.matrix3.inverse().transpose();
         let (area, exact) = area_moments(&transform, cofactors, z.map(f64::from), phi_max.into());
         assert_power(&emitted, PI * area, 2e-4, "sphere light");

@@ -4,7 +4,9 @@
 use glam::{DAffine3, DMat3, DVec3};
 
 use crate::bench::{Bench, EPS, Rng, double, single};
-use crate::generated::{Arrival, DISK, Departure, KIND_SHIFT, LeaveSurfaces, Quadric, SPHERE, SceneArrays, TRIANGLE, Triangle};
+use crate::generated::{
+    Arrival, DISK, Departure, KIND_SHIFT, LeaveSurfaces, Quadric, SPHERE, SceneArrays, TRIANGLE, Triangle,
+};
 use crate::world::{World, affine, quadric, triangle};
 
 const COUNT: usize = 300_000;

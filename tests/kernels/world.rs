@@ -3,15 +3,15 @@
 use std::ops::{Deref, DerefMut};
 use std::path::Path;
 
-use bytemuck::Zeroable;
-use goblet::RevolutionSolver;
-use goblet::gpu_scene::pack;
-use goblet::scene::Scene;
 use crate::bench::Bench;
 use crate::generated::{
     BvhPair, COUNT_SHIFT, GpuScene, MAX_LEAF_COUNT, Material, NONE, Quadric, SPHERE, SceneArrays, SceneInfo, Triangle,
 };
+use bytemuck::Zeroable;
 use glam::{DAffine3, DMat3, DVec3};
+use goblet::RevolutionSolver;
+use goblet::gpu_scene::pack;
+use goblet::scene::Scene;
 
 /// Set 0 on the host.
 #[derive(Clone)]

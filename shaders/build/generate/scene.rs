@@ -3,9 +3,9 @@
 use std::fmt::Write;
 
 use super::{array_type, write_doc, write_field};
+use crate::Result;
 use crate::reflect::{Binding, Resource};
 use crate::source::{self, Part};
-use crate::Result;
 
 /// An array of the scene.
 pub struct Array {
@@ -66,8 +66,12 @@ fn write_upload(out: &mut String, packed: &[&Array], given: &[&Array]) -> Result
     let upload = |array: &Array| if array.binding.resource == Resource::Buffer { "upload" } else { "upload_texels" };
     writeln!(out, "    /// Copies the arrays to a device.\n    ///\n    /// # Errors")?;
     writeln!(out, "    /// Out of device memory, or an array is larger than the device can bind.")?;
-    let values: String = given.iter().map(|Array { binding, .. }| format!(", {}: &{}", binding.name, binding.element)).collect();
-    writeln!(out, "    pub fn upload(&self, device: &goblet_host::Device{values}) -> goblet_host::Result<GpuScene> {{")?;
+    let values: String =
+        given.iter().map(|Array { binding, .. }| format!(", {}: &{}", binding.name, binding.element)).collect();
+    writeln!(
+        out,
+        "    pub fn upload(&self, device: &goblet_host::Device{values}) -> goblet_host::Result<GpuScene> {{"
+    )?;
     writeln!(out, "        Ok(GpuScene {{")?;
     for array in given {
         let name = &array.binding.name;

@@ -9,9 +9,9 @@
 
 // Of shapes, lights, and textures: src/gpu_scene/pack.rs.
 FEATURES SceneFeatures {
-    bool HAS_TRIANGLES = true;
-    bool HAS_SPHERES = true;
-    bool HAS_DISKS = true;
+    bool HAS_TRIANGLES = true;          // surfaces that are triangles
+    bool HAS_SPHERES = true;            // surfaces that are spheres
+    bool HAS_DISKS = true;              // surfaces that are disks
     bool HAS_CUT_SPHERES = true;        // quadrics of which a part is cut away
     bool HAS_REVOLUTIONS = true;        // bodies of revolution
     bool HAS_QUADRICS = true;           // spheres or disks
@@ -25,34 +25,34 @@ FEATURES SceneFeatures {
     uint FLAT_TRIANGLES = 0u;           // triangles of a flat scene
     uint FLAT_QUADRICS = 0u;            // quadrics of a flat scene
     uint FLAT_REVOLUTIONS = 0u;         // bodies of revolution of a flat scene
-    bool HAS_SPOT_LIGHTS = true;
-    bool HAS_DISTANT_LIGHTS = true;
+    bool HAS_SPOT_LIGHTS = true;        // points with a cone
+    bool HAS_DISTANT_LIGHTS = true;     // parallel light
     bool HAS_INFINITE_LIGHTS = true;    // constant ones or skies
-    bool HAS_AREA_LIGHTS = true;
+    bool HAS_AREA_LIGHTS = true;        // primitives that emit
     bool HAS_SKIES = true;              // infinite lights of an image
-    bool HAS_GONIOMETRIC_LIGHTS = true;
-    bool HAS_PROJECTION_LIGHTS = true;
+    bool HAS_GONIOMETRIC_LIGHTS = true; // points whose intensity is an image
+    bool HAS_PROJECTION_LIGHTS = true;  // points that project an image
     bool HAS_LOCATABLE_LIGHTS = true;   // any light but constant infinite ones
     bool HAS_HITTABLE_LIGHTS = true;    // area or infinite lights
-    bool HAS_TRIANGLE_LIGHTS = true;
-    bool HAS_SPHERE_LIGHTS = true;
-    bool HAS_DISK_LIGHTS = true;
-    bool HAS_REVOLUTION_LIGHTS = true;
-    bool HAS_TEXTURES = true;
+    bool HAS_TRIANGLE_LIGHTS = true;    // triangles that emit
+    bool HAS_SPHERE_LIGHTS = true;      // spheres that emit
+    bool HAS_DISK_LIGHTS = true;        // disks that emit
+    bool HAS_REVOLUTION_LIGHTS = true;  // bodies of revolution that emit
+    bool HAS_TEXTURES = true;           // values that vary over surfaces
     bool HAS_ALPHA = true;              // surfaces that are cut away in part, by a texture
     bool HAS_IMAGE_EMITTERS = true;     // area lights with a texture
-    bool HAS_IMAGE_TEXTURES = true;
+    bool HAS_IMAGE_TEXTURES = true;     // textures that are images
     bool HAS_TEXTURE_TREES = true;      // textures of more than one node
 };
 
 // Of materials: src/gpu_scene/pack/material.rs.
 FEATURES MaterialFeatures {
-    bool HAS_CONDUCTORS = true;
-    bool HAS_DIELECTRICS = true;
+    bool HAS_CONDUCTORS = true;         // metals, coated ones too
+    bool HAS_DIELECTRICS = true;        // bodies of glass or of a liquid
     bool HAS_THIN = false;              // panes of glass without thickness
-    bool HAS_COATS = false;
-    bool HAS_DIFFUSE_TRANSMISSION = false;
-    bool HAS_MIXES = false;
+    bool HAS_COATS = false;             // coated Lambertian surfaces or metals
+    bool HAS_DIFFUSE_TRANSMISSION = false;// surfaces that are Lambertian on both sides
+    bool HAS_MIXES = false;             // materials that are one of two by chance
     bool HAS_LAYERS = false;            // materials of several lobes: coats, mixes, diffuse transmission
     bool HAS_SPECULAR = true;           // any lobe that is not Lambertian
     bool HAS_ROUGH = false;             // conductors, dielectrics or coats that are rough

@@ -255,7 +255,10 @@ mod tests {
             PLACES.iter().map(|place| format!("AttributeBegin\n{place}\n{SHAPES}AttributeEnd\n")).collect();
         let b = packed(&copies);
         assert_eq!((a.arrays.instances.len(), a.arrays.triangles.len(), a.arrays.quadrics.len()), (0, 3, 3));
-        assert_eq!(bytemuck::cast_slice::<_, u8>(&a.arrays.triangles), bytemuck::cast_slice::<_, u8>(&b.arrays.triangles));
+        assert_eq!(
+            bytemuck::cast_slice::<_, u8>(&a.arrays.triangles),
+            bytemuck::cast_slice::<_, u8>(&b.arrays.triangles)
+        );
         // A mirror in the instance's transform leaves a sphere's normal as it is, one in the
         // sphere's own turns it.
         let flipped = |packed: &PackedScene| packed.arrays.quadrics.iter().map(|q| q.flipped).collect::<Vec<_>>();

@@ -6,7 +6,9 @@ use glam::{DAffine3, DVec3};
 use goblet_host::{Buffer, Pass};
 
 use crate::bench::{Bench, Rng, double, single};
-use crate::generated::{BodyRay, FindRoots, FoundRoot, GpuScene, HitRevolutions, INDEX_MASK, Met, NONE, SceneFeatures, Specialization};
+use crate::generated::{
+    BodyRay, FindRoots, FoundRoot, GpuScene, HitRevolutions, INDEX_MASK, Met, NONE, SceneFeatures, Specialization,
+};
 use crate::revolution::line::Line;
 use crate::revolution::oracle::Oracle;
 use crate::revolution::profiles::Profile;
