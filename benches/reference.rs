@@ -2,7 +2,6 @@
 //! share as little as they can. `cargo bench --bench reference -- tests/reference/wine-cup.exr`
 
 #[path = "../tests/support/variants.rs"]
-#[allow(dead_code, reason = "shared with the tests")]
 mod variants;
 
 use std::error::Error;

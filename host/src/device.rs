@@ -301,7 +301,10 @@ impl Device {
 
     /// Asks the device how much memory it has and how much of that is free now.
     pub fn memory(&self) -> DeviceMemory {
-        physical::memory(&self.shared.instance.shared.raw, self.shared.physical, self.shared.info.kind)
+        let memory = physical::memory(&self.shared.instance.shared.raw, self.shared.physical, self.shared.info.kind);
+        // Without VK_EXT_memory_budget, a GPU's driver does not count what this process holds.
+        let unheld = memory.total_bytes.saturating_sub(self.allocated_bytes());
+        DeviceMemory { free_bytes: memory.free_bytes.min(unheld), ..memory }
     }
 
     /// Returns the bytes of device memory that buffers and texels hold now.

@@ -10,16 +10,15 @@ use bytemuck::Pod;
 use crate::buffer::{Buffer, RawBuffer};
 use crate::error::{Context, Error, Result};
 use crate::shared::DeviceShared;
+use crate::specialize;
 use crate::texels::{RawTexels, Texels};
 
 /// A kernel with its arrays. Implemented by generated code only.
 pub trait Kernel {
     /// The file stem of its source: its label, its timer and its crash marker.
     const NAME: &'static str;
-    /// Its variants; the first one that fits is compiled.
+    /// Its code, for each workgroup size.
     const CODE: &'static [Code];
-    /// Ids of its specialization constants.
-    const SPECIALIZATION: &'static [u32];
     /// Its push constants.
     type Push: Pod;
     /// Values for its specialization constants.
@@ -28,13 +27,10 @@ pub trait Kernel {
     fn bindings(&self) -> Vec<Binding<'_>>;
 }
 
-/// A variant of a kernel as SPIR-V.
+/// SPIR-V for a workgroup size.
 pub struct Code {
     /// Invocations of a workgroup.
     pub workgroup_size: u32,
-    /// Ids of the specialization constants that must be false for this variant: it lacks the code that needs
-    /// them.
-    pub absent: &'static [u32],
     /// The SPIR-V, as little-endian words.
     pub spirv: &'static [u8],
 }
@@ -214,34 +210,23 @@ impl<Push: Pod> Pass<Push> {
 /// The input of the driver's compiler.
 struct Source {
     words: Vec<u32>,
-    constants: Vec<u8>,
-    entries: Vec<vk::SpecializationMapEntry>,
     layout: vk::PipelineLayout,
 }
 
 impl Source {
     fn new<K: Kernel>(pass: &Pass<K::Push>, specialization: &K::Specialization) -> Result<Self> {
-        let is_false = |id: &u32| specialization.value(*id) == Some([0; 4]);
-        let fits = |code: &&Code| code.workgroup_size == pass.workgroup_size && code.absent.iter().all(is_false);
-        let code = K::CODE.iter().find(fits).ok_or_else(|| Error::Unfit {
+        let code = K::CODE.iter().find(|code| code.workgroup_size == pass.workgroup_size);
+        let code = code.ok_or_else(|| Error::Unfit {
             device: pass.device.info.name.clone(),
             reason: format!("kernel {} was not built for workgroups of {}", K::NAME, pass.workgroup_size),
         })?;
         let word = |word: &[u8]| u32::from_le_bytes([word[0], word[1], word[2], word[3]]);
-        let words = code.spirv.chunks_exact(4).map(word).collect();
-        let mut source = Self { words, constants: Vec::new(), entries: Vec::new(), layout: pass.layout };
-        for id in K::SPECIALIZATION {
-            if let Some(value) = specialization.value(*id) {
-                let offset = source.constants.len() as u32;
-                source.entries.push(vk::SpecializationMapEntry { constant_id: *id, offset, size: 4 });
-                source.constants.extend_from_slice(&value);
-            }
-        }
-        Ok(source)
+        let words: Vec<u32> = code.spirv.chunks_exact(4).map(word).collect();
+        let words = specialize::specialize(&words, |id| specialization.value(id));
+        Ok(Self { words, layout: pass.layout })
     }
 
     fn compile(&self, device: &DeviceShared) -> Result<vk::Pipeline> {
-        let values = vk::SpecializationInfo::default().map_entries(&self.entries).data(&self.constants);
         // SAFETY: the code was compiled and reflected by the build script; the module is
         // destroyed once the pipeline has been made, the pipeline with the pass.
         unsafe {
@@ -250,8 +235,7 @@ impl Source {
             let stage = vk::PipelineShaderStageCreateInfo::default()
                 .stage(vk::ShaderStageFlags::COMPUTE)
                 .module(module)
-                .name(c"main")
-                .specialization_info(&values);
+                .name(c"main");
             let create = [vk::ComputePipelineCreateInfo::default().stage(stage).layout(self.layout)];
             let made = device.raw.create_compute_pipelines(vk::PipelineCache::null(), &create, None);
             device.raw.destroy_shader_module(module, None);

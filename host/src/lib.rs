@@ -23,6 +23,7 @@ mod recording;
 mod shared;
 #[cfg(unix)]
 mod signal;
+mod specialize;
 mod texels;
 mod timing;
 

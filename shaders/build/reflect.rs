@@ -2,29 +2,19 @@
 //!
 //! Whatever naga or a `#[repr(C)]` twin cannot express is an error with a remedy.
 
-use std::collections::BTreeMap;
-use std::error::Error;
-
+use crate::Result;
+use crate::source::Source;
 use crate::texels;
-use naga::{AddressSpace, ArraySize, GlobalVariable, Handle, Literal, Module, Scalar, ScalarKind, Type, TypeInner};
+use naga::{AddressSpace, ArraySize, GlobalVariable, Handle, Module, Scalar, ScalarKind, Type, TypeInner};
 
 /// A kernel as Rust needs to know it.
-pub struct Kernel {
+pub struct Reflected {
     pub name: String,
     pub workgroup_size: [u32; 3],
     pub bindings: Vec<Binding>,
-    pub push: Option<Struct>,
-    pub structs: Vec<Struct>,
-    pub constants: Vec<SpecializationConstant>,
-    /// Sets of constants for whose being false there is smaller code, the smallest first.
-    pub smaller: Vec<Vec<String>>,
-}
-
-impl Kernel {
-    /// Whether it has a specialization constant of this name.
-    pub fn has_constant(&self, name: &str) -> bool {
-        self.constants.iter().any(|constant| constant.name.eq_ignore_ascii_case(name))
-    }
+    /// The block of push constants.
+    pub push: Option<Twin>,
+    pub structs: Vec<Twin>,
 }
 
 /// An array of elements, or one.
@@ -48,36 +38,23 @@ pub enum Resource {
 
 /// A `#[repr(C)]` struct of 4-byte scalars.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Struct {
+pub struct Twin {
     pub name: String,
     pub fields: Vec<(String, String)>,
     pub bytes: u32,
 }
 
-#[derive(Clone, PartialEq)]
-pub struct SpecializationConstant {
-    pub id: u16,
-    pub name: String,
-    pub kind: &'static str,
-    pub default: String,
-}
-
-type Result<T> = std::result::Result<T, Box<dyn Error>>;
-
-/// Reflects one kernel, given the element type of each of its arrays in texels and the text of
-/// types.glsl.
-pub fn reflect(name: &str, spirv: &[u8], elements: &BTreeMap<String, String>, types: &str) -> Result<Kernel> {
+/// Reflects one kernel.
+pub fn reflect(name: &str, spirv: &[u8], source: &Source) -> Result<Reflected> {
     let module = naga::front::spv::parse_u8_slice(spirv, &naga::front::spv::Options::default())
         .map_err(|error| format!("naga cannot read the SPIR-V: {error}; the limits of naga's front end apply: no buffer references, no umulExtended, no combined samplers, no arrays sized by specialization constants, no operations on specialization constants alone"))?;
     let entry = module.entry_points.first().ok_or("there is no main()")?;
-    let mut kernel = Kernel {
+    let mut kernel = Reflected {
         name: name.to_owned(),
         workgroup_size: entry.workgroup_size,
         bindings: Vec::new(),
         push: None,
         structs: Vec::new(),
-        constants: constants(&module)?,
-        smaller: Vec::new(),
     };
     for (_, variable) in module.global_variables.iter() {
         match variable.space {
@@ -93,9 +70,7 @@ pub fn reflect(name: &str, spirv: &[u8], elements: &BTreeMap<String, String>, ty
                 let resource = Resource::Buffer;
                 kernel.bindings.push(Binding { set: place.group, binding: place.binding, name, element, resource });
             }
-            AddressSpace::Handle => {
-                kernel.bindings.push(texel_array(&module, variable, elements, types, &mut kernel.structs)?)
-            }
+            AddressSpace::Handle => kernel.bindings.push(texel_array(&module, variable, source, &mut kernel.structs)?),
             AddressSpace::Immediate => {
                 let mut push = gpu_struct(&module, variable.ty, &mut kernel.structs)?;
                 push.name = format!("{}Push", crate::generate::camel_case(name));
@@ -115,34 +90,33 @@ pub fn reflect(name: &str, spirv: &[u8], elements: &BTreeMap<String, String>, ty
 fn texel_array(
     module: &Module,
     variable: &GlobalVariable,
-    elements: &BTreeMap<String, String>,
-    types: &str,
-    structs: &mut Vec<Struct>,
+    source: &Source,
+    structs: &mut Vec<Twin>,
 ) -> Result<Binding> {
     let name = variable.name.clone().unwrap_or_default();
-    let element = elements
-        .get(&name)
+    let array = source
+        .find_array(&name)
         .ok_or_else(|| format!("{name}: declare images by TEXELS, STORED_TEXELS or UPDATED_TEXELS"))?;
     let place = variable.binding.as_ref().ok_or("texels have no place")?;
     if !matches!(module.types[variable.ty].inner, TypeInner::Image { .. }) {
         return Err(format!("{name} is not an image").into());
     }
     let resource = Resource::Texels;
-    let element = match texels::plain_twin(element) {
+    let element = match texels::plain_twin(&array.element) {
         Some(twin) => twin.to_owned(),
         None => {
-            let twin = texels::twin(element, types)?;
+            let twin = texels::twin(&array.element, source)?;
             if !structs.contains(&twin) {
                 structs.push(twin);
             }
-            element.clone()
+            array.element.clone()
         }
     };
     Ok(Binding { set: place.group, binding: place.binding, name, element, resource })
 }
 
 /// The element type of a block `{ T data[]; }` or `{ T value; }`.
-fn element(module: &Module, ty: Handle<Type>, name: &str, structs: &mut Vec<Struct>) -> Result<String> {
+fn element(module: &Module, ty: Handle<Type>, name: &str, structs: &mut Vec<Twin>) -> Result<String> {
     let TypeInner::Struct { members, .. } = &module.types[ty].inner else {
         return Err(format!("buffer {name} is not a block").into());
     };
@@ -165,7 +139,7 @@ fn element(module: &Module, ty: Handle<Type>, name: &str, structs: &mut Vec<Stru
 }
 
 /// The Rust twin of a type and its size in bytes, noting the structs it needs.
-fn rust_type(module: &Module, ty: Handle<Type>, structs: &mut Vec<Struct>) -> Result<(String, u32)> {
+fn rust_type(module: &Module, ty: Handle<Type>, structs: &mut Vec<Twin>) -> Result<(String, u32)> {
     match module.types[ty].inner {
         TypeInner::Scalar(kind) | TypeInner::Atomic(kind) => Ok((scalar(kind)?.to_owned(), 4)),
         TypeInner::Vector { size, scalar: kind } => {
@@ -195,7 +169,7 @@ fn rust_type(module: &Module, ty: Handle<Type>, structs: &mut Vec<Struct>) -> Re
 }
 
 /// A struct whose std430 layout equals `#[repr(C)]`, or an error that says where to pad.
-fn gpu_struct(module: &Module, ty: Handle<Type>, structs: &mut Vec<Struct>) -> Result<Struct> {
+fn gpu_struct(module: &Module, ty: Handle<Type>, structs: &mut Vec<Twin>) -> Result<Twin> {
     let TypeInner::Struct { members, span } = &module.types[ty].inner else {
         return Err("a push constant is not a block".into());
     };
@@ -216,7 +190,7 @@ fn gpu_struct(module: &Module, ty: Handle<Type>, structs: &mut Vec<Struct>) -> R
             format!("struct {name}: {} bytes of padding at its end; write them as fields", span - offset).into()
         );
     }
-    Ok(Struct { name, fields, bytes: offset })
+    Ok(Twin { name, fields, bytes: offset })
 }
 
 fn scalar(scalar: Scalar) -> Result<&'static str> {
@@ -226,22 +200,4 @@ fn scalar(scalar: Scalar) -> Result<&'static str> {
         (ScalarKind::Sint, 4) => Ok("i32"),
         (kind, width) => Err(format!("{kind:?} of {width} bytes cannot cross to the GPU; use 4-byte scalars").into()),
     }
-}
-
-fn constants(module: &Module) -> Result<Vec<SpecializationConstant>> {
-    let mut constants = Vec::new();
-    for (_, constant) in module.overrides.iter() {
-        let name = constant.name.clone().ok_or("a specialization constant has no name")?;
-        let id = constant.id.ok_or_else(|| format!("{name} has no constant_id"))?;
-        let init = constant.init.map(|handle| &module.global_expressions[handle]);
-        let (kind, default) = match init {
-            Some(naga::Expression::Literal(Literal::Bool(value))) => ("bool", value.to_string()),
-            Some(naga::Expression::Literal(Literal::U32(value))) => ("u32", value.to_string()),
-            Some(naga::Expression::Literal(Literal::I32(value))) => ("i32", value.to_string()),
-            Some(naga::Expression::Literal(Literal::F32(value))) => ("f32", format!("{value:?}")),
-            _ => return Err(format!("specialization constant {name} is not a bool, uint, int or float").into()),
-        };
-        constants.push(SpecializationConstant { id, name: name.to_lowercase(), kind, default });
-    }
-    Ok(constants)
 }

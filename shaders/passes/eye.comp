@@ -9,35 +9,57 @@
 //   the BSDF, 1/sr.
 // Source: Hachisuka and Jensen, "Stochastic Progressive Photon Mapping", 2009, section 3.
 #version 460
-#extension GL_GOOGLE_include_directive : require
+#include "camera/camera.glsl"
+#include "camera/projection.glsl"
+#include "camera/rough_path.glsl"
+#include "geometry/alpha.glsl"
+#include "geometry/contact.glsl"
+#include "geometry/hit.glsl"
+#include "geometry/normal.glsl"
+#include "geometry/quadric.glsl"
+#include "geometry/surface.glsl"
+#include "geometry/surface_point.glsl"
+#include "kernel/counters.glsl"
+#include "kernel/interruption.glsl"
 #include "kernel/invocation.glsl"
-#include "scene/scene.glsl"
+#include "kernel/tile.glsl"
+#include "light/light.glsl"
+#include "lookup/records.glsl"
+#include "material/bsdf.glsl"
+#include "material/layers.glsl"
+#include "material/material.glsl"
 #include "math/random.glsl"
 #include "math/sampling.glsl"
-#include "geometry/intersect.glsl"
-#include "geometry/surface.glsl"
-#include "material/texture.glsl"
-#include "geometry/alpha.glsl"
-#include "material/bsdf.glsl"
-#include "material/glossy.glsl"
-#include "material/material.glsl"
-#include "light/light.glsl"
-#include "camera/rough_path.glsl"
-#include "geometry/normal.glsl"
-#include "camera/projection.glsl"
-#include "camera/filter.glsl"
-#include "kernel/tile.glsl"
-#include "kernel/interruption.glsl"
+#include "scene/constants.glsl"
+#include "scene/features.glsl"
+#include "scene/lights.glsl"
+#include "scene/materials.glsl"
+#include "scene/scene.glsl"
 
-TEXELS(1, 0, Camera, camera)
-TEXELS(1, 6, float, filter_table)
-STORED_TEXELS(1, 1, VisiblePoint, visible_points)
-STORED_TEXELS(1, 3, vec4, visible_throughputs) // BSDF times throughput; w: length of the path, 0 if there is no point
-UPDATED_TEXELS(1, 4, vec4, visible_radiances) // W/(m^2 sr)
-layout(std430, set = 1, binding = 5) buffer CounterBlock { Counters value; } counters;
-#ifndef WITHOUT_IS_RESUMABLE
-layout(std430, set = 1, binding = 8) buffer PlaceBlock { EyePlace data[]; } places; // of invocations that go on
-#endif
+// The path of an invocation that another dispatch goes on with: it has met no diffuse surface yet.
+struct EyePlace {
+    vec3 origin;        // of the path's next ray, render units
+    float medium_eta;   // refractive index of the medium that the path is in, over the camera's
+    vec3 direction;     // of that ray
+    float travelled;    // length of the path so far, render units
+    vec3 throughput;    // of the path so far
+    uint depth;         // segments of the path so far
+    vec3 radiance;      // emission met so far, W/(m^2 sr)
+    uint path;          // number of the path among those of its pixel
+    vec3 last_position; // of the RoughVertex
+    float last_pdf;     // of the RoughVertex
+    uint state;         // FINISHED, UNFINISHED or STUCK
+    float begin;        // of the ray: contact.glsl
+    uint contacts;      // of the ray: contact.glsl
+    uint pad0;
+};
+
+TEXELS(Camera, camera)
+TEXELS(float, filter_table)
+STORED_TEXELS(VisiblePoint, visible_points)
+STORED_TEXELS(vec4, visible_throughputs) // BSDF times throughput; w: length of the path, 0 if there is no point
+UPDATED_TEXELS(vec4, visible_radiances) // W/(m^2 sr)
+UPDATED_BUFFER(EyePlace, places) // of invocations that go on
 
 layout(push_constant) uniform Push {
     uint turn;           // number of the round among those of its half
@@ -218,14 +240,14 @@ EyePath trace_eye_path(inout EyeState start, Random random) {
     path.is_immersed = false;
     EyeState state = start;
     for (; state.depth < scene.max_depth || path.reached > 0.0; state.depth++) {
-#ifndef WITHOUT_IS_RESUMABLE
-        if (interrupted()) {
-            break;
+        if (IS_RESUMABLE) {
+            if (interrupted()) {
+                break;
+            }
+            if (path.reached == 0.0) {
+                start = state;
+            }
         }
-        if (path.reached == 0.0) {
-            start = state;
-        }
-#endif
         Hit hit = intersect(state.ray);
         if (hit.primitive == NONE) {
             meet_infinity(path, state);
@@ -316,17 +338,14 @@ struct Progress {
     vec3 sum;     // radiance of the finished paths
     uint done;    // number of finished paths
     EyePath last; // the last path traced
-#ifndef WITHOUT_IS_RESUMABLE
     EyePlace place; // state of the path to be continued; depth 0 if the next path is to begin
     bool advanced;  // this dispatch has finished a segment
-#endif
 };
 
-#ifndef WITHOUT_IS_RESUMABLE
 EyeState state_of(EyePlace place) {
     Ray ray = saved_ray(place.origin, place.direction, place.begin, place.contacts);
     RoughVertex rough = RoughVertex(place.last_position, place.last_pdf);
-    return EyeState(ray, place.throughput, place.index, place.travelled, rough, place.depth, place.radiance);
+    return EyeState(ray, place.throughput, place.medium_eta, place.travelled, rough, place.depth, place.radiance);
 }
 
 EyePlace place_of(EyeState state) {
@@ -352,50 +371,44 @@ void store_place(uint number, Progress progress) {
     atomicAdd(counters.value.unfinished, place.state == UNFINISHED ? 1u : 0u);
     atomicAdd(counters.value.stuck, place.state == STUCK ? 1u : 0u);
 }
-#endif
 
 // Traces the paths of a pixel that are not done yet.
 void trace_paths(uint pixel, inout Progress progress) {
     uint seed = hash(seed_of_half(scene.seed, half_of_rounds), pixel);
-#ifndef WITHOUT_IS_RESUMABLE
     uint first_depth = progress.place.depth;
-#endif
     [[dont_unroll]] for (uint i = progress.done; i < paths; i++) {
         Random random = Random(seed, turn * paths + i);
         CameraSample camera_sample = sample_camera(pixel, random);
         EyeState start = begin_eye_path(camera_sample.ray);
-#ifndef WITHOUT_IS_RESUMABLE
-        if (progress.place.depth > 0u) {
+        if (IS_RESUMABLE && progress.place.depth > 0u) {
             start = state_of(progress.place);
         }
-#endif
         progress.last = sample_eye_path(start, camera_sample.weight, random);
-#ifndef WITHOUT_IS_RESUMABLE
-        progress.place = place_of(start);
-        if (interrupted()) {
-            break; // the driver ended the last segment early: it does not count
+        if (IS_RESUMABLE) {
+            progress.place = place_of(start);
+            if (interrupted()) {
+                break; // the driver ended the last segment early: it does not count
+            }
+            progress.advanced = true;
+            progress.place.depth = 0u;
         }
-        progress.advanced = true;
-        progress.place.depth = 0u;
-#endif
         count_eye_path(progress.last);
         progress.sum += progress.last.radiance;
         progress.done = i + 1u;
     }
-#ifndef WITHOUT_IS_RESUMABLE
-    progress.advanced = progress.advanced || progress.place.depth != first_depth;
-#endif
+    if (IS_RESUMABLE) {
+        progress.advanced = progress.advanced || progress.place.depth != first_depth;
+    }
 }
 
 void main() {
-    scene = scene_info_at(0u);
     uint number = invocation_index();
-#ifndef WITHOUT_IS_RESUMABLE
-    if (number % spread != 0u) {
-        return; // so that another invocation has the rounds of loops to itself
+    if (IS_RESUMABLE) {
+        if (number % spread != 0u) {
+            return; // so that another invocation has the rounds of loops to itself
+        }
+        number /= spread;
     }
-    number /= spread;
-#endif
     uint pixel = pixel_of(offset + number, camera_at(0u).width, camera_at(0u).height);
     if (pixel == NONE) {
         return;
@@ -404,9 +417,10 @@ void main() {
     progress.sum = vec3(0.0);
     progress.done = 0u;
     progress.last.reached = 0.0;
-#ifndef WITHOUT_IS_RESUMABLE
-    progress.place = place_of(begin_eye_path(free_ray(vec3(0.0), vec3(0.0))));
-    progress.advanced = false;
+    if (IS_RESUMABLE) {
+        progress.place = place_of(begin_eye_path(free_ray(vec3(0.0), vec3(0.0))));
+        progress.advanced = false;
+    }
     if (IS_RESUMABLE && resumed != 0u) {
         progress.place = places.data[number];
         if (progress.place.state != (spread > 1u ? STUCK : UNFINISHED)) {
@@ -415,22 +429,22 @@ void main() {
         progress.sum = visible_radiances_at(pixel).rgb;
         progress.done = progress.place.path;
     }
-#endif
     trace_paths(pixel, progress);
-#ifndef WITHOUT_IS_RESUMABLE
-    if (!progress.advanced && spread > 1u) {
-        cut_path(progress);
+    if (IS_RESUMABLE) {
+        if (!progress.advanced && spread > 1u) {
+            cut_path(progress);
+        }
+        store_place(number, progress);
+        if (progress.done < paths) {
+            store_visible_radiances(pixel, vec4(progress.sum, 0.0));
+            return;
+        }
     }
-    store_place(number, progress);
-    if (progress.done < paths) {
-        store_visible_radiances(pixel, vec4(progress.sum, 0.0));
+    store_pixel(pixel, progress.sum, progress.last);
+    if (IS_RESUMABLE) {
         return;
     }
-#endif
-    store_pixel(pixel, progress.sum, progress.last);
-#ifdef WITHOUT_IS_RESUMABLE
     if (interrupted()) {
         atomicAdd(counters.value.interrupted, 1u);
     }
-#endif
 }

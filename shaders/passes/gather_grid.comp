@@ -10,30 +10,40 @@
 // Units: lengths in render units; flux over the mean flux of a photon, in fixed point (flux.glsl).
 // Source: Hachisuka and Jensen 2009, equation 5; the grid: Teschner and others 2003.
 #version 460
-#extension GL_GOOGLE_include_directive : require
+#include "geometry/normal.glsl"
+#include "kernel/counters.glsl"
+#include "kernel/interruption.glsl"
+#include "kernel/invocation.glsl"
+#include "kernel/tile.glsl"
+#include "lookup/disc.glsl"
+#include "lookup/flux.glsl"
+#include "lookup/gather.glsl"
+#include "lookup/grid.glsl"
+#include "lookup/records.glsl"
+#include "scene/constants.glsl"
 #extension GL_KHR_shader_subgroup_basic : require
 #extension GL_KHR_shader_subgroup_ballot : require
 #extension GL_KHR_shader_subgroup_shuffle : require
-#include "kernel/invocation.glsl"
-#include "scene/types.glsl"
-#include "lookup/grid.glsl"
-#include "geometry/normal.glsl"
-#include "kernel/tile.glsl"
-#include "kernel/interruption.glsl"
 
-TEXELS(1, 0, VisiblePoint, visible_points)
-TEXELS(1, 1, float, visible_radii2)
-layout(std430, set = 1, binding = 2) readonly buffer MaxRadiusBlock { uint value; } max_radius2;
-layout(std430, set = 1, binding = 3) readonly buffer CellBlock { Cell data[]; } cells;
-TEXELS(1, 4, PhotonRecord, grid_photons)
-layout(std430, set = 1, binding = 7) buffer CounterBlock { Counters value; } counters;
-layout(std430, set = 1, binding = 8) buffer PlaceBlock { GridPlace data[]; } places; // of invocations that go on
+// Where an invocation of gather_grid has got to. Those of a subgroup differ in the first
+// only.
+struct GridPlace {
+    uint served; // 1 if its point has met all photons
+    uint cell;   // of the neighbourhood: the first of those that the lanes look up together
+    uint lane;   // whose cell is next
+    uint entry;  // of that cell
+};
 
-#include "lookup/gather.glsl"
+TEXELS(VisiblePoint, visible_points)
+TEXELS(float, visible_radii2)
+VALUE(uint, max_radius2)
+BUFFER(Cell, cells)
+TEXELS(PhotonRecord, grid_photons)
+UPDATED_BUFFER(GridPlace, places) // of invocations that go on
 
 layout(push_constant) uniform Push {
     uint width;     // of the image, pixels
-    uint height;
+    uint height;    // of the image, pixels
     uint cell_mask; // number of cells less 1; the number is a power of two
     uint resumed;   // 1 to go on from `places`
     uint offset;    // first invocation of this dispatch
@@ -73,7 +83,7 @@ vec3 min_over_lanes(vec3 v) {
 }
 
 // Pixels per invocation: each photon that a lane loads is tested against all of them.
-const uint POINTS = 2u;
+export const uint POINTS = 2u;
 const uint ALL_SERVED = (1u << POINTS) - 1u;
 
 // The visible point of one of the invocation's pixels.

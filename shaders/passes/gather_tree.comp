@@ -9,25 +9,26 @@
 // Units: lengths in render units; flux over the mean flux of a photon, in fixed point (flux.glsl).
 // Source: Hachisuka and Jensen 2009, equation 5; the walk: tree.glsl.
 #version 460
-#extension GL_GOOGLE_include_directive : require
-#include "kernel/invocation.glsl"
-#include "scene/types.glsl"
 #include "geometry/normal.glsl"
+#include "kernel/counters.glsl"
 #include "kernel/interruption.glsl"
-#include "lookup/tree.glsl"
-
-TEXELS(1, 0, PhotonRecord, photons)
-layout(std430, set = 1, binding = 2) readonly buffer MaxRadiusBlock { uint value; } max_radius2;
-TEXELS(1, 3, TreePoint, tree_points)
-layout(std430, set = 1, binding = 7) buffer CounterBlock { Counters value; } counters;
-layout(std430, set = 1, binding = 8) buffer PlaceBlock { TreePlace data[]; } places; // of invocations that go on
-
+#include "kernel/invocation.glsl"
 #include "lookup/deposit.glsl"
+#include "lookup/disc.glsl"
+#include "lookup/flux.glsl"
+#include "lookup/records.glsl"
+#include "lookup/tree.glsl"
+#include "scene/constants.glsl"
+
+TEXELS(PhotonRecord, photons)
+VALUE(uint, max_radius2)
+TEXELS(TreePoint, tree_points)
+UPDATED_BUFFER(TreePlace, places) // of invocations that go on
 
 layout(push_constant) uniform Push {
     uint recorded; // number of photons
     uint stride;   // number of invocations
-    uint node_count;
+    uint node_count; // number of nodes of the tree
     uint resumed;  // 1 to go on from `places`
     uint offset;   // first invocation of this dispatch
 };

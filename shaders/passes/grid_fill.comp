@@ -3,15 +3,15 @@
 // Invocations: one per recorded photon.
 // Reads: photons, max_radius2, cells.first. Writes: grid_photons, cells.count (atomic).
 #version 460
-#extension GL_GOOGLE_include_directive : require
 #include "kernel/invocation.glsl"
-#include "scene/types.glsl"
 #include "lookup/grid.glsl"
+#include "lookup/records.glsl"
+#include "scene/constants.glsl"
 
-TEXELS(1, 0, PhotonRecord, photons)
-layout(std430, set = 1, binding = 1) readonly buffer MaxRadiusBlock { uint value; } max_radius2;
-layout(std430, set = 1, binding = 2) buffer CellBlock { Cell data[]; } cells;
-STORED_TEXELS(1, 3, PhotonRecord, grid_photons)
+TEXELS(PhotonRecord, photons)
+VALUE(uint, max_radius2)
+UPDATED_BUFFER(Cell, cells)
+STORED_TEXELS(PhotonRecord, grid_photons)
 
 layout(push_constant) uniform Push {
     uint recorded;  // number of photons

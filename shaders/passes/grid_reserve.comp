@@ -6,15 +6,14 @@
 // One atomic per occupied cell replaces a prefix sum, which would order the ranges by cell: sums of
 // integers are the same in any order.
 #version 460
-#extension GL_GOOGLE_include_directive : require
 #include "kernel/invocation.glsl"
-#include "scene/types.glsl"
+#include "lookup/grid.glsl"
 
-layout(std430, set = 1, binding = 0) buffer FilledBlock { uint value; } grid_filled; // number of entries given away
-layout(std430, set = 1, binding = 1) buffer CellBlock { Cell data[]; } cells;
+UPDATED_VALUE(uint, grid_filled) // number of entries given away
+UPDATED_BUFFER(Cell, cells)
 
 layout(push_constant) uniform Push {
-    uint cell_count;
+    uint cell_count; // cells of the table
 };
 
 void main() {

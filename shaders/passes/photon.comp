@@ -7,35 +7,50 @@
 // Units: lengths in render units; weights are flux over the mean flux of a photon, per channel.
 // Source: Jensen, "Global Illumination using Photon Maps", 1996.
 #version 460
-#extension GL_GOOGLE_include_directive : require
-#include "kernel/invocation.glsl"
-#include "scene/scene.glsl"
-#include "math/random.glsl"
-#include "math/sampling.glsl"
-#include "geometry/intersect.glsl"
-#include "geometry/surface.glsl"
-#include "material/texture.glsl"
 #include "geometry/alpha.glsl"
-#include "material/bsdf.glsl"
-#include "material/material.glsl"
-#include "light/light.glsl"
-#include "light/emission.glsl"
+#include "geometry/contact.glsl"
+#include "geometry/hit.glsl"
 #include "geometry/normal.glsl"
+#include "geometry/surface.glsl"
+#include "geometry/surface_point.glsl"
+#include "kernel/counters.glsl"
 #include "kernel/interruption.glsl"
+#include "kernel/invocation.glsl"
+#include "light/emission.glsl"
+#include "lookup/records.glsl"
+#include "material/bsdf.glsl"
+#include "material/layers.glsl"
+#include "material/material.glsl"
+#include "math/random.glsl"
+#include "scene/constants.glsl"
+#include "scene/features.glsl"
+#include "scene/materials.glsl"
+#include "scene/scene.glsl"
 
-STORED_TEXELS(1, 0, PhotonRecord, photons)
-layout(std430, set = 1, binding = 2) buffer CounterBlock { Counters value; } counters;
-#ifndef WITHOUT_IS_RESUMABLE
-layout(std430, set = 1, binding = 8) buffer PlaceBlock { PhotonPlace data[]; } places; // of invocations that go on
-#endif
+// The path of an invocation that another dispatch goes on with.
+struct PhotonPlace {
+    vec3 origin;      // of the path's next ray, render units
+    float medium_eta; // refractive index of the medium that the path is in, over that where it began
+    vec3 direction;   // of that ray
+    uint depth;       // segments of the path so far
+    vec3 weight;      // flux over the mean flux of a photon, per channel
+    uint photon;      // number of the photon to begin next; the path is that of the one before
+    uint state;       // FINISHED, UNFINISHED or STUCK
+    uint alive;       // 1 if there is a path
+    float begin;      // of the ray: contact.glsl
+    uint contacts;    // of the ray: contact.glsl
+};
+
+STORED_TEXELS(PhotonRecord, photons)
+UPDATED_BUFFER(PhotonPlace, places) // of invocations that go on
 
 layout(push_constant) uniform Push {
-    uint before_low;     // photons of the stream before this iteration, 64 bits
-    uint before_high;
+    uint before_low;     // photons of the stream before this iteration: low word
+    uint before_high;    // high word of that number
     uint half_of_rounds; // 0 or 1
     uint stream;         // number of the stream; photons of different streams are independent
-    uint first;          // photons of the batch: from `first` to below `end`
-    uint end;
+    uint first;          // first photon of the batch
+    uint end;            // photon after the last of the batch
     uint stride;         // number of invocations
     uint capacity;       // of photons, in records
     uint offset;         // first invocation of this dispatch
@@ -93,22 +108,20 @@ const uint ALIVE = 6u;
 struct Segment {
     uint state;       // ALIVE, or how the path ends
     bool is_immersed; // it met a diffuse surface inside a dielectric
-#ifndef WITHOUT_IS_RESUMABLE
-    bool has_record;  // it recorded a photon, stored once the driver is known not to have ended it early
+    bool has_record;  // IS_RESUMABLE: it recorded a photon, stored once it is known to be complete
     PhotonRecord photon;
-#endif
 };
 
 // Records a photon at a diffuse surface.
 void record_photon(inout Segment segment, Surface surface, vec3 wo, vec3 weight) {
     vec3 facing = dot(wo, surface.normal) < 0.0 ? -surface.normal : surface.normal;
     PhotonRecord photon = PhotonRecord(surface.position, pack_normal(facing), weight, 0u);
-#ifdef WITHOUT_IS_RESUMABLE
-    store_record(photon);
-#else
-    segment.photon = photon;
-    segment.has_record = true;
-#endif
+    if (IS_RESUMABLE) {
+        segment.photon = photon;
+        segment.has_record = true;
+    } else {
+        store_record(photon);
+    }
 }
 
 // Largest factor by which a shading normal far from the geometric normal raises a photon's weight.
@@ -211,19 +224,16 @@ Segment trace_segment(inout Path path) {
     Segment segment;
     segment.state = NOT_FINITE;
     segment.is_immersed = false;
-#ifndef WITHOUT_IS_RESUMABLE
     segment.has_record = false;
-#endif
     if (is_finite(path)) {
         segment.state = largest_channel(path.weight) > 0.0 ? advance(path, segment) : ABSORBED;
     }
     return segment;
 }
 
-#ifndef WITHOUT_IS_RESUMABLE
 Path path_of(PhotonPlace place) {
     Ray ray = saved_ray(place.origin, place.direction, place.begin, place.contacts);
-    return Path(ray, place.weight, place.depth, place.index, random_of(place.photon - stride));
+    return Path(ray, place.weight, place.depth, place.medium_eta, random_of(place.photon - stride));
 }
 
 // Goes on from the place of an invocation. Returns false if the invocation has nothing to do in this
@@ -252,7 +262,6 @@ void store_place(uint number, Path path, uint photon, bool alive, bool advanced)
     atomicAdd(counters.value.unfinished, state == UNFINISHED ? 1u : 0u);
     atomicAdd(counters.value.stuck, state == STUCK ? 1u : 0u);
 }
-#endif
 
 void add_counts(uint ends[ALIVE], uint emitted, uint immersed) {
     atomicAdd(counters.value.deposited, ends[DEPOSITED]);
@@ -266,14 +275,13 @@ void add_counts(uint ends[ALIVE], uint emitted, uint immersed) {
 }
 
 void main() {
-    scene = scene_info_at(0u);
     uint number = invocation_index();
-#ifndef WITHOUT_IS_RESUMABLE
-    if (number % spread != 0u) {
-        return; // so that another invocation has the rounds of loops to itself
+    if (IS_RESUMABLE) {
+        if (number % spread != 0u) {
+            return; // so that another invocation has the rounds of loops to itself
+        }
+        number /= spread;
     }
-    number /= spread;
-#endif
     uint invocation = offset + number;
     if (invocation >= stride) {
         return; // other invocations take all photons
@@ -284,27 +292,27 @@ void main() {
     uint immersed = 0u;
     bool alive = false;
     Path path;
-#ifndef WITHOUT_IS_RESUMABLE
-    bool advanced = false; // this dispatch has finished a segment
-    if (IS_RESUMABLE && resumed != 0u && !resume(number, photon, alive, path)) {
-        return;
+    bool advanced = false; // IS_RESUMABLE: this dispatch has finished a segment
+    if (IS_RESUMABLE) {
+        if (resumed != 0u && !resume(number, photon, alive, path)) {
+            return;
+        }
     }
-#endif
     while (alive || photon < end) {
         Path next = path;
         if (!alive) {
             next = start_path(photon);
         }
         Segment segment = trace_segment(next);
-#ifndef WITHOUT_IS_RESUMABLE
-        if (interrupted()) {
-            break; // the driver ended this segment early: it does not count
+        if (IS_RESUMABLE) {
+            if (interrupted()) {
+                break; // the driver ended this segment early: it does not count
+            }
+            advanced = true;
+            if (segment.has_record) {
+                store_record(segment.photon);
+            }
         }
-        advanced = true;
-        if (segment.has_record) {
-            store_record(segment.photon);
-        }
-#endif
         path = next;
         photon += alive ? 0u : stride;
         emitted += alive ? 0u : 1u;
@@ -314,18 +322,19 @@ void main() {
             ends[segment.state]++;
         }
     }
-#ifndef WITHOUT_IS_RESUMABLE
-    if (!advanced && spread > 1u) {
-        cut_path(photon, alive, emitted);
-        ends[TRUNCATED]++;
-        advanced = true;
+    if (IS_RESUMABLE) {
+        if (!advanced && spread > 1u) {
+            cut_path(photon, alive, emitted);
+            ends[TRUNCATED]++;
+            advanced = true;
+        }
+        store_place(number, path, photon, alive, advanced);
     }
-    store_place(number, path, photon, alive, advanced);
-#endif
     add_counts(ends, emitted, immersed);
-#ifdef WITHOUT_IS_RESUMABLE
+    if (IS_RESUMABLE) {
+        return;
+    }
     if (interrupted()) {
         atomicAdd(counters.value.interrupted, 1u);
     }
-#endif
 }

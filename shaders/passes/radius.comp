@@ -8,20 +8,20 @@
 //   is. It then shrinks per pixel (Hachisuka and Jensen 2009, equation 7) or by the same factor for
 //   all pixels (Knaus and Zwicker 2011, equation 15).
 #version 460
-#extension GL_GOOGLE_include_directive : require
 #include "kernel/invocation.glsl"
-#include "scene/types.glsl"
+#include "lookup/records.glsl"
+#include "scene/constants.glsl"
 
-STORED_TEXELS(1, 0, float, visible_radii2) // squared radius; 0 if the pixel has no visible point
-TEXELS(1, 1, vec4, visible_throughputs) // w: length of the eye path
-UPDATED_TEXELS(1, 2, PixelState, pixel_states)
-layout(std430, set = 1, binding = 3) buffer MaxRadiusBlock { uint value; } max_radius2; // bits of a float
+STORED_TEXELS(float, visible_radii2) // squared radius; 0 if the pixel has no visible point
+TEXELS(vec4, visible_throughputs) // w: length of the eye path
+UPDATED_TEXELS(PixelState, pixel_states)
+UPDATED_VALUE(uint, max_radius2) // bits of a float
 
 layout(push_constant) uniform Push {
-    uint pixel_count;
+    uint pixel_count;   // number of pixels
     float per_length;   // first radius over the length of the eye path
-    float least;        // bounds of the first radius, render units
-    float most;
+    float least;        // least first radius, render units
+    float most;         // largest first radius, render units
     float shrink;       // factor of the squared radius, the same for all pixels
     uint first;         // 1 if the pixels' statistics begin with this iteration
 };

@@ -6,12 +6,17 @@
 //
 // The image is interpolated, unless it is shown at one pixel of the window per pixel.
 #version 460
-#extension GL_GOOGLE_include_directive : require
 #include "kernel/invocation.glsl"
-#include "scene/types.glsl"
+#include "scene/constants.glsl"
 
-TEXELS(1, 0, vec4, shown) // linear RGB; w is unused
-layout(std430, set = 1, binding = 1) writeonly buffer PixelBlock { uint data[]; } pixels;
+// How a window shows radiance.
+export const uint CURVE_LINEAR = 0u; // as it is
+export const uint CURVE_SRGB = 1u;   // as a PNG has it
+export const uint CURVE_ACES = 2u;   // by the ACES curve
+export const uint CURVE_AGX = 3u;    // by the AgX curve
+
+TEXELS(vec4, shown) // linear RGB; w is unused
+UPDATED_BUFFER(uint, pixels)
 
 layout(push_constant) uniform Push {
     uvec2 window;   // size, pixels
@@ -21,7 +26,7 @@ layout(push_constant) uniform Push {
     float exposure; // factor of the radiance
     uint curve;     // one of CURVE_*
     uint bgra;      // 1 if blue is the lowest byte of a pixel, 0 if red is
-    uint pad;
+    uint pad;       // unused
 };
 
 // sRGB color of the window around the image.

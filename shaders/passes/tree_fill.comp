@@ -5,17 +5,18 @@
 // Reads: visible_points, visible_radii2, tree_nodes. Writes: tree_points.
 // Units: lengths in render units.
 #version 460
-#extension GL_GOOGLE_include_directive : require
 #include "kernel/invocation.glsl"
-#include "scene/types.glsl"
+#include "lookup/records.glsl"
+#include "lookup/tree.glsl"
+#include "scene/constants.glsl"
 
-TEXELS(1, 0, VisiblePoint, visible_points)
-TEXELS(1, 1, float, visible_radii2)
-layout(std430, set = 1, binding = 2) readonly buffer TreeNodeBlock { uint data[]; } tree_nodes; // pixel, and above it the axis
-STORED_TEXELS(1, 3, TreePoint, tree_points)
+TEXELS(VisiblePoint, visible_points)
+TEXELS(float, visible_radii2)
+BUFFER(uint, tree_nodes) // pixel, and above it the axis
+STORED_TEXELS(TreePoint, tree_points)
 
 layout(push_constant) uniform Push {
-    uint node_count;
+    uint node_count; // nodes of the tree
 };
 
 void main() {

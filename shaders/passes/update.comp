@@ -12,27 +12,28 @@
 //   phi / r^2, each with its own radius, and the image is the mean of the images of its iterations,
 //   however their radii were chosen (Knaus and Zwicker 2011, section 3).
 #version 460
-#extension GL_GOOGLE_include_directive : require
+#include "kernel/counters.glsl"
 #include "kernel/invocation.glsl"
-#include "scene/types.glsl"
-#include "camera/filter.glsl"
+#include "lookup/flux.glsl"
 #include "lookup/flux_sums.glsl"
-#include "math/sum.glsl"
+#include "lookup/records.glsl"
 #include "lookup/shrink.glsl"
+#include "math/sum.glsl"
+#include "scene/constants.glsl"
+#include "scene/features.glsl"
 
-TEXELS(1, 0, float, visible_radii2)
-TEXELS(1, 1, vec4, visible_throughputs)
-TEXELS(1, 2, vec4, visible_radiances)
-UPDATED_TEXELS(1, 5, PixelState, pixel_states)
-UPDATED_TEXELS(1, 6, uvec4, sum_red)
-UPDATED_TEXELS(1, 7, uvec4, sum_green)
-UPDATED_TEXELS(1, 8, uvec4, sum_blue)
-UPDATED_TEXELS(1, 9, uvec4, sum_second) // luminance, second half of the rounds only
-layout(std430, set = 1, binding = 10) buffer CounterBlock { Counters value; } counters;
+TEXELS(float, visible_radii2)
+TEXELS(vec4, visible_throughputs)
+TEXELS(vec4, visible_radiances)
+UPDATED_TEXELS(PixelState, pixel_states)
+UPDATED_TEXELS(uvec4, sum_red)
+UPDATED_TEXELS(uvec4, sum_green)
+UPDATED_TEXELS(uvec4, sum_blue)
+UPDATED_TEXELS(uvec4, sum_second) // luminance, second half of the rounds only
 
 layout(push_constant) uniform Push {
     vec3 luminance;      // luminance of each channel
-    uint pixel_count;
+    uint pixel_count;    // number of pixels
     float alpha;         // share of an iteration's photons that is kept, in (0, 1]
     float per_unit;      // 1 over the unit of the sums, m^2 sr/W
     float flux_scale;    // mean flux of a photon over pi and the unit of the sums

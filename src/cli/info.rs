@@ -11,7 +11,9 @@ use super::stats::count;
 use super::{Failure, InfoArgs, terminal};
 use crate::gpu_scene::camera::pack_camera;
 use crate::gpu_scene::pack::{PackedScene, pack};
-use crate::kernels::{AREA, DISTANT, GONIOMETRIC, INFINITE, POINT, PROJECTION, SKY, SPOT, Specialization};
+use crate::kernels::{
+    AREA, Constant, DISTANT, GONIOMETRIC, INFINITE, POINT, PROJECTION, PassFeatures, SKY, SPOT, Specialization,
+};
 use crate::render::buffers::Sizes;
 use crate::render::error::RenderError;
 use crate::render::memory::MemoryNeed;
@@ -136,7 +138,7 @@ impl Contents {
         let memory = MemoryNeed::new(&packed, &Sizes::new(resolution, photons, max_depth), options.lookup);
         Ok(Self {
             scene: count(scene),
-            bounds: (!packed.primitives.is_empty())
+            bounds: (!packed.arrays.primitives.is_empty())
                 .then(|| Bounds { center: packed.space.center.to_array(), radius: size }),
             light_power: light_power(&packed),
             film: Film::new(&scene.film),
@@ -148,7 +150,13 @@ impl Contents {
                 radius: resolved.radius,
                 seed: resolved.seed,
             },
-            specialization: features(&view.specialize(packed.specialization)),
+            specialization: features(&Specialization {
+                scene: packed.features,
+                material: packed.material_features,
+                camera: view.features(),
+                render: options.features(&resolved),
+                pass: PassFeatures { is_resumable: false },
+            }),
             memory: Memory { scene: memory.scene, buffers: memory.buffers },
         })
     }
@@ -196,7 +204,7 @@ impl Camera {
 fn light_power(packed: &PackedScene) -> BTreeMap<&'static str, f64> {
     let scene_unit = 1.0 / packed.space.scale;
     let mut powers = BTreeMap::new();
-    for light in &packed.lights {
+    for light in &packed.arrays.lights {
         let kind = match light.kind {
             POINT => "point",
             SPOT => "spot",
@@ -216,8 +224,13 @@ fn light_power(packed: &PackedScene) -> BTreeMap<&'static str, f64> {
 
 /// The constants that are neither false nor 0, by their names.
 fn features(specialization: &Specialization) -> BTreeMap<String, Value> {
-    let text = format!("{specialization:#?}");
-    let fields = text.lines().filter_map(|line| line.trim().trim_end_matches(',').split_once(": "));
-    let used = fields.filter(|(_, value)| !["false", "0", "0.0"].contains(value));
-    used.map(|(name, value)| (name.to_owned(), value.parse().unwrap_or(Value::Null))).collect()
+    let used = specialization.values().into_iter().filter_map(|(name, constant)| {
+        let value = match constant {
+            Constant::Flag(value) => value.then_some(Value::Bool(true)),
+            Constant::Number(value) if value.fract() == 0.0 => (value != 0.0).then(|| Value::from(value as u64)),
+            Constant::Number(value) => Some(Value::from(value)),
+        };
+        Some((name.to_owned(), value?))
+    });
+    used.collect()
 }

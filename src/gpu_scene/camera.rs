@@ -5,7 +5,7 @@ use std::f64::consts::PI;
 use glam::DAffine3;
 
 use crate::gpu_scene::pack::rows;
-use crate::kernels::{self, FILTER_CELLS, Specialization};
+use crate::kernels::{self, CameraFeatures, FILTER_CELLS};
 use crate::scene::{Camera, Film, FilterKind, Projection, default_window};
 
 /// Cells of a filter along one axis, of equal chance.
@@ -44,16 +44,13 @@ impl View {
         }
     }
 
-    /// Adds what the kernels need to know.
-    pub fn specialize(&self, others: Specialization) -> Specialization {
-        let is_spherical = matches!(self.projection, Projection::Equirectangular | Projection::EqualArea);
-        Specialization {
+    /// What the camera and its filter require of kernels.
+    pub fn features(&self) -> CameraFeatures {
+        CameraFeatures {
             has_signed_filter: self.filter_table[2 * EDGES..].iter().any(|weight| *weight < 0.0),
-            is_rich: others.is_rich || self.is_parallel() || is_spherical,
             is_orthographic: self.is_parallel(),
-            is_spherical,
+            is_spherical: matches!(self.projection, Projection::Equirectangular | Projection::EqualArea),
             is_equal_area: self.projection == Projection::EqualArea,
-            ..others
         }
     }
 }

@@ -7,4 +7,3 @@ pub(crate) mod camera;
 pub mod pack;
 #[cfg(test)]
 mod tests;
-pub(crate) mod upload;

@@ -11,7 +11,6 @@ mod light;
 mod light_image;
 mod light_range;
 mod material;
-mod memory;
 mod newton;
 mod quadric;
 mod revolution;
@@ -27,8 +26,7 @@ pub use contact::Contacts;
 use contact::Part;
 use instance::Placed;
 use light::light_of;
-use light_range::set_reach;
-pub use light_range::sphere_of_reach;
+use light_range::{set_reach, sphere_of_reach};
 use material::specialize;
 pub use newton::{Envelopes, RevolutionSolver};
 pub use quadric::longest_row;
@@ -40,9 +38,9 @@ use texture::PackedTextures;
 use crate::base::input::OverBudget;
 use crate::gpu_scene::bvh::{self, Bvh};
 use crate::kernels::{
-    self, AREA, AliasEntry, BvhPair, DISK, DISTANT, GONIOMETRIC, INFINITE, Instance, KIND_SHIFT, LightTexel, NONE,
-    NewtonStart, PROJECTION, Quadric, REVOLUTION, Revolution, RevolutionPiece, RevolutionSegment, SKY, SPHERE, SPOT,
-    Specialization, TRIANGLE, TextureNode, Triangle, TriangleNormals, TriangleUvs,
+    self, AREA, AliasEntry, DISK, DISTANT, GONIOMETRIC, INFINITE, Instance, KIND_SHIFT, LightTexel, MaterialFeatures,
+    NONE, NewtonStart, PROJECTION, Quadric, REVOLUTION, Revolution, RevolutionPiece, RevolutionSegment, SKY, SPHERE,
+    SPOT, SceneArrays, SceneFeatures, SceneInfo, TRIANGLE, Triangle, TriangleNormals, TriangleUvs,
 };
 use crate::scene::{AreaLight, Geometry, Input, Mesh, PACKED_LIGHT, PACKED_TRIANGLE, Rgb, Scene, Shape};
 
@@ -94,55 +92,46 @@ const _: () = {
 pub struct PackedScene {
     /// Where render space is.
     pub space: RenderSpace,
-    /// Bounding volume hierarchies; the scene's root is the first pair. None where there is no
-    /// surface.
-    pub bvh_pairs: Vec<BvhPair>,
-    /// Primitive references in the order of the leaves.
-    pub primitives: Vec<u32>,
-    /// Triangles of all meshes.
-    pub triangles: Vec<Triangle>,
-    /// Shading normals of those triangles that have them.
-    pub triangle_normals: Vec<TriangleNormals>,
-    /// Texture coordinates of all triangles, or of none if nothing asks for them.
-    pub triangle_uvs: Vec<TriangleUvs>,
-    /// Nodes of textures.
-    pub texture_nodes: Vec<TextureNode>,
-    /// Texels of images: two in each, of four half floats.
-    pub texture_texels: Vec<[u32; 4]>,
-    /// Spheres and disks.
-    pub quadrics: Vec<Quadric>,
-    /// Bodies of revolution.
-    pub revolutions: Vec<Revolution>,
-    /// The stretches of their profiles.
-    pub revolution_pieces: Vec<RevolutionPiece>,
-    /// Their segments; empty but for the classical solver.
-    pub revolution_segments: Vec<RevolutionSegment>,
-    /// Vertices of the segments' approximations.
-    pub newton_starts: Vec<NewtonStart>,
-    /// Places where objects stand that have hierarchies of their own.
-    pub instances: Vec<Instance>,
-    /// Materials: the scene's, then those of surfaces that are not all there.
-    pub materials: Vec<kernels::Material>,
-    /// Lights: skies first, then others that are no surface, then every emitting primitive.
-    pub lights: Vec<kernels::Light>,
-    /// How many of them are skies.
+    /// The arrays.
+    pub arrays: SceneArrays,
+    /// How many of the lights are skies.
     pub sky_count: u32,
-    /// What lights show that have an image.
-    pub light_images: Vec<kernels::LightImage>,
-    /// Their rows and texels.
-    pub light_texels: Vec<LightTexel>,
-    /// Chooses lights for photons, by power.
-    pub emission_table: Vec<AliasEntry>,
-    /// Chooses lights for next-event estimation.
-    pub direct_table: Vec<AliasEntry>,
     /// Radiance from infinitely far away.
     pub infinite: Rgb,
     /// Power of all lights, mean of channels, W at render scale; 0 where there is none.
     pub mean_power: f64,
-    /// What the kernels are specialised to.
-    pub specialization: Specialization,
+    /// What the scene's shapes and lights require of kernels.
+    pub features: SceneFeatures,
+    /// What its materials require.
+    pub material_features: MaterialFeatures,
     /// Where surfaces of different bodies coincide.
     pub contacts: Contacts,
+}
+
+impl PackedScene {
+    /// What kernels need to know of the scene besides its arrays.
+    pub fn info(&self, max_depth: u32, seed: u32) -> SceneInfo {
+        let (lights_center, lights_reach2) = sphere_of_reach(&self.arrays.lights);
+        SceneInfo {
+            center: [0.0; 3],
+            // Wide enough that rounding leaves nothing outside.
+            radius: (self.space.radius * 1.0001) as f32,
+            infinite: self.infinite.as_vec3().to_array(),
+            mean_power: self.mean_power as f32,
+            emission_count: self.arrays.emission_table.len() as u32,
+            direct_count: self.arrays.direct_table.len() as u32,
+            max_depth,
+            seed,
+            lights_center,
+            lights_reach2,
+            contact_lower: self.contacts.lower,
+            contact_error: self.contacts.error,
+            contact_upper: self.contacts.upper,
+            half_extent: self.space.half_extent.as_vec3().to_array(),
+            sky_count: self.sky_count,
+            pad: 0,
+        }
+    }
 }
 
 /// Mean of channels of the power of all lights, W at render scale: products of radiance,
@@ -175,34 +164,36 @@ pub fn pack(scene: &Scene, solver: RevolutionSolver) -> Result<PackedScene, Pack
     let mean_power: f64 = packer.powers.iter().sum();
     packer.check_brightness(mean_power)?;
     let (emission_table, direct_table) = packer.choose_lights();
-    let specialization =
-        Specialization { has_contacts: contacts.exist(), ..packer.specialization(scene, &direct_table) };
+    let features = packer.features(scene, &direct_table, contacts.exist());
     Ok(PackedScene {
         space,
-        bvh_pairs: bvh.pairs,
-        primitives: bvh.primitives,
-        materials: packer.materials,
-        emission_table,
-        direct_table,
+        sky_count: packer.sky_count,
         infinite: packer.infinite,
         mean_power,
-        specialization,
+        features,
+        material_features: specialize(&packer.materials),
         contacts,
-        triangles: packer.triangles,
-        triangle_normals: packer.triangle_normals,
-        triangle_uvs: packer.triangle_uvs,
-        texture_nodes: packer.textures.nodes,
-        texture_texels: packer.textures.texels,
-        quadrics: packer.quadrics,
-        revolutions: packer.revolutions,
-        revolution_pieces: packer.revolution_pieces,
-        revolution_segments: packer.revolution_segments,
-        newton_starts: packer.newton_starts,
-        instances: packer.instances,
-        lights: packer.lights,
-        sky_count: packer.sky_count,
-        light_images: packer.light_images,
-        light_texels: packer.light_texels,
+        arrays: SceneArrays {
+            bvh_pairs: bvh.pairs,
+            primitives: bvh.primitives,
+            triangles: packer.triangles,
+            triangle_normals: packer.triangle_normals,
+            triangle_uvs: packer.triangle_uvs,
+            quadrics: packer.quadrics,
+            revolutions: packer.revolutions,
+            revolution_pieces: packer.revolution_pieces,
+            instances: packer.instances,
+            revolution_segments: packer.revolution_segments,
+            newton_starts: packer.newton_starts,
+            materials: packer.materials,
+            texture_nodes: packer.textures.nodes,
+            texture_texels: packer.textures.texels,
+            lights: packer.lights,
+            light_images: packer.light_images,
+            light_texels: packer.light_texels,
+            emission_table,
+            direct_table,
+        },
     })
 }
 
@@ -387,7 +378,7 @@ impl Packer {
         }
     }
 
-    fn specialization(&self, scene: &Scene, direct_table: &[AliasEntry]) -> Specialization {
+    fn features(&self, scene: &Scene, direct_table: &[AliasEntry], has_contacts: bool) -> SceneFeatures {
         let has_light = |kind| self.lights.iter().any(|light| light.kind == kind);
         let shines = |kind| self.lights.iter().any(|light| light.kind == AREA && light.primitive >> KIND_SHIFT == kind);
         let has_kind = |kind| self.references.iter().any(|reference| reference >> KIND_SHIFT == kind);
@@ -404,10 +395,8 @@ impl Packer {
                 // Without a hierarchy, every primitive is tested.
                 && !self.has_invisible;
         let flat = |count: usize| if is_flat && !is_empty { count as u32 } else { 0 };
-        let of_materials = specialize(&self.materials);
-        let has_light_images = !self.light_images.is_empty();
-        Specialization {
-            is_rich: of_materials.is_rich || has_light_images || !self.instances.is_empty(),
+        SceneFeatures {
+            has_contacts,
             has_triangles: has_kind(TRIANGLE),
             has_spheres: has_kind(SPHERE),
             has_disks: has_kind(DISK),
@@ -442,7 +431,6 @@ impl Packer {
             has_texture_trees: self.textures.has_trees(),
             has_alpha: self.materials.iter().any(|material| material.alpha_texture != NONE),
             has_image_emitters: self.lights.iter().any(|light| light.image != NONE),
-            ..of_materials
         }
     }
 }

@@ -1,9 +1,8 @@
 //! An image in progress: exact sums over iterations, their mean, and an estimate of its error.
 
 use crate::image::film::{Image, LUMINANCE, Window};
+use crate::kernels::FRACTION_BITS;
 
-/// Sums are in units of 2^-56 of [`Estimate::unit`]: `shaders/include/math/sum.glsl`.
-const FRACTION_BITS: i32 = 56;
 /// Relative errors of pixels that are darker than this share of the image's median luminance weigh less.
 const DARK: f64 = 0.1;
 
@@ -32,7 +31,7 @@ pub struct Estimate {
 /// Returns a sum in multiples of [`Estimate::unit`], as the nearest f64.
 fn in_units(sum: Sum) -> f64 {
     let bits = sum.iter().rev().fold(0u128, |bits, word| bits << 32 | u128::from(*word));
-    bits.cast_signed() as f64 * f64::from(-FRACTION_BITS).exp2()
+    bits.cast_signed() as f64 * (-f64::from(FRACTION_BITS)).exp2()
 }
 
 fn add(sum: &mut Sum, other: Sum) {

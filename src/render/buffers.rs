@@ -5,13 +5,10 @@ use goblet_host::{Device, Frame, Texels};
 
 use crate::gpu_scene::camera::View;
 use crate::image::estimate::Sum;
-use crate::kernels::{Camera, Counters, PhotonRecord, PixelState, VisiblePoint};
+use crate::kernels::{Camera, Counters, PhotonRecord, PixelState, TILE, VisiblePoint};
 
 /// The most photons that one batch can record: 32 MiB.
 const MAX_RECORDED: u64 = 1 << 20;
-
-/// Pixels along an edge of the tiles by which invocations take pixels: `tile.glsl`.
-const TILE: u32 = 8;
 
 /// Declares a struct of device arrays, with `allocate` and `bytes` for given [`Sizes`]. A
 /// `Buffer` is an array of words, `Texels` one that kernels load as an image.

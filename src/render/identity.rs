@@ -38,14 +38,8 @@ impl Identity {
         options: &Options,
         resolved: &Resolved,
     ) -> Self {
-        let parts = [
-            (PARTS[0], shapes(packed)),
-            (
-                PARTS[1],
-                digest(&[bytes(&packed.materials), bytes(&packed.texture_nodes), bytes(&packed.texture_texels)]),
-            ),
-            (PARTS[2], lights(packed)),
-        ];
+        let parts =
+            [(PARTS[0], shapes(packed)), (PARTS[1], digest(&packed.arrays.materials())), (PARTS[2], lights(packed))];
         let mut identity = Self(parts.into_iter().map(|(name, value)| (name.to_owned(), value)).collect());
         identity.set_view(scene, view, options, resolved);
         identity
@@ -105,24 +99,16 @@ fn digest(arrays: &[&[u8]]) -> String {
 }
 
 fn lights(scene: &PackedScene) -> String {
-    digest(&[
-        bytes(&scene.lights),
-        bytes(&[scene.infinite.to_array()]),
-        bytes(&scene.light_images),
-        bytes(&scene.light_texels),
-    ])
+    let mut arrays = scene.arrays.lights();
+    let infinite = [scene.infinite.to_array()];
+    // Behind the lights themselves, which are the first array.
+    arrays.insert(1, bytes(&infinite));
+    digest(&arrays)
 }
 
 fn shapes(scene: &PackedScene) -> String {
+    let mut arrays = scene.arrays.shapes();
     let space = [scene.space.center.x, scene.space.center.y, scene.space.center.z, scene.space.scale];
-    digest(&[
-        bytes(&scene.triangles),
-        bytes(&scene.triangle_normals),
-        bytes(&scene.triangle_uvs),
-        bytes(&scene.quadrics),
-        bytes(&scene.revolutions),
-        bytes(&scene.revolution_pieces),
-        bytes(&scene.instances),
-        bytes(&space),
-    ])
+    arrays.push(bytes(&space));
+    digest(&arrays)
 }

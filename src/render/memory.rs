@@ -20,7 +20,7 @@ pub struct MemoryNeed {
 impl MemoryNeed {
     /// Memory of a render of these sizes.
     pub fn new(scene: &PackedScene, sizes: &Sizes, lookup: LookupKind) -> Self {
-        Self { scene: scene.bytes(), buffers: Buffers::bytes(sizes) + Lookup::bytes(lookup, sizes) }
+        Self { scene: scene.arrays.bytes(), buffers: Buffers::bytes(sizes) + Lookup::bytes(lookup, sizes) }
     }
 
     /// Bytes of both.

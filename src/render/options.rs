@@ -7,6 +7,7 @@ pub(crate) mod values;
 use crate::base::names::named;
 use crate::gpu_scene::pack::RevolutionSolver;
 use crate::image::film::Window;
+use crate::kernels::RenderFeatures;
 use crate::render::error::RenderError;
 use crate::render::radius::RadiusSchedule;
 use crate::render::sequence::{Sequence, Shard};
@@ -170,6 +171,15 @@ pub(crate) struct Resolved {
 impl Options {
     /// Workgroup sizes that kernels are built for.
     pub const WORKGROUP_SIZES: [u32; 3] = [32, 64, 128];
+
+    /// What the options require of kernels.
+    pub(crate) fn features(&self, resolved: &Resolved) -> RenderFeatures {
+        RenderFeatures {
+            direct_nee: self.direct == DirectLight::Nee,
+            low_discrepancy_pairs: self.sampler.low_discrepancy_pairs(),
+            cell_scale: resolved.cell_scale as f32,
+        }
+    }
 
     /// Widths of the hash grid's cells, in diameters of the largest disc.
     pub const CELL_SCALES: [f64; 2] = [0.25, 8.0];

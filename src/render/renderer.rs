@@ -12,11 +12,10 @@ use goblet_host::{Device, DeviceKind};
 use crate::base::room;
 use crate::gpu_scene::camera::{View, pack_camera};
 use crate::gpu_scene::pack::{RenderSpace, RevolutionSolver, pack};
-use crate::gpu_scene::upload::GpuScene;
 use crate::image::estimate::{Estimate, Sum};
 use crate::image::file;
 use crate::image::film::Image;
-use crate::kernels::{PixelState, Specialization};
+use crate::kernels::{MaterialFeatures, PassFeatures, PixelState, SceneFeatures, Specialization};
 use crate::render::buffers::{Buffers, Sizes};
 use crate::render::checkpoint::{Checkpoint, CheckpointError, MadeBy};
 use crate::render::counters::Tally;
@@ -24,7 +23,7 @@ use crate::render::error::RenderError;
 use crate::render::identity::Identity;
 use crate::render::iteration;
 use crate::render::memory::MemoryNeed;
-use crate::render::options::{DirectLight, LookupKind, Options, Resolved};
+use crate::render::options::{LookupKind, Options, Resolved};
 use crate::render::pacing::Schedule;
 use crate::render::passes::Passes;
 use crate::render::progress::Progress;
@@ -67,7 +66,8 @@ struct Base {
     space: RenderSpace,
     mean_power: f64,
     has_surfaces: bool,
-    specialization: Specialization,
+    features: SceneFeatures,
+    material_features: MaterialFeatures,
     is_plane: bool,
 }
 
@@ -92,10 +92,11 @@ impl Base {
     fn compiled(&self, device: &Device, options: &Options, resolved: &Resolved, view: &View) -> Compiled {
         Compiled {
             specialization: Specialization {
-                direct_nee: options.direct == DirectLight::Nee,
-                low_discrepancy_pairs: options.sampler.low_discrepancy_pairs(),
-                cell_scale: resolved.cell_scale as f32,
-                ..view.specialize(self.specialization)
+                scene: self.features,
+                material: self.material_features,
+                camera: view.features(),
+                render: options.features(resolved),
+                pass: PassFeatures { is_resumable: false },
             },
             // The grid's points look at photons together. Trees ask for no more than any device has.
             lookup: if device.info().has_shuffle { options.lookup } else { LookupKind::KdTree },
@@ -156,8 +157,9 @@ impl Renderer {
         let base = Base {
             space: packed.space,
             mean_power: packed.mean_power,
-            has_surfaces: !packed.primitives.is_empty(),
-            specialization: packed.specialization,
+            has_surfaces: !packed.arrays.primitives.is_empty(),
+            features: packed.features,
+            material_features: packed.material_features,
             is_plane: scene.is_plane(),
         };
         let (resolved, view) = base.resolve(scene, options)?;
@@ -169,7 +171,7 @@ impl Renderer {
         // Drivers and compilers end the process where the host has no memory left.
         let on_host = if device.info().kind == DeviceKind::Cpu { memory.total() } else { 0 };
         room::check("a render of this size", on_host + file::host_bytes(resolved.resolution))?;
-        let gpu_scene = GpuScene::new(&device, &packed, resolved.max_depth, resolved.seed)?;
+        let gpu_scene = packed.arrays.upload(&device, &packed.info(resolved.max_depth, resolved.seed))?;
         let buffers = Buffers::new(&device, &sizes, &view)?;
         let build_time = start.elapsed();
 

@@ -163,6 +163,6 @@ fn arrays(screen: &Screen, size: [u32; 2]) -> Result<Arrays> {
     let shown = device.texels("shown", width * height)?;
     let pixels = device.buffer("pixels", width * height)?;
     let kernel = ToneMap { shown: &shown, pixels: &pixels };
-    let pass = device.pass(&kernel, &Specialization::default(), WORKGROUP_SIZE)?;
+    let pass = device.pass(&kernel, &Specialization::DECLARED, WORKGROUP_SIZE)?;
     Ok((shown, pixels, pass))
 }

@@ -1,12 +1,11 @@
 // add_sums: adds pairs of 128-bit sums.
 #version 460
-#extension GL_GOOGLE_include_directive : require
 #include "kernel/invocation.glsl"
 #include "math/sum.glsl"
 
-layout(std430, set = 1, binding = 0) readonly buffer LeftBlock { uvec4 data[]; } left;
-layout(std430, set = 1, binding = 1) readonly buffer RightBlock { uvec4 data[]; } right;
-layout(std430, set = 1, binding = 2) buffer TotalBlock { uvec4 data[]; } totals;
+BUFFER(uvec4, left)
+BUFFER(uvec4, right)
+UPDATED_BUFFER(uvec4, totals)
 
 void main() {
     uint i = invocation_index();

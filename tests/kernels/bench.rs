@@ -55,7 +55,7 @@ impl Bench {
     where
         K: Kernel<Push = (), Specialization = Specialization>,
     {
-        self.run_specialized(kernel, &Specialization::default(), invocations);
+        self.run_specialized(kernel, &Specialization::DECLARED, invocations);
     }
 
     /// The same for a scene that has other things.

@@ -1,14 +1,12 @@
 // cross_instances: traces rays to surfaces through the hierarchy, and second rays that leave from there.
 #version 460
-#extension GL_GOOGLE_include_directive : require
-#include "kernel/invocation.glsl"
-#include "scene/scene.glsl"
-#include "math/random.glsl"
-#include "math/sampling.glsl"
-#include "geometry/intersect.glsl"
-#include "geometry/surface.glsl"
-#include "material/texture.glsl"
 #include "geometry/alpha.glsl"
+#include "geometry/contact.glsl"
+#include "geometry/hit.glsl"
+#include "geometry/surface.glsl"
+#include "geometry/surface_point.glsl"
+#include "kernel/invocation.glsl"
+#include "scene/constants.glsl"
 
 struct CrossingRay {
     vec3 origin;
@@ -28,8 +26,8 @@ struct Crossing {
     float t_again; // of the second ray, on the side of the surface's normal; negative if none
 };
 
-layout(std430, set = 1, binding = 0) readonly buffer RayBlock { CrossingRay data[]; } rays;
-layout(std430, set = 1, binding = 1) buffer CrossingBlock { Crossing data[]; } crossings;
+BUFFER(CrossingRay, rays)
+UPDATED_BUFFER(Crossing, crossings)
 
 void main() {
     uint i = invocation_index();

@@ -1,6 +1,5 @@
 // draw_pairs: computes random numbers for given seeds, indices and pairs of dimensions.
 #version 460
-#extension GL_GOOGLE_include_directive : require
 #include "kernel/invocation.glsl"
 #include "math/random.glsl"
 
@@ -11,8 +10,8 @@ struct Place {
     uint pad0;
 };
 
-layout(std430, set = 1, binding = 0) readonly buffer PlaceBlock { Place data[]; } places;
-layout(std430, set = 1, binding = 1) buffer PairBlock { vec2 data[]; } pairs;
+BUFFER(Place, places)
+UPDATED_BUFFER(vec2, pairs)
 
 void main() {
     uint i = invocation_index();

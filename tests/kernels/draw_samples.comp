@@ -1,6 +1,5 @@
 // draw_samples: samples points and directions by given uniform numbers.
 #version 460
-#extension GL_GOOGLE_include_directive : require
 #include "kernel/invocation.glsl"
 #include "math/sampling.glsl"
 
@@ -25,8 +24,8 @@ struct Drawn {
     float pad3;
 };
 
-layout(std430, set = 1, binding = 0) readonly buffer DrawBlock { Draw data[]; } draws;
-layout(std430, set = 1, binding = 1) buffer DrawnBlock { Drawn data[]; } drawn;
+BUFFER(Draw, draws)
+UPDATED_BUFFER(Drawn, drawn)
 
 void main() {
     uint i = invocation_index();

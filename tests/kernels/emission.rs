@@ -8,7 +8,7 @@ use glam::{DAffine3, DMat3, DVec3};
 use crate::bench::{Bench, Rng, double, frame};
 use crate::generated::{
     AREA, AliasEntry, DISK, DISTANT, EmitPhotons, Emitted, INFINITE, InvertSmoothstep, KIND_SHIFT, Light, NONE, POINT,
-    Quadric, SPHERE, SPOT, SceneInfo, TRIANGLE, Triangle,
+    Quadric, SPHERE, SPOT, SceneArrays, SceneInfo, TRIANGLE, Triangle,
 };
 use crate::statistics::{assert_near, assert_quantiles, assert_uniform, cells};
 use crate::world::{World, quadric, triangle};
@@ -43,7 +43,9 @@ fn lone(light: Light, world: World) -> World {
         seed: 3,
         ..SceneInfo::zeroed()
     };
-    World { info, lights: vec![light], emission_table: table.clone(), direct_table: table, ..world }
+    let lights = vec![light];
+    let arrays = SceneArrays { lights, emission_table: table.clone(), direct_table: table, ..world.arrays };
+    World { info, arrays }
 }
 
 fn mean_weight(emitted: &[Emitted]) -> DVec3 {
@@ -232,7 +234,7 @@ fn triangles_emit_evenly_from_their_front() {
     let [p0, p1, p2] = corners.map(double);
     let normal = (p1 - p0).cross(p2 - p0);
     let shape = Triangle { light: 0, ..triangle(corners) };
-    let world = World { triangles: vec![shape], ..World::default() };
+    let world = World::of(SceneArrays { triangles: vec![shape], ..SceneArrays::default() });
     let emitted = emit(&lone(area_light(TRIANGLE, 0.5 * normal.length()), world));
     assert_power(&emitted, PI * 0.5 * normal.length(), 1e-5, "triangle light");
     let place = |photon: &Emitted| {
@@ -265,7 +267,10 @@ fn disks_emit_evenly_from_what_their_cuts_leave() {
         let (inner2, phi_max64) = (f64::from(inner_radius).powi(2), f64::from(phi_max));
         let area = 0.5 * phi_max64 * (1.0 - inner2) * normal.length();
         let shape = Quadric { light: 0, inner_radius, phi_max, flipped, ..quadric(&transform) };
-        let emitted = emit(&lone(area_light(DISK, area), World { quadrics: vec![shape], ..World::default() }));
+        let emitted = emit(&lone(
+            area_light(DISK, area),
+            World::of(SceneArrays { quadrics: vec![shape], ..SceneArrays::default() }),
+        ));
         assert_power(&emitted, PI * area, 1e-5, "disk light");
         let inverse = transform.inverse();
         let places = emitted.iter().map(|photon| {
@@ -285,7 +290,7 @@ fn two_sided_lights_emit_twice_the_power() {
     let corners = [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]];
     let shape = Triangle { light: 0, ..triangle(corners) };
     let light = Light { two_sided: 1, ..area_light(TRIANGLE, 0.5) };
-    let emitted = emit(&lone(light, World { triangles: vec![shape], ..World::default() }));
+    let emitted = emit(&lone(light, World::of(SceneArrays { triangles: vec![shape], ..SceneArrays::default() })));
     assert_power(&emitted, PI, 1e-5, "two-sided light");
     let up = emitted.iter().filter(|photon| photon.direction[2] > 0.0).count();
     assert!((up as f64 / COUNT as f64 - 0.5).abs() < 0.005, "{up} of {COUNT} go up");
@@ -307,7 +312,10 @@ fn spheres_emit_by_area_whatever_their_transform() {
         [(similarity, [-1.0_f32, 1.0], TAU as f32), (skewed(), [-1.0, 1.0], TAU as f32), (skewed(), [-0.5, 0.75], 4.0)]
     {
         let shape = Quadric { light: 0, z_min: z[0], z_max: z[1], phi_max, ..quadric(&transform) };
-        let emitted = emit(&lone(area_light(SPHERE, 0.0), World { quadrics: vec![shape], ..World::default() }));
+        let emitted = emit(&lone(
+            area_light(SPHERE, 0.0),
+            World::of(SceneArrays { quadrics: vec![shape], ..SceneArrays::default() }),
+        ));
         let cofactors = transform.matrix3.determinant().abs() * transform.matrix3.inverse().transpose();
         let (area, exact) = area_moments(&transform, cofactors, z.map(f64::from), phi_max.into());
         assert_power(&emitted, PI * area, 2e-4, "sphere light");

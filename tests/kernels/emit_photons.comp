@@ -1,15 +1,9 @@
 // emit_photons: emits photons, and stores the first rays of their paths.
 #version 460
-#extension GL_GOOGLE_include_directive : require
 #include "kernel/invocation.glsl"
-#include "scene/scene.glsl"
-#include "math/random.glsl"
-#include "math/sampling.glsl"
-#include "geometry/intersect.glsl"
-#include "geometry/surface.glsl"
-#include "material/texture.glsl"
-#include "light/light.glsl"
 #include "light/emission.glsl"
+#include "math/random.glsl"
+#include "scene/scene.glsl"
 
 struct Emitted {
     vec3 origin;
@@ -20,10 +14,9 @@ struct Emitted {
     float pad2;
 };
 
-layout(std430, set = 1, binding = 0) buffer EmittedBlock { Emitted data[]; } emitted;
+UPDATED_BUFFER(Emitted, emitted)
 
 void main() {
-    scene = scene_info_at(0u);
     uint i = invocation_index();
     if (i >= emitted.data.length()) {
         return;

@@ -1,9 +1,10 @@
 // find_roots: finds every root of rays with a body, t_min < t < t_max. One invocation per ray and piece.
 #version 460
-#extension GL_GOOGLE_include_directive : require
+#include "geometry/contact.glsl"
 #include "kernel/invocation.glsl"
-#include "scene/scene.glsl"
-#include "geometry/intersect.glsl"
+#include "revolution/ray.glsl"
+#include "revolution/revolution.glsl"
+#include "scene/constants.glsl"
 
 struct BodyRay {
     vec3 origin;
@@ -21,11 +22,11 @@ struct FoundRoot {
 const uint MOST_ROOTS = 32u;   // stored for a ray
 const uint MOST_ON_PIECE = 8u; // found on a piece
 
-layout(std430, set = 1, binding = 0) readonly buffer RayBlock { BodyRay data[]; } rays;
-layout(std430, set = 1, binding = 1) buffer RootBlock { FoundRoot data[]; } roots; // MOST_ROOTS for each ray
-layout(std430, set = 1, binding = 2) buffer CountBlock { uint data[]; } root_counts; // of all roots found, stored or not
+BUFFER(BodyRay, rays)
+UPDATED_BUFFER(FoundRoot, roots) // MOST_ROOTS for each ray
+UPDATED_BUFFER(uint, root_counts) // of all roots found, stored or not
 
-layout(std430, set = 1, binding = 3) readonly buffer PieceCountBlock { uint value; } piece_count;
+VALUE(uint, piece_count)
 
 void main() {
     uint pieces = piece_count.value;

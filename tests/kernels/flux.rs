@@ -104,7 +104,7 @@ fn accumulate(weights: &[[f32; 3]], low: u32, high: u32) -> Sums {
         counters: &flux.counters,
         places: &bench.output(64),
     };
-    let pass = device.pass(&kernel, &Specialization::default(), 64).expect("a pass");
+    let pass = device.pass(&kernel, &Specialization::DECLARED, 64).expect("a pass");
     let mut saturated = 0;
     for resumed in 0.. {
         let mut frame = device.frame().expect("a frame");

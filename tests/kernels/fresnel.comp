@@ -1,11 +1,7 @@
 // fresnel: computes Fresnel reflectances of dielectrics and metals.
 #version 460
-#extension GL_GOOGLE_include_directive : require
 #include "kernel/invocation.glsl"
-#include "scene/types.glsl"
-#include "scene/specialization.glsl"
-#include "math/sampling.glsl"
-#include "material/bsdf.glsl"
+#include "material/fresnel.glsl"
 
 struct Boundary {
     float cos_i;
@@ -21,8 +17,8 @@ struct Reflectance {
     float pad0;
 };
 
-layout(std430, set = 1, binding = 0) readonly buffer BoundaryBlock { Boundary data[]; } boundaries;
-layout(std430, set = 1, binding = 1) buffer ReflectanceBlock { Reflectance data[]; } reflectances;
+BUFFER(Boundary, boundaries)
+UPDATED_BUFFER(Reflectance, reflectances)
 
 void main() {
     uint i = invocation_index();

@@ -29,7 +29,7 @@ fn accumulate(points: &[Disc], width: u32, photons: &[Disc], cells: u32, workgro
     let invocations = u64::from(width.next_multiple_of(8)) * u64::from(height.next_multiple_of(8)) / 2;
 
     macro_rules! pass {
-        ($($kernel:tt)*) => { device.pass(&$($kernel)*, &Specialization::default(), workgroup_size).expect("a pass") };
+        ($($kernel:tt)*) => { device.pass(&$($kernel)*, &Specialization::DECLARED, workgroup_size).expect("a pass") };
     }
     let count = pass!(GridCount { photons: &records, max_radius2: &max_radius2, cells: &table });
     let reserve = pass!(GridReserve { grid_filled: &bench.upload(&[0_u32]), cells: &table });

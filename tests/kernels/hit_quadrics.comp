@@ -1,9 +1,10 @@
 // hit_quadrics: intersects one ray in object space with one sphere or disk per invocation.
 #version 460
-#extension GL_GOOGLE_include_directive : require
+#include "geometry/contact.glsl"
+#include "geometry/quadric.glsl"
 #include "kernel/invocation.glsl"
+#include "scene/primitives.glsl"
 #include "scene/scene.glsl"
-#include "geometry/intersect.glsl"
 
 struct ObjectRay {
     vec3 origin;
@@ -17,8 +18,8 @@ struct ObjectHit {
     uint found;
 };
 
-layout(std430, set = 1, binding = 0) readonly buffer RayBlock { ObjectRay data[]; } rays;
-layout(std430, set = 1, binding = 1) buffer HitBlock { ObjectHit data[]; } hits;
+BUFFER(ObjectRay, rays)
+UPDATED_BUFFER(ObjectHit, hits)
 
 void main() {
     uint i = invocation_index();

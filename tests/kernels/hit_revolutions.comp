@@ -1,12 +1,16 @@
 // hit_revolutions: traces rays through the hierarchy, and scatters each at the surface that it hits.
 #version 460
-#extension GL_GOOGLE_include_directive : require
-#include "kernel/invocation.glsl"
-#include "scene/scene.glsl"
-#include "math/sampling.glsl"
+#include "geometry/contact.glsl"
+#include "geometry/hit.glsl"
 #include "geometry/intersect.glsl"
+#include "geometry/quadric.glsl"
 #include "geometry/surface.glsl"
+#include "geometry/surface_point.glsl"
+#include "kernel/invocation.glsl"
 #include "material/bsdf.glsl"
+#include "scene/constants.glsl"
+#include "scene/primitives.glsl"
+#include "scene/scene.glsl"
 
 struct BodyRay {
     vec3 origin;
@@ -29,8 +33,8 @@ struct Met {
     float pad0;
 };
 
-layout(std430, set = 1, binding = 0) readonly buffer RayBlock { BodyRay data[]; } rays;
-layout(std430, set = 1, binding = 1) buffer MetBlock { Met data[]; } met;
+BUFFER(BodyRay, rays)
+UPDATED_BUFFER(Met, met)
 
 void main() {
     uint i = invocation_index();

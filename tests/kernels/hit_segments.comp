@@ -1,10 +1,9 @@
 // hit_segments: intersects one ray in unit space with one segment of a profile per invocation, by the
 // classical solver.
 #version 460
-#extension GL_GOOGLE_include_directive : require
 #include "kernel/invocation.glsl"
-#include "scene/scene.glsl"
-#include "geometry/intersect.glsl"
+#include "revolution/newton.glsl"
+#include "scene/constants.glsl"
 
 struct SegmentRay {
     vec3 origin;
@@ -20,8 +19,8 @@ struct SegmentHit {
     float pad;
 };
 
-layout(std430, set = 1, binding = 0) readonly buffer RayBlock { SegmentRay data[]; } rays;
-layout(std430, set = 1, binding = 1) buffer HitBlock { SegmentHit data[]; } hits;
+BUFFER(SegmentRay, rays)
+UPDATED_BUFFER(SegmentHit, hits)
 
 void main() {
     uint i = invocation_index();

@@ -1,9 +1,11 @@
 // hit_triangles: intersects one ray with one triangle per invocation.
 #version 460
-#extension GL_GOOGLE_include_directive : require
-#include "kernel/invocation.glsl"
-#include "scene/scene.glsl"
+#include "geometry/contact.glsl"
+#include "geometry/hit.glsl"
 #include "geometry/intersect.glsl"
+#include "kernel/invocation.glsl"
+#include "scene/constants.glsl"
+#include "scene/scene.glsl"
 
 struct TriangleRay {
     vec3 origin;
@@ -18,8 +20,8 @@ struct TriangleHit {
     uint found;
 };
 
-layout(std430, set = 1, binding = 0) readonly buffer RayBlock { TriangleRay data[]; } rays;
-layout(std430, set = 1, binding = 1) buffer HitBlock { TriangleHit data[]; } hits;
+BUFFER(TriangleRay, rays)
+UPDATED_BUFFER(TriangleHit, hits)
 
 void main() {
     uint i = invocation_index();

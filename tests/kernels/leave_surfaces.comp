@@ -1,12 +1,13 @@
 // leave_surfaces: intersects a ray with a primitive, and a second ray that leaves from the hit with the
 // same primitive.
 #version 460
-#extension GL_GOOGLE_include_directive : require
-#include "kernel/invocation.glsl"
-#include "scene/scene.glsl"
-#include "math/sampling.glsl"
+#include "geometry/contact.glsl"
+#include "geometry/hit.glsl"
 #include "geometry/intersect.glsl"
 #include "geometry/surface.glsl"
+#include "geometry/surface_point.glsl"
+#include "kernel/invocation.glsl"
+#include "scene/constants.glsl"
 
 struct Arrival {
     vec3 origin;
@@ -26,8 +27,8 @@ struct Departure {
     float t_again;  // of the second hit, negative if there is none
 };
 
-layout(std430, set = 1, binding = 0) readonly buffer ArrivalBlock { Arrival data[]; } arrivals;
-layout(std430, set = 1, binding = 1) buffer DepartureBlock { Departure data[]; } departures;
+BUFFER(Arrival, arrivals)
+UPDATED_BUFFER(Departure, departures)
 
 void main() {
     uint i = invocation_index();

@@ -6,7 +6,9 @@ use bytemuck::Zeroable;
 use glam::{DAffine3, DMat3, DVec3};
 
 use crate::bench::{Bench, EPS, Rng, double, frame, single};
-use crate::generated::{AREA, DISK, KIND_SHIFT, Light, NONE, Quadric, SPHERE, SeeLights, Seen, TRIANGLE, Viewpoint};
+use crate::generated::{
+    AREA, DISK, KIND_SHIFT, Light, NONE, Quadric, SPHERE, SceneArrays, SeeLights, Seen, TRIANGLE, Viewpoint,
+};
 use crate::statistics::assert_near;
 use crate::world::{World, quadric, triangle};
 
@@ -48,7 +50,7 @@ fn lit(kind: u32, area: f64, world: World) -> World {
         image: NONE,
         ..Light::zeroed()
     };
-    World { lights: vec![light], ..world }
+    World { arrays: SceneArrays { lights: vec![light], ..world.arrays }, ..world }
 }
 
 /// Integrals over solid angle of 1, the direction w, and (w . AXIS)^2.
@@ -122,7 +124,7 @@ fn ellipsoid(axes: DVec3, center: DVec3) -> DAffine3 {
 
 fn sphere_world(transform: &DAffine3) -> World {
     let sphere = Quadric { light: 0, ..quadric(transform) };
-    lit(SPHERE, 0.0, World { quadrics: vec![sphere], ..World::default() })
+    lit(SPHERE, 0.0, World::of(SceneArrays { quadrics: vec![sphere], ..SceneArrays::default() }))
 }
 
 fn assert_sphere_seen(transform: &DAffine3, from: DVec3, tolerance: f64) {
@@ -243,7 +245,8 @@ fn a_triangle_light_is_sampled_over_the_solid_angle_it_fills() {
     let [p0, p1, p2] = corners.map(double);
     let area = 0.5 * (p1 - p0).cross(p2 - p0);
     let shape = crate::generated::Triangle { light: 0, ..triangle(corners) };
-    let world = lit(TRIANGLE, area.length(), World { triangles: vec![shape], ..World::default() });
+    let world =
+        lit(TRIANGLE, area.length(), World::of(SceneArrays { triangles: vec![shape], ..SceneArrays::default() }));
     for (from, front) in [(DVec3::new(0.7, -0.5, 0.6), true), (DVec3::new(-0.3, 0.8, -0.7), false)] {
         // The unit square folded along its diagonal covers the triangle twice.
         let exact = integrate(from, false, |u, v| {
@@ -264,7 +267,8 @@ fn a_disk_light_is_sampled_over_the_solid_angle_it_fills() {
         let (inner2, phi_max64) = (f64::from(inner_radius).powi(2), f64::from(phi_max));
         let area = 0.5 * phi_max64 * (1.0 - inner2) * normal;
         let shape = Quadric { light: 0, inner_radius, phi_max, ..quadric(&transform) };
-        let world = lit(DISK, area.length(), World { quadrics: vec![shape], ..World::default() });
+        let world =
+            lit(DISK, area.length(), World::of(SceneArrays { quadrics: vec![shape], ..SceneArrays::default() }));
         for side in [1.0, -1.0] {
             let from = transform.translation + side * (0.5 * normal.normalize() + DVec3::new(0.1, -0.2, 0.0));
             let exact = integrate(from, false, |u, v| {
@@ -296,8 +300,12 @@ fn the_pdf_of_a_point_is_that_of_its_sample() {
     let shape = crate::generated::Triangle { light: 0, ..triangle(corners) };
     let worlds = [
         sphere_world(&body),
-        lit(TRIANGLE, 0.1, World { triangles: vec![shape], ..World::default() }),
-        lit(DISK, 0.2, World { quadrics: vec![Quadric { light: 0, ..quadric(&body) }], ..World::default() }),
+        lit(TRIANGLE, 0.1, World::of(SceneArrays { triangles: vec![shape], ..SceneArrays::default() })),
+        lit(
+            DISK,
+            0.2,
+            World::of(SceneArrays { quadrics: vec![Quadric { light: 0, ..quadric(&body) }], ..SceneArrays::default() }),
+        ),
     ];
     for mut world in worlds {
         world.lights[0].direct_pmf = 0.25;

@@ -1,11 +1,12 @@
 // map_surfaces: intersects a ray with a primitive; stores the texture coordinates and the tangent there.
 #version 460
-#extension GL_GOOGLE_include_directive : require
-#include "kernel/invocation.glsl"
-#include "scene/scene.glsl"
-#include "math/sampling.glsl"
+#include "geometry/contact.glsl"
+#include "geometry/hit.glsl"
 #include "geometry/intersect.glsl"
 #include "geometry/surface.glsl"
+#include "geometry/surface_point.glsl"
+#include "kernel/invocation.glsl"
+#include "scene/constants.glsl"
 
 struct MappedRay {
     vec3 origin;
@@ -25,8 +26,8 @@ struct MappedPoint {
     vec2 pad2;
 };
 
-layout(std430, set = 1, binding = 0) readonly buffer RayBlock { MappedRay data[]; } rays;
-layout(std430, set = 1, binding = 1) buffer PointBlock { MappedPoint data[]; } points;
+BUFFER(MappedRay, rays)
+UPDATED_BUFFER(MappedPoint, points)
 
 void main() {
     uint i = invocation_index();

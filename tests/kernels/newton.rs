@@ -195,7 +195,7 @@ fn a_horizontal_ray_finds_nothing() {
 fn chords_are_on_the_curve_and_tangents_outside() {
     let dome = &BODIES[2];
     for (envelopes, least, most) in [(Envelopes::Chord, -1e-6, 1e-6), (Envelopes::Tangent, 1e-5, 1e-2)] {
-        let starts = dome.world(envelopes).newton_starts;
+        let starts = dome.world(envelopes).newton_starts.clone();
         for start in &starts[1..starts.len() - 1] {
             let outside = |p: DVec2| (p - DVec2::new(0.0, -1.0)).length();
             let vertex = DVec2::new(start.point[0].into(), start.point[1].into());

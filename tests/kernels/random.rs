@@ -22,7 +22,7 @@ fn sequence(seed: u32, pair: u32, count: u32) -> Vec<[f64; 2]> {
 }
 
 fn low_discrepancy_pairs() -> u32 {
-    Specialization::default().low_discrepancy_pairs
+    Specialization::DECLARED.render.low_discrepancy_pairs
 }
 
 const SEEDS: [u32; 5] = [0, 1, 2, 0xdead_beef, u32::MAX];

@@ -1,11 +1,8 @@
 // refract: scatters light at a surface, and scatters it back along the sampled direction.
 #version 460
-#extension GL_GOOGLE_include_directive : require
 #include "kernel/invocation.glsl"
-#include "scene/types.glsl"
-#include "scene/specialization.glsl"
-#include "math/sampling.glsl"
 #include "material/bsdf.glsl"
+#include "scene/materials.glsl"
 
 struct Incidence {
     vec3 wo;
@@ -33,8 +30,8 @@ struct Outcome {
     float pad1;
 };
 
-layout(std430, set = 1, binding = 0) readonly buffer IncidenceBlock { Incidence data[]; } incidences;
-layout(std430, set = 1, binding = 1) buffer OutcomeBlock { Outcome data[]; } outcomes;
+BUFFER(Incidence, incidences)
+UPDATED_BUFFER(Outcome, outcomes)
 
 void main() {
     uint i = invocation_index();

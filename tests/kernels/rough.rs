@@ -9,7 +9,7 @@ use glam::DVec3;
 use crate::bench::{Bench, Rng, double, single};
 use crate::generated::{
     COAT, COATED_CONDUCTOR, COATED_DIFFUSE, CONDUCTOR, DIELECTRIC, DIFFUSE, DIFFUSE_TRANSMISSION, HAS_LAMBERTIAN,
-    Material, Meeting, NONE, ScatterLobes, Scattered, Specialization, THIN_DIELECTRIC,
+    Material, MaterialFeatures, Meeting, NONE, ScatterLobes, Scattered, Specialization, THIN_DIELECTRIC,
 };
 
 const KINDS: [u32; 4] = [CONDUCTOR, DIELECTRIC, COAT, COATED_CONDUCTOR];
@@ -20,13 +20,16 @@ fn scatter(materials: &[Material], meetings: &[Meeting]) -> Vec<Scattered> {
     let out = bench.output(meetings.len() as usize);
     let kernel = ScatterLobes { meetings: &meetings, lobes: &lobes, outcomes: &out };
     let all = Specialization {
-        has_rough: true,
-        has_coats: true,
-        has_thin: true,
-        has_diffuse_transmission: true,
-        has_layers: true,
-        has_anisotropic: true,
-        ..Specialization::default()
+        material: MaterialFeatures {
+            has_rough: true,
+            has_coats: true,
+            has_thin: true,
+            has_diffuse_transmission: true,
+            has_layers: true,
+            has_anisotropic: true,
+            ..Specialization::DECLARED.material
+        },
+        ..Specialization::DECLARED
     };
     bench.run_specialized(&kernel, &all, meetings.len() as usize);
     bench.read(&out)

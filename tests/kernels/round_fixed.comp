@@ -1,12 +1,11 @@
 // round_fixed: converts weights to fixed point and back.
 #version 460
-#extension GL_GOOGLE_include_directive : require
 #include "kernel/invocation.glsl"
 #include "lookup/flux.glsl"
 
-layout(std430, set = 1, binding = 0) readonly buffer WeightBlock { float data[]; } weights;
-layout(std430, set = 1, binding = 1) buffer FixedBlock { uvec2 data[]; } fixed_points;
-layout(std430, set = 1, binding = 2) buffer BackBlock { float data[]; } back;
+BUFFER(float, weights)
+UPDATED_BUFFER(uvec2, fixed_points)
+UPDATED_BUFFER(float, back)
 
 void main() {
     uint i = invocation_index();

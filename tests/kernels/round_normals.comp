@@ -1,11 +1,10 @@
 // round_normals: packs unit vectors into 32 bits and unpacks them.
 #version 460
-#extension GL_GOOGLE_include_directive : require
-#include "kernel/invocation.glsl"
 #include "geometry/normal.glsl"
+#include "kernel/invocation.glsl"
 
-layout(std430, set = 1, binding = 0) readonly buffer NormalBlock { vec4 data[]; } normals;
-layout(std430, set = 1, binding = 1) buffer BackBlock { vec4 data[]; } back;
+BUFFER(vec4, normals)
+UPDATED_BUFFER(vec4, back)
 
 void main() {
     uint i = invocation_index();

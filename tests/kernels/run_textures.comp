@@ -1,11 +1,7 @@
 // run_textures: evaluates textures at given points of surfaces.
 #version 460
-#extension GL_GOOGLE_include_directive : require
+#include "geometry/surface_point.glsl"
 #include "kernel/invocation.glsl"
-#include "scene/scene.glsl"
-#include "math/sampling.glsl"
-#include "geometry/intersect.glsl"
-#include "geometry/surface.glsl"
 #include "material/texture.glsl"
 
 struct TexturedPoint {
@@ -17,8 +13,8 @@ struct TexturedPoint {
     vec2 pad1;
 };
 
-layout(std430, set = 1, binding = 0) readonly buffer PointBlock { TexturedPoint data[]; } points;
-layout(std430, set = 1, binding = 1) buffer ValueBlock { vec4 data[]; } values;
+BUFFER(TexturedPoint, points)
+UPDATED_BUFFER(vec4, values)
 
 void main() {
     uint i = invocation_index();

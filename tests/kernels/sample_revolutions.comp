@@ -1,14 +1,15 @@
 // sample_revolutions: samples points on lights that are bodies of revolution, and hits each by a ray.
 #version 460
-#extension GL_GOOGLE_include_directive : require
-#include "kernel/invocation.glsl"
-#include "scene/scene.glsl"
-#include "math/random.glsl"
-#include "math/sampling.glsl"
+#include "geometry/contact.glsl"
+#include "geometry/hit.glsl"
 #include "geometry/intersect.glsl"
 #include "geometry/surface.glsl"
-#include "material/texture.glsl"
+#include "geometry/surface_point.glsl"
+#include "kernel/invocation.glsl"
 #include "light/light.glsl"
+#include "scene/constants.glsl"
+#include "scene/lights.glsl"
+#include "scene/scene.glsl"
 
 struct LightPoint {
     vec2 u;
@@ -23,8 +24,8 @@ struct Sampled {
     float pdf_of_hit; // 0 if the ray misses
 };
 
-layout(std430, set = 1, binding = 0) readonly buffer PointBlock { LightPoint data[]; } points;
-layout(std430, set = 1, binding = 1) buffer SampledBlock { Sampled data[]; } sampled;
+BUFFER(LightPoint, points)
+UPDATED_BUFFER(Sampled, sampled)
 
 const float AWAY = 1.0e-3;
 

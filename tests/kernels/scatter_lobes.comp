@@ -1,12 +1,11 @@
 // scatter_lobes: samples a material, and evaluates its BSDF for a direction.
 #version 460
-#extension GL_GOOGLE_include_directive : require
 #include "kernel/invocation.glsl"
-#include "scene/types.glsl"
-#include "scene/specialization.glsl"
-#include "math/sampling.glsl"
 #include "material/bsdf.glsl"
 #include "material/glossy.glsl"
+#include "material/layers.glsl"
+#include "material/microfacet.glsl"
+#include "scene/materials.glsl"
 
 struct Meeting {
     vec3 wo;
@@ -30,9 +29,9 @@ struct Scattered {
     float pad0;
 };
 
-layout(std430, set = 1, binding = 0) readonly buffer MeetingBlock { Meeting data[]; } meetings;
-layout(std430, set = 1, binding = 1) readonly buffer LobeBlock { Material data[]; } lobes;
-layout(std430, set = 1, binding = 2) buffer ScatteredBlock { Scattered data[]; } outcomes;
+BUFFER(Meeting, meetings)
+BUFFER(Material, lobes)
+UPDATED_BUFFER(Scattered, outcomes)
 
 void main() {
     uint i = invocation_index();

@@ -1,14 +1,13 @@
 // see_lights: samples lights for next-event estimation from given points.
 #version 460
-#extension GL_GOOGLE_include_directive : require
-#include "kernel/invocation.glsl"
-#include "scene/scene.glsl"
-#include "math/random.glsl"
-#include "math/sampling.glsl"
+#include "geometry/contact.glsl"
+#include "geometry/hit.glsl"
 #include "geometry/intersect.glsl"
 #include "geometry/surface.glsl"
-#include "material/texture.glsl"
+#include "kernel/invocation.glsl"
 #include "light/light.glsl"
+#include "scene/constants.glsl"
+#include "scene/scene.glsl"
 
 struct Viewpoint {
     vec3 from;
@@ -27,11 +26,10 @@ struct Seen {
     float pdf_of_hit; // direct_pdf of the first point that a ray along wi hits on the light, 0 if there is none
 };
 
-layout(std430, set = 1, binding = 0) readonly buffer ViewpointBlock { Viewpoint data[]; } viewpoints;
-layout(std430, set = 1, binding = 1) buffer SeenBlock { Seen data[]; } seen;
+BUFFER(Viewpoint, viewpoints)
+UPDATED_BUFFER(Seen, seen)
 
 void main() {
-    scene = scene_info_at(0u);
     uint i = invocation_index();
     if (i >= viewpoints.data.length()) {
         return;

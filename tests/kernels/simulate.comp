@@ -1,15 +1,15 @@
 // simulate: runs many iterations of one pixel, as the update pass adds them to its sum and its radius.
 #version 460
-#extension GL_GOOGLE_include_directive : require
 #include "kernel/invocation.glsl"
-#include "scene/types.glsl"
-#include "math/sum.glsl"
+#include "lookup/records.glsl"
 #include "lookup/shrink.glsl"
+#include "math/sum.glsl"
+#include "scene/constants.glsl"
 
-TEXELS(1, 0, uvec4, iterations) // photons; bits of radiance
-layout(std430, set = 1, binding = 1) readonly buffer AlphaBlock { float data[]; } alphas;
-UPDATED_TEXELS(1, 2, PixelState, states)
-UPDATED_TEXELS(1, 3, uvec4, sums)
+TEXELS(uvec4, iterations) // photons; bits of radiance
+BUFFER(float, alphas)
+UPDATED_TEXELS(PixelState, states)
+UPDATED_TEXELS(uvec4, sums)
 
 // Number of iterations given for each pixel; they are repeated.
 const uint PERIOD = 2500u;

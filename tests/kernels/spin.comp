@@ -1,15 +1,14 @@
 // spin: goes through a loop as often as asked, and reports whether the driver ended the loop early.
 #version 460
-#extension GL_GOOGLE_include_directive : require
-#include "kernel/invocation.glsl"
 #include "kernel/interruption.glsl"
+#include "kernel/invocation.glsl"
 
 struct SpinState {
     uint rounds;      // in: rounds asked for; out: rounds done
     uint interrupted; // out: 1 if the driver ended the loop early
 };
 
-layout(std430, set = 1, binding = 0) buffer SpinBlock { SpinState data[]; } spins;
+UPDATED_BUFFER(SpinState, spins)
 
 void main() {
     uint i = invocation_index();

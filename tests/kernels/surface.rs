@@ -4,7 +4,9 @@
 use glam::{DAffine3, DMat3, DVec3};
 
 use crate::bench::{Bench, EPS, Rng, double, single};
-use crate::generated::{Arrival, DISK, Departure, KIND_SHIFT, LeaveSurfaces, Quadric, SPHERE, TRIANGLE, Triangle};
+use crate::generated::{
+    Arrival, DISK, Departure, KIND_SHIFT, LeaveSurfaces, Quadric, SPHERE, SceneArrays, TRIANGLE, Triangle,
+};
 use crate::world::{World, affine, quadric, triangle};
 
 const COUNT: usize = 300_000;
@@ -74,7 +76,7 @@ fn rays_that_leave_a_triangle_do_not_meet_it_again() {
         let normal = (p1 - p0).cross(p2 - p0).normalize();
         arrivals.push(arrive(&mut rng, TRIANGLE << KIND_SHIFT | i as u32, target, normal));
     }
-    let world = World { triangles: triangles.clone(), ..World::default() };
+    let world = World::of(SceneArrays { triangles: triangles.clone(), ..SceneArrays::default() });
     let mut found = 0;
     for ((triangle, arrival), departure) in triangles.iter().zip(&arrivals).zip(leave(&world, &arrivals)) {
         if departure.found == 0 {
@@ -137,7 +139,7 @@ fn visit(seed: u64, kind: u32, stretch: f64, sample: impl Fn(&mut Rng) -> (DVec3
         let target = transform.transform_point3(point);
         arrivals.push(arrive(&mut rng, kind << KIND_SHIFT | i as u32, target, normal));
     }
-    let departures = leave(&World { quadrics: quadrics.clone(), ..World::default() }, &arrivals);
+    let departures = leave(&World::of(SceneArrays { quadrics: quadrics.clone(), ..SceneArrays::default() }), &arrivals);
     Quadrics { quadrics, arrivals, departures }
 }
 

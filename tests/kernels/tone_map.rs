@@ -24,7 +24,7 @@ fn show(image: [u32; 2], colors: &[[f32; 3]], change: impl FnOnce(&mut ToneMapPu
     let count = push.window.map(u64::from).iter().product();
     let pixels = device.buffer("pixels", count).expect("a buffer");
     let kernel = ToneMap { shown: &shown, pixels: &pixels };
-    let pass = device.pass(&kernel, &Specialization::default(), 64).expect("a pass");
+    let pass = device.pass(&kernel, &Specialization::DECLARED, 64).expect("a pass");
     let mut frame = device.frame().expect("a frame");
     frame.dispatch(&pass, push, count);
     frame.run().expect("a run");

@@ -6,11 +6,11 @@ use std::fmt::Write;
 use glam::DVec3;
 
 use crate::bench::{Bench, Rng, UNBOUNDED, double, single};
-use crate::generated::{NONE, Specialization, TraceRays, TracedHit, TracedRay};
+use crate::generated::{NONE, SceneFeatures, Specialization, TraceRays, TracedHit, TracedRay};
 use crate::world::World;
 
 pub fn trace(world: &World, rays: &[TracedRay]) -> (Vec<TracedHit>, Vec<u32>) {
-    trace_by(&Specialization::default(), world, rays)
+    trace_by(&Specialization::DECLARED, world, rays)
 }
 
 fn trace_by(specialization: &Specialization, world: &World, rays: &[TracedRay]) -> (Vec<TracedHit>, Vec<u32>) {
@@ -217,10 +217,13 @@ fn all_of_a_few_primitives_are_tested() {
     for (triangles, quadrics) in [(9, 0), (0, 7), (6, 9)] {
         let world = mixed_scene(&mut rng, triangles.max(1), quadrics);
         let flat = Specialization {
-            is_flat: true,
-            flat_triangles: world.triangles.len() as u32,
-            flat_quadrics: world.quadrics.len() as u32,
-            ..Specialization::default()
+            scene: SceneFeatures {
+                is_flat: true,
+                flat_triangles: world.triangles.len() as u32,
+                flat_quadrics: world.quadrics.len() as u32,
+                ..Specialization::DECLARED.scene
+            },
+            ..Specialization::DECLARED
         };
         let rays: Vec<_> = (0..10_000).map(|_| ray_through(&world, &mut rng)).collect();
         let (hits, any_hits) = trace_by(&flat, &world, &rays);

@@ -1,9 +1,9 @@
 // trace_rays: traces rays through the hierarchy, for the nearest hit and for any hit.
 #version 460
-#extension GL_GOOGLE_include_directive : require
-#include "kernel/invocation.glsl"
-#include "scene/scene.glsl"
+#include "geometry/contact.glsl"
+#include "geometry/hit.glsl"
 #include "geometry/intersect.glsl"
+#include "kernel/invocation.glsl"
 
 struct TracedRay {
     vec3 origin;
@@ -18,9 +18,9 @@ struct TracedHit {
     uint primitive; // or NONE
 };
 
-layout(std430, set = 1, binding = 0) readonly buffer RayBlock { TracedRay data[]; } rays;
-layout(std430, set = 1, binding = 1) buffer HitBlock { TracedHit data[]; } hits;
-layout(std430, set = 1, binding = 2) buffer AnyBlock { uint data[]; } any_hits;
+BUFFER(TracedRay, rays)
+UPDATED_BUFFER(TracedHit, hits)
+UPDATED_BUFFER(uint, any_hits)
 
 void main() {
     uint i = invocation_index();

@@ -40,8 +40,8 @@ fn accumulate(points: &[Disc], photons: &[Disc], invocations: u32) -> Deposits {
         counters: &flux.counters,
         places: &bench.output(invocations as usize),
     };
-    let fill = device.pass(&fill, &Specialization::default(), 64).expect("a pass");
-    let add = device.pass(&add, &Specialization::default(), 64).expect("a pass");
+    let fill = device.pass(&fill, &Specialization::DECLARED, 64).expect("a pass");
+    let add = device.pass(&add, &Specialization::DECLARED, 64).expect("a pass");
     let recorded = photons.len() as u32;
     let push = |resumed| GatherTreePush { recorded, stride: invocations, node_count, resumed, offset: 0 };
     let mut frame = device.frame().expect("a frame");

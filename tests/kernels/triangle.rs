@@ -3,12 +3,12 @@
 use glam::DVec3;
 
 use crate::bench::{Bench, EPS, Rng, UNBOUNDED, double, single};
-use crate::generated::{HitTriangles, Triangle, TriangleHit, TriangleRay};
+use crate::generated::{HitTriangles, SceneArrays, Triangle, TriangleHit, TriangleRay};
 use crate::world::{World, triangle};
 
 fn hit_triangles(triangles: &[Triangle], rays: &[TriangleRay]) -> Vec<TriangleHit> {
     let bench = Bench::new();
-    let world = World { triangles: triangles.to_vec(), ..World::default() }.upload(&bench);
+    let world = World::of(SceneArrays { triangles: triangles.to_vec(), ..SceneArrays::default() }).upload(&bench);
     let (rays, hits) = (bench.upload(rays), bench.output(rays.len()));
     bench.run(&HitTriangles { scene: world.bindings(), rays: &rays, hits: &hits }, rays.len() as usize);
     bench.read(&hits)

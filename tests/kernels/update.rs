@@ -135,7 +135,7 @@ fn update(throughput: f32) -> (Sum, goblet::kernels::Counters) {
         flux_blue: &flux.blue,
         flux_counts: &flux.counts,
     };
-    let pass = bench.device().pass(&kernel, &Specialization::default(), 64).expect("a pass");
+    let pass = bench.device().pass(&kernel, &Specialization::DECLARED, 64).expect("a pass");
     let push = UpdatePush {
         luminance: [1.0, 0.0, 0.0],
         pixel_count: 1,

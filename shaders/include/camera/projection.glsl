@@ -2,7 +2,11 @@
 //
 // The image lies on the plane z = 1 for a perspective camera, on the plane z = 0 for an orthographic
 // camera, and on the unit square, which stands for all directions, for a spherical camera.
+#include "camera/camera.glsl"
+#include "geometry/contact.glsl"
 #include "math/equal_area.glsl"
+#include "math/sampling.glsl"
+#include "scene/features.glsl"
 
 // Direction of a point of the unit square: x is the azimuth, y the polar angle from the top.
 vec3 equirectangular_direction(vec2 point) {

@@ -1,5 +1,17 @@
 // Eye paths on rough surfaces, which record no photons: next-event estimation and BSDF sampling find
 // direct light there, combined by MIS.
+#include "geometry/alpha.glsl"
+#include "geometry/surface.glsl"
+#include "geometry/surface_point.glsl"
+#include "light/light.glsl"
+#include "material/bsdf.glsl"
+#include "material/glossy.glsl"
+#include "material/microfacet.glsl"
+#include "math/random.glsl"
+#include "scene/constants.glsl"
+#include "scene/features.glsl"
+#include "scene/lights.glsl"
+#include "scene/materials.glsl"
 
 // The previous vertex of an eye path, if its surface was rough.
 struct RoughVertex {
@@ -11,23 +23,6 @@ RoughVertex no_rough_vertex() {
     return RoughVertex(vec3(0.0), 0.0);
 }
 
-#ifdef WITHOUT_IS_RICH
-vec3 direct_light_on_rough(Surface surface, Material material, vec3 wo, Random random, uint pair) {
-    return vec3(0.0);
-}
-
-RoughVertex rough_vertex(Surface surface, Material material, vec3 wo, vec3 wi) {
-    return no_rough_vertex();
-}
-
-float emission_mis_weight(RoughVertex previous, Light light, Surface surface, vec3 wi) {
-    return 1.0;
-}
-
-float escape_pdf(RoughVertex previous) {
-    return INFINITY_T;
-}
-#else
 // Radiance that a rough surface reflects or transmits towards wo from one light, over the pdf of
 // choosing that light; W/(m^2 sr).
 vec3 direct_light_on_rough(Surface surface, Material material, vec3 wo, Random random, uint pair) {
@@ -66,6 +61,8 @@ float emission_mis_weight(RoughVertex previous, Light light, Surface surface, ve
 // The pdf of the direction of a ray that leaves the scene; INFINITY_T where next-event estimation does
 // not sample the same light.
 float escape_pdf(RoughVertex previous) {
-    return previous.pdf > 0.0 ? previous.pdf : INFINITY_T;
+    if (HAS_ROUGH) {
+        return previous.pdf > 0.0 ? previous.pdf : INFINITY_T;
+    }
+    return INFINITY_T;
 }
-#endif

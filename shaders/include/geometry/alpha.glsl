@@ -1,14 +1,20 @@
 // Intersects rays with the scene, where alpha cuts surfaces away and contact orders them.
+#include "geometry/contact.glsl"
+#include "geometry/hit.glsl"
+#include "geometry/intersect.glsl"
+#include "geometry/surface.glsl"
+#include "geometry/surface_contact.glsl"
+#include "geometry/surface_point.glsl"
+#include "material/texture.glsl"
+#include "math/random.glsl"
+#include "scene/constants.glsl"
+#include "scene/features.glsl"
+#include "scene/scene.glsl"
 
-#ifdef WITHOUT_HAS_CONTACTS
-Hit intersect_by_contact_order(Ray ray, float t_max) {
-    return traverse(ray, t_max, false);
-}
-#else
 // Returns the nearest hit with t < t_max. The t of surfaces in contact differ by roundings only: of
 // these, it returns the first in the order of contact.glsl. It repeats the search for surfaces that
 // precede the hit until there is none.
-Hit intersect_by_contact_order(Ray ray, float t_max) {
+Hit intersect_contacts(Ray ray, float t_max) {
     Hit hit = Hit(t_max, NONE, vec2(0.0), NONE);
     Ray wanted = ray;
     for (bool looks = true; looks;) {
@@ -33,9 +39,15 @@ Hit intersect_by_contact_order(Ray ray, float t_max) {
     }
     return hit;
 }
-#endif
 
-#ifndef WITHOUT_HAS_TEXTURES
+// As intersect_contacts, or the nearest hit in a scene without surfaces in contact.
+Hit intersect_by_contact_order(Ray ray, float t_max) {
+    if (HAS_CONTACTS) {
+        return intersect_contacts(ray, t_max);
+    }
+    return traverse(ray, t_max, false);
+}
+
 // Largest number of cut-away surfaces that a ray passes; the next surface stops it.
 const uint MAX_CUT_SURFACES = 64u;
 
@@ -70,24 +82,18 @@ Hit intersect_with_alpha(Ray ray, float t_max) {
     return hit;
 }
 
-#endif
-
 // Returns the nearest hit of a ray with the scene.
 Hit intersect(Ray ray) {
-#ifndef WITHOUT_HAS_TEXTURES
     if (HAS_ALPHA) {
         return intersect_with_alpha(ray, INFINITY_T);
     }
-#endif
     return intersect_by_contact_order(ray, INFINITY_T);
 }
 
 // Whether a surface blocks a ray before t = 1.
 bool occluded(Ray ray) {
-#ifndef WITHOUT_HAS_TEXTURES
     if (HAS_ALPHA) {
         return intersect_with_alpha(ray, 1.0).primitive != NONE;
     }
-#endif
     return traverse(ray, 1.0, true).primitive != NONE;
 }

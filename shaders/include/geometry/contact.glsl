@@ -8,33 +8,10 @@
 // So bodies in contact are separated by a gap of air without width, seen from any side. The layer tells
 // which of two sheets is in front, for rays from either side: a decal before its wall, a lamp before its
 // ceiling, a pane on a table.
+#include "scene/constants.glsl"
+#include "scene/features.glsl"
+#include "scene/primitives.glsl"
 
-#ifdef WITHOUT_HAS_CONTACTS
-struct Ray {
-    vec3 origin;
-    vec3 direction;
-};
-
-Ray free_ray(vec3 origin, vec3 direction) {
-    return Ray(origin, direction);
-}
-
-Ray saved_ray(vec3 origin, vec3 direction, float begin, uint contacts) {
-    return Ray(origin, direction);
-}
-
-uint contacts_of(Ray ray) {
-    return 0u;
-}
-
-bool may_meet(Ray ray, uint material, bool leaves, float t) {
-    return t > 0.0;
-}
-
-float begin_of(Ray ray) {
-    return 0.0;
-}
-#else
 struct Ray {
     vec3 origin;
     vec3 direction;
@@ -53,12 +30,18 @@ Ray free_ray(vec3 origin, vec3 direction) {
 // Packs the layers that a ray may meet, and its side of a sheet, into one word; saved_ray unpacks them.
 // Layers are the upper twelve bits of a word.
 uint contacts_of(Ray ray) {
-    return ray.exits | ray.entries >> 12u | (ray.to_front ? 1u : 0u);
+    if (HAS_CONTACTS) {
+        return ray.exits | ray.entries >> 12u | (ray.to_front ? 1u : 0u);
+    }
+    return 0u;
 }
 
 Ray saved_ray(vec3 origin, vec3 direction, float begin, uint contacts) {
-    uint layers = ~MATERIAL_MASK;
-    return Ray(origin, direction, begin, 0.0, contacts & layers, contacts << 12u & layers, (contacts & 1u) != 0u);
+    if (HAS_CONTACTS) {
+        uint layers = ~MATERIAL_MASK;
+        return Ray(origin, direction, begin, 0.0, contacts & layers, contacts << 12u & layers, (contacts & 1u) != 0u);
+    }
+    return free_ray(origin, direction);
 }
 
 uint layer_of(uint material) {
@@ -71,13 +54,19 @@ bool is_boundary(uint layer) {
 
 // Whether a ray may meet a primitive of this material at t. `leaves`: the ray comes from its inside.
 bool may_meet(Ray ray, uint material, bool leaves, float t) {
-    uint layers = leaves ? ray.exits : ray.entries;
-    return t > ((material & layers) != 0u ? ray.begin : ray.otherwise);
+    if (HAS_CONTACTS) {
+        uint layers = leaves ? ray.exits : ray.entries;
+        return t > ((material & layers) != 0u ? ray.begin : ray.otherwise);
+    }
+    return t > 0.0;
 }
 
 // The least t at which a ray may meet a surface.
 float begin_of(Ray ray) {
-    return ray.begin;
+    if (HAS_CONTACTS) {
+        return ray.begin;
+    }
+    return 0.0;
 }
 
 // Restricts a ray that starts at a surface: of surfaces in contact, it may meet those that follow this
@@ -108,4 +97,3 @@ bool meet_preceding(inout Ray ray, uint layer, bool leaves, bool is_close) {
     ray.otherwise = INFINITY_T;
     return precede;
 }
-#endif

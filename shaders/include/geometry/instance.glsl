@@ -1,4 +1,7 @@
 // Rays in instances.
+#include "geometry/contact.glsl"
+#include "geometry/quadric.glsl"
+#include "scene/scene.glsl"
 
 // Transforms a ray to the space of an instance's object. The direction is not normalised, so that t is the
 // same in both spaces.

@@ -1,22 +1,16 @@
 // Intersects rays with the scene: one bounding volume hierarchy over all kinds of primitives.
-
 #include "geometry/contact.glsl"
-
-struct Hit {
-    float t;          // ray parameter, in lengths of the ray's direction
-    uint primitive;   // primitive reference, or NONE
-    vec2 barycentric; // triangle: weights of p1 and p2; body of revolution: parameter of the piece, in x
-    uint instance;    // instance that contains the primitive, or NONE
-};
-
-#include "geometry/quadric.glsl"
+#include "geometry/hit.glsl"
 #include "geometry/instance.glsl"
-#ifdef WITHOUT_HAS_REVOLUTIONS
-#include "revolution/absent.glsl"
-#else
-#include "revolution/revolution.glsl"
+#include "geometry/quadric.glsl"
 #include "revolution/newton.glsl"
-#endif
+#include "revolution/ray.glsl"
+#include "revolution/revolution.glsl"
+#include "revolution/rings.glsl"
+#include "scene/constants.glsl"
+#include "scene/features.glsl"
+#include "scene/primitives.glsl"
+#include "scene/scene.glsl"
 
 // The shear that makes a ray the z axis. z is the longest axis of its direction.
 struct Shear {
@@ -132,11 +126,11 @@ float intersect_box(vec3 lower, vec3 upper, Ray ray, vec3 inverse, float t_max) 
     vec3 b = (upper - ray.origin) * inverse;
     vec3 near = min(a, b);
     vec3 far = max(a, b);
-#ifdef WITHOUT_HAS_CONTACTS
-    far *= 1.0 + 8.0 * ROUNDING;
-#else
-    far += abs(far) * (8.0 * ROUNDING);
-#endif
+    if (HAS_CONTACTS) {
+        far += abs(far) * (8.0 * ROUNDING);
+    } else {
+        far *= 1.0 + 8.0 * ROUNDING;
+    }
     float t_near = max(max(near.x, near.y), max(near.z, begin_of(ray)));
     float t_far = min(min(far.x, far.y), min(far.z, t_max));
     return t_near <= t_far ? t_near : INFINITY_T;
@@ -209,7 +203,7 @@ struct Space {
 // Takes a ray in render space into an instance, or leaves it there for NONE.
 Space enter_space(uint instance, Ray ray) {
     Ray local = ray;
-    if (instance != NONE) {
+    if (HAS_INSTANCES && instance != NONE) {
         local = ray_into_instance(instance, ray);
     }
     return Space(local, shear_of(local.direction), inverse_direction(local), instance);
@@ -309,11 +303,9 @@ Hit traverse(Ray ray, float t_max, bool any_hit) {
         } else {
             node = height > 0u ? stack[--height] : NONE;
         }
-#ifndef WITHOUT_IS_RICH
         if (HAS_INSTANCES && (leaves || leaf.instance != NONE)) {
             space = enter_space(leaf.instance, ray);
         }
-#endif
     }
     return hit;
 }

@@ -1,4 +1,7 @@
 // Transforms, and intersections of rays with unit spheres and disks in object space.
+#include "geometry/contact.glsl"
+#include "scene/features.glsl"
+#include "scene/primitives.glsl"
 
 vec3 transform_point(vec4 rows[3], vec3 p) {
     vec4 q = vec4(p, 1.0);

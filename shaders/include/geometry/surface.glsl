@@ -1,27 +1,17 @@
 // The point at which a ray meets a surface.
-
-struct Surface {
-    vec3 position;
-    float error;         // bound of the position's error per axis, also for a ray that starts there, render units
-    vec3 normal;         // geometric normal, on the front side of the surface
-    vec3 shading_normal; // on the same side as the geometric normal
-    uint material;
-#ifndef WITHOUT_HAS_CONTACTS
-    uint layer;          // of the primitive among surfaces in contact, or 0
-    bool from_behind;    // the ray started at a sheet in contact that is behind this one
-#endif
-    uint light;          // index into lights, or NONE
-    float area_pdf;      // body of revolution that is a light: pdf by area of sampling this point
-    vec2 uv;             // texture coordinates; only under HAS_TEXTURES
-    vec3 tangent;        // along the derivative of the position by u, of any length; only under HAS_ANISOTROPIC
-};
-
-// Bound of the position's error along the normal: the sum of the errors of all three axes.
-float normal_error(Surface surface) {
-    return dot(abs(surface.normal), vec3(surface.error));
-}
-
+#include "geometry/contact.glsl"
+#include "geometry/hit.glsl"
+#include "geometry/instance.glsl"
+#include "geometry/quadric.glsl"
 #include "geometry/surface_contact.glsl"
+#include "geometry/surface_point.glsl"
+#include "math/sampling.glsl"
+#include "revolution/revolution.glsl"
+#include "scene/constants.glsl"
+#include "scene/features.glsl"
+#include "scene/primitives.glsl"
+#include "scene/revolutions.glsl"
+#include "scene/scene.glsl"
 
 vec3 any_perpendicular(vec3 n) {
     return abs(n.x) > abs(n.z) ? vec3(-n.y, n.x, 0.0) : vec3(0.0, -n.z, n.y);

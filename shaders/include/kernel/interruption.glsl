@@ -6,7 +6,7 @@
 //
 // Kernels that follow paths are built in two variants. The plain variant counts the invocations that
 // were ended early; if there are any, the host discards the dispatch and uses the resumable variant
-// (IS_RESUMABLE; src/render/path_pass.rs). That variant calls `interrupted` after every segment:
+// (IS_RESUMABLE; src/render/passes/path.rs). That variant calls `interrupted` after every segment:
 // - A segment that was ended early does not count. The invocation stores the path as it was before the
 //   segment and is UNFINISHED. Another dispatch (`resumed`) goes on, with 65,535 new rounds.
 // - An invocation that has not finished a single segment is STUCK. It gets a workgroup to itself: of
@@ -25,3 +25,8 @@ bool interrupted() {
     }
     return rounds < wanted;
 }
+
+// What is next for an invocation that follows paths.
+export const uint FINISHED = 0u;   // nothing
+export const uint UNFINISHED = 1u; // another dispatch
+export const uint STUCK = 2u;      // a dispatch in which it is alone in its workgroup

@@ -1,4 +1,17 @@
 // Emits photons from lights.
+#include "geometry/contact.glsl"
+#include "geometry/quadric.glsl"
+#include "geometry/surface.glsl"
+#include "geometry/surface_point.glsl"
+#include "light/light.glsl"
+#include "light/light_image.glsl"
+#include "material/texture.glsl"
+#include "math/random.glsl"
+#include "math/sampling.glsl"
+#include "scene/features.glsl"
+#include "scene/lights.glsl"
+#include "scene/primitives.glsl"
+#include "scene/scene.glsl"
 
 struct Emission {
     Ray ray;

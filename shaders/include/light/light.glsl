@@ -1,5 +1,17 @@
 // Lights: the radiance that they emit, and directions to them for next-event estimation.
+#include "geometry/contact.glsl"
+#include "geometry/quadric.glsl"
+#include "geometry/surface.glsl"
+#include "geometry/surface_point.glsl"
+#include "kernel/invocation.glsl"
 #include "light/light_image.glsl"
+#include "material/texture.glsl"
+#include "math/sampling.glsl"
+#include "scene/constants.glsl"
+#include "scene/features.glsl"
+#include "scene/lights.glsl"
+#include "scene/primitives.glsl"
+#include "scene/scene.glsl"
 
 struct LightSample {
     vec3 target;   // end of the shadow ray, offset from the light's own surface
@@ -41,11 +53,9 @@ float spot_falloff(Light light, vec3 w) {
 
 // Radiance of a point of an area light, W/(m^2 sr).
 vec3 surface_radiance(Light light, Surface surface) {
-#ifndef WITHOUT_HAS_TEXTURES
     if (HAS_IMAGE_EMITTERS) {
         return light.emission * textured(light.image, vec3(1.0), surface);
     }
-#endif
     return light.emission;
 }
 

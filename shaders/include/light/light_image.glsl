@@ -1,6 +1,9 @@
 // Images of lights: the color of a direction, and directions sampled by color. The conventions are those
 // of src/geometry/equal_area.rs and src/scene/directives/light_image.rs.
 #include "math/equal_area.glsl"
+#include "math/sampling.glsl"
+#include "scene/lights.glsl"
+#include "scene/scene.glsl"
 
 // A direction sampled by the color of its texel.
 struct ImageSample {
@@ -9,27 +12,6 @@ struct ImageSample {
     float pdf;      // by solid angle, 1/sr
 };
 
-#ifdef WITHOUT_IS_RICH
-vec3 equal_area_color(LightImage image, vec3 w) {
-    return vec3(0.0);
-}
-
-float equal_area_pdf(LightImage image, vec3 color) {
-    return 0.0;
-}
-
-vec3 projected_color(LightImage image, vec3 w) {
-    return vec3(0.0);
-}
-
-ImageSample sample_equal_area(LightImage image, vec2 u) {
-    return ImageSample(vec3(0.0), vec3(0.0), 1.0);
-}
-
-ImageSample sample_projection(LightImage image, vec2 u) {
-    return ImageSample(vec3(0.0), vec3(0.0), 1.0);
-}
-#else
 float mean_of_channels(vec3 color) {
     return (color.x + color.y + color.z) / 3.0;
 }
@@ -127,4 +109,3 @@ ImageSample sample_projection(LightImage image, vec2 u) {
     float pdf = mean_of_channels(color) * cubes / (area * image.average);
     return ImageSample(from_image(image, normalize(to)), color, pdf);
 }
-#endif

@@ -1,6 +1,6 @@
-// Adds photons to the flux of visible points atomically. The kernel binds `counters`.
+// Adds photons to the flux of visible points atomically.
+#include "kernel/counters.glsl"
 #include "lookup/flux_sums.glsl"
-#include "lookup/disc.glsl"
 
 // What to add to the high word of a sum whose low word was `before`.
 uint high_word_to_add(uint before, uvec2 fixed_point) {

@@ -1,12 +1,11 @@
 // The flux of an iteration: fixed-point sums per pixel, and the number of photons in them. Each channel
 // has a buffer of its own, since a device may bind no more than 128 MiB.
-#include "lookup/flux.glsl"
 
 // Low and high word of each pixel.
-layout(std430, set = 1, binding = 20) buffer FluxRedBlock { uint data[]; } flux_red;
-layout(std430, set = 1, binding = 21) buffer FluxGreenBlock { uint data[]; } flux_green;
-layout(std430, set = 1, binding = 22) buffer FluxBlueBlock { uint data[]; } flux_blue;
-layout(std430, set = 1, binding = 23) buffer FluxCountBlock { uint data[]; } flux_counts;
+UPDATED_BUFFER(uint, flux_red)
+UPDATED_BUFFER(uint, flux_green)
+UPDATED_BUFFER(uint, flux_blue)
+UPDATED_BUFFER(uint, flux_counts)
 
 struct Flux {
     uvec3 low; // red, green, blue

@@ -1,7 +1,6 @@
-// Sums of the photons that a visible point gathers, in fixed point (flux.glsl). The kernel binds
-// `counters`.
+// Sums of the photons that a visible point gathers, in fixed point (flux.glsl).
+#include "kernel/counters.glsl"
 #include "lookup/flux_sums.glsl"
-#include "lookup/disc.glsl"
 
 struct Gathered {
     uvec3 low; // red, green, blue

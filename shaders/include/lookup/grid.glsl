@@ -1,7 +1,11 @@
 // The hash grid over photons.
+#include "scene/features.glsl"
 
-// Width of a cell, in diameters of the largest disc; any width gives the same image.
-layout(constant_id = 21) const float CELL_SCALE = 1.0;
+// A cell of the hash grid over photons.
+struct Cell {
+    uint first; // into grid_photons
+    uint count; // photons in the cell
+};
 
 // Width of a cell in render units; max_radius2 has the bits of a float.
 float cell_size(uint max_radius2) {

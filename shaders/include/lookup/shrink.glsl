@@ -4,6 +4,7 @@
 // alpha times the number of all photons found. The counts are integers, so N does not drift. After a
 // million iterations, a step changes the radius by a few roundings only; the product of the steps
 // therefore carries its rounding error along (Kahan 1965).
+#include "lookup/records.glsl"
 
 void shrink_radius(inout PixelState state, uint count, float alpha) {
     float found = float(count);

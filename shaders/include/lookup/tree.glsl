@@ -1,6 +1,28 @@
 // Walks the kd-tree over visible points. It is left-balanced: the children of node n are nodes 2n and
 // 2n + 1, counted from 1.
 
+// A node of the kd-tree is the pixel of its visible point, and above it the axis that it splits, from
+// this bit on.
+export const uint AXIS_SHIFT = 28u;
+export const uint PIXEL_MASK = 0x0fffffffu; // the pixel of a node
+
+// A visible point as a node of the kd-tree.
+struct TreePoint {
+    vec3 position; // render units
+    float radius2; // squared radius, render units
+    uint normal;   // packed: normal.glsl
+    uint owner;    // pixel, and the axis above it
+    uint pad0;
+    uint pad1;
+};
+
+// Where an invocation of gather_tree has got to.
+struct TreePlace {
+    uint photon;  // that is added
+    uint node;    // to be taken next, counted from 1; 0 where the photon has none left
+    uint pending; // siblings that are left to take, a bit a level: next_node
+};
+
 // Goes on to the next node that may have a point within the radius, or to node 0 if there is none. d is
 // the photon's position less the position of the current node, which splits `axis`.
 //

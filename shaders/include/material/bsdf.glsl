@@ -1,5 +1,10 @@
 // Samples BSDFs. Directions wo and wi point away from the surface.
+#include "material/fresnel.glsl"
+#include "material/layers.glsl"
 #include "material/microfacet.glsl"
+#include "math/sampling.glsl"
+#include "scene/features.glsl"
+#include "scene/materials.glsl"
 
 // Modes of transport: eye paths carry radiance, photons carry flux. Refraction scales radiance by the
 // squared ratio of the indices, and leaves flux as it is (Veach 1997, section 5.2).
@@ -18,42 +23,6 @@ struct Scatter {
 bool is_in_glass(float index) {
     return index > 1.001;
 }
-
-// Fresnel reflectance of a dielectric boundary for unpolarised light. eta: index of the far side over
-// the near side; cos_i >= 0. cos_t becomes the cosine of the refracted ray, 0 at total reflection.
-float fresnel_dielectric(float cos_i, float eta, out float cos_t) {
-    float sin2_t = (1.0 - cos_i * cos_i) / (eta * eta);
-    if (sin2_t >= 1.0) {
-        cos_t = 0.0;
-        return 1.0;
-    }
-    cos_t = sqrt(1.0 - sin2_t);
-    float parallel = (eta * cos_i - cos_t) / (eta * cos_i + cos_t);
-    float perpendicular = (cos_i - eta * cos_t) / (cos_i + eta * cos_t);
-    return 0.5 * (parallel * parallel + perpendicular * perpendicular);
-}
-
-// Added to sums of squares that must not be 0: a metal's index may be 0, or that of the medium around it.
-const float LEAST_SQUARE = 1.0e-30;
-
-// Fresnel reflectance of a metal with index eta + i k, per channel, in the exact form. Lazanyi and
-// Szirmay-Kalos 2005 compare it with approximations.
-vec3 fresnel_conductor(float cos_i, vec3 eta, vec3 k) {
-    float cos2 = cos_i * cos_i;
-    float sin2 = 1.0 - cos2;
-    vec3 t0 = eta * eta - k * k - sin2;
-    vec3 a2_plus_b2 = sqrt(t0 * t0 + 4.0 * eta * eta * k * k);
-    vec3 a = sqrt(max(vec3(0.0), 0.5 * (a2_plus_b2 + t0)));
-    vec3 t1 = a2_plus_b2 + cos2 + LEAST_SQUARE;
-    vec3 t2 = 2.0 * cos_i * a;
-    vec3 perpendicular = (t1 - t2) / (t1 + t2);
-    vec3 t3 = cos2 * a2_plus_b2 + sin2 * sin2 + LEAST_SQUARE;
-    vec3 t4 = t2 * sin2;
-    vec3 parallel = perpendicular * (t3 - t4) / (t3 + t4);
-    return 0.5 * (perpendicular + parallel);
-}
-
-#include "material/layers.glsl"
 
 // Whether a lobe is not Lambertian: smooth or rough.
 bool is_specular(Material material) {
@@ -115,7 +84,6 @@ Scatter scatter_conductor(Material material, vec3 wo, Frame frame, vec2 u_facet)
     return Scatter(wi, reflectance * masking_shadowing_weight(material, wo, wi, frame, true), 1.0);
 }
 
-#ifndef WITHOUT_IS_RICH
 // A thin pane of glass: a series of reflections between its two sides, 2 R / (1 + R) in all.
 Scatter scatter_thin(Material material, vec3 wo, Frame frame, float u) {
     float cos_o = dot(wo, frame.n);
@@ -153,7 +121,6 @@ Scatter scatter_coated_conductor(Material material, vec3 wo, Frame frame, vec2 u
     scattered.wi = normalize((scattered.wi - cos_up * frame.n) * material.coat_eta + cos_out * frame.n);
     return scattered;
 }
-#endif
 
 // Samples a lobe that is not Lambertian. u chooses between reflection and transmission, u_facet the
 // microfacet.
@@ -172,7 +139,6 @@ Scatter scatter_specular(Material material, vec3 wo, vec3 n, vec3 tangent, float
     if (HAS_CONDUCTORS && material.kind == CONDUCTOR) {
         scattered = scatter_conductor(material, wo, frame, u_facet);
     }
-#ifndef WITHOUT_IS_RICH
     if (HAS_THIN && material.kind == THIN_DIELECTRIC) {
         scattered = scatter_thin(material, wo, frame, u);
     }
@@ -182,7 +148,6 @@ Scatter scatter_specular(Material material, vec3 wo, vec3 n, vec3 tangent, float
     if (HAS_COATS && material.kind == COATED_CONDUCTOR) {
         scattered = scatter_coated_conductor(material, wo, frame, u_facet);
     }
-#endif
     return scattered;
 }
 

@@ -1,5 +1,10 @@
 // Evaluates the BSDFs of rough surfaces, for directions in a frame with z along the normal on the side
 // of wo. bsdf.glsl samples the same BSDFs. `transport` is RADIANCE or FLUX.
+#include "material/bsdf.glsl"
+#include "material/fresnel.glsl"
+#include "material/microfacet.glsl"
+#include "scene/features.glsl"
+#include "scene/materials.glsl"
 
 BsdfValue evaluate_conductor(Material material, vec3 wo, vec3 wi) {
     vec3 m;

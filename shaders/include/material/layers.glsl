@@ -6,16 +6,10 @@
 // sent_back the part that the underside reflects, the BSDF over a Lambertian base is
 //   T(wo) T(wi) albedo / (pi eta^2 (1 - albedo * sent_back)),
 // exact where the boundary is smooth. The weight of a recorded photon already contains T(wi).
+#include "material/fresnel.glsl"
+#include "scene/features.glsl"
+#include "scene/materials.glsl"
 
-#ifdef WITHOUT_IS_RICH
-float transmittance_to_base(Material material, float cos_i) {
-    return 1.0;
-}
-
-Material choose_lobe(Material material, float cos_o, inout float u) {
-    return material;
-}
-#else
 // Transmittance of a coat: of its boundary and of one way through it. cos_o is outside the coat.
 float coat_transmittance(Material material, float cos_o) {
     float cos_t;
@@ -82,4 +76,3 @@ Material choose_lobe(Material material, float cos_o, inout float u) {
     }
     return material;
 }
-#endif

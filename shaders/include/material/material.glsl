@@ -1,4 +1,13 @@
 // The material at a point of a surface.
+#include "geometry/surface_point.glsl"
+#include "material/bsdf.glsl"
+#include "material/layers.glsl"
+#include "material/texture.glsl"
+#include "math/random.glsl"
+#include "scene/constants.glsl"
+#include "scene/features.glsl"
+#include "scene/materials.glsl"
+#include "scene/scene.glsl"
 
 // Hashes a point to a number in [0, 1).
 float hash_to_unit(vec3 position) {
@@ -19,7 +28,6 @@ bool receives_photons(Material material) {
     return !is_specular(material);
 }
 
-#ifndef WITHOUT_HAS_TEXTURES
 // GGX alpha along the tangent and across. A texture that gives both is read once.
 vec2 textured_alpha(uint u_texture, uint v_texture, vec2 alpha, bool remapped, Surface surface) {
     if (u_texture != NONE) {
@@ -64,18 +72,9 @@ void apply_textures(inout Material material, Surface surface) {
 float mix_amount(Material material, Surface surface) {
     return clamp(textured(material.amount_texture, vec3(material.amount), surface).x, 0.0, 1.0);
 }
-#else
-void apply_textures(inout Material material, Surface surface) {
-}
-
-float mix_amount(Material material, Surface surface) {
-    return material.amount;
-}
-#endif
 
 Material material_at(Surface surface) {
     Material material = materials_at(surface.material);
-#ifndef WITHOUT_IS_RICH
     if (HAS_MIXES) {
         uint flags = material.flags & HAS_LAMBERTIAN;
         float u = hash_to_unit(surface.position);
@@ -84,7 +83,6 @@ Material material_at(Surface surface) {
         }
         material.flags |= flags;
     }
-#endif
     if (HAS_TEXTURES) {
         apply_textures(material, surface);
     }

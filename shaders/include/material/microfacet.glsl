@@ -1,6 +1,8 @@
 // Rough surfaces: microfacets with the GGX distribution (Walter and others 2007) and the Smith
 // masking-shadowing function (Heitz, "Understanding the Masking-Shadowing Function", JCGT 2014).
 // Directions are in a frame with z along the normal; wo.z > 0.
+#include "math/sampling.glsl"
+#include "scene/features.glsl"
 
 struct Frame {
     vec3 s; // along the tangent
@@ -48,15 +50,6 @@ float smith_lambda(vec3 w, vec2 alpha) {
     return 0.5 * (sqrt(1.0 + dot(slope, slope)) - 1.0);
 }
 
-#ifdef WITHOUT_IS_RICH
-vec3 sample_visible_normal(vec3 wo, vec2 alpha, vec2 u) {
-    return vec3(0.0, 0.0, 1.0);
-}
-
-float smith_g2_over_g1(vec3 wo, vec3 wi, vec2 alpha) {
-    return 1.0;
-}
-#else
 // Samples a microfacet normal with pdf proportional to its area that is visible from wo (Dupuy and
 // Benyoub, "Sampling Visible GGX Normals with Spherical Caps", 2023).
 vec3 sample_visible_normal(vec3 wo, vec2 alpha, vec2 u) {
@@ -74,7 +67,6 @@ float smith_g2_over_g1(vec3 wo, vec3 wi, vec2 alpha) {
     float lambda_o = smith_lambda(wo, alpha);
     return (1.0 + lambda_o) / (1.0 + lambda_o + smith_lambda(wi, alpha));
 }
-#endif
 
 // The BSDF for one pair of directions.
 struct BsdfValue {

@@ -1,18 +1,11 @@
 // Textures: values that vary over surfaces. Kernels of scenes without textures leave out this code.
-
-#ifdef WITHOUT_HAS_TEXTURES
-vec3 textured(uint first, vec3 constant, Surface surface) {
-    return constant;
-}
-
-vec3 color_at(Material material, Surface surface) {
-    return material.color;
-}
-
-float opacity(Surface surface) {
-    return 1.0;
-}
-#else
+#include "geometry/quadric.glsl"
+#include "geometry/surface_point.glsl"
+#include "math/sampling.glsl"
+#include "scene/constants.glsl"
+#include "scene/features.glsl"
+#include "scene/materials.glsl"
+#include "scene/scene.glsl"
 
 // Wraps the coordinate of a texel; -1 stands for black.
 int wrap_coordinate(int i, int size, uint wrap) {
@@ -135,4 +128,3 @@ float opacity(Surface surface) {
     }
     return 1.0;
 }
-#endif

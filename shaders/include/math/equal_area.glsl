@@ -1,7 +1,6 @@
-#ifndef EQUAL_AREA
-#define EQUAL_AREA
 // Equal-area map between the sphere and the unit square (Clarberg 2008), in pbrt's orientation. The upper
 // hemisphere is the diamond in the middle; the lower hemisphere is folded out into the corners.
+#include "math/sampling.glsl"
 
 // The unit direction of a point of the square.
 vec3 equal_area_direction(vec2 point) {
@@ -27,4 +26,3 @@ vec2 wrap_equal_area(vec2 point) {
     }
     return point;
 }
-#endif

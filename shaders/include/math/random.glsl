@@ -4,8 +4,7 @@
 // Each of the first LOW_DISCREPANCY_PAIRS pairs of dimensions is a (0,2)-sequence: Owen-scrambled Sobol
 // points with an index shuffled per pair (Burley, "Practical Hash-based Owen Scrambling", JCGT 2020).
 // Later pairs are hashed (Jarzynski and Olano, "Hash Functions for GPU Rendering", JCGT 2020).
-
-layout(constant_id = 20) const uint LOW_DISCREPANCY_PAIRS = 8u;
+#include "scene/features.glsl"
 
 // The numbers of one path.
 struct Random {

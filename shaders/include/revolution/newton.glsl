@@ -9,6 +9,14 @@
 // The method misses roots, and is kept to show how many. In fp32, F is a small difference of large squares;
 // the quotient of a division has the errors of the roots before; a start may converge to another root or
 // to none; and a horizontal ray has no height to eliminate. Renders use revolution.glsl.
+#include "geometry/contact.glsl"
+#include "geometry/hit.glsl"
+#include "geometry/quadric.glsl"
+#include "kernel/invocation.glsl"
+#include "scene/features.glsl"
+#include "scene/primitives.glsl"
+#include "scene/revolutions.glsl"
+#include "scene/scene.glsl"
 
 // Largest number of steps of Newton's method.
 const int NEWTON_STEPS = 16;

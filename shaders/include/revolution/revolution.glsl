@@ -11,6 +11,12 @@
 // bound. An interval is halved until it certainly holds no root or exactly one root, which a bracketed
 // Newton iteration then finds. The domains of A and B overlap a little: a root at their border is found
 // twice rather than missed.
+#include "geometry/contact.glsl"
+#include "kernel/invocation.glsl"
+#include "revolution/ray.glsl"
+#include "revolution/rings.glsl"
+#include "scene/features.glsl"
+#include "scene/scene.glsl"
 
 // A value of the equation up to this, at the end of an interval, is a root: no root is lost between two
 // pieces. It is a few roundings of coordinates up to 1.
@@ -24,8 +30,6 @@ const float SMALLEST_CHANGE = 6.0e-7;
 const float SMALLEST_INTERVAL = 1.0e-6;
 // Bound of the rounding error of a piece's end, in height.
 const float HEIGHT_SLACK = 1.0e-6;
-// A ray whose direction has a smaller z component is horizontal.
-const float SMALLEST_RISE = 1.0e-15;
 // Bounds of loops. No ray needs as many steps; they keep the device from hanging.
 const uint MAX_STEPS = 1024u;
 const uint MAX_ROUNDS = 24u;
@@ -46,24 +50,6 @@ struct ProfilePoint {
     vec2 d;
 };
 
-// A ray in a body's unit space, with its origin p moved to the point closest to the body's centre. The
-// ray parameter k counts from p, in units of length.
-struct RevolutionRay {
-    uint body;      // index into revolutions
-    Ray whole;      // in the space that contains the body
-    float size;     // length of the ray's direction in unit space
-    vec3 p;
-    vec3 d;         // direction, a unit vector
-    float t_offset; // t of p; the t of another point is t_offset + k / size
-    float a;        // |d.xy|^2
-    float root_a;
-    float inverse_a;
-    float b;        // p.xy . d.xy
-    float closest;  // k of the closest approach to the axis
-    float moment;   // |p.xy x d.xy|
-    float inverse;  // 1 / d.z, finite also where d.z is 0
-    float border;   // radius that separates the domains: A below it, B above it
-};
 
 Profile load_profile(uint piece) {
     Profile profile;
@@ -167,55 +153,6 @@ vec2 polish(RevolutionRay ray, ProfilePoint point, float x, float k) {
     vec2 step = vec2(radial * by_k.y - by_k.x * axial, by_x.x * axial - radial * by_x.y) / determinant;
     return all(lessThan(abs(step), vec2(MAX_POLISH))) ? vec2(x, k) + step : vec2(x, k);
 }
-
-// The exact rounding error of products a * b (Dekker 1971), with or without fused multiply-adds.
-vec3 product_error(vec3 a, float b, vec3 product) {
-    precise vec3 a_big = 4097.0 * a;
-    precise vec3 a_high = a_big - (a_big - a);
-    precise vec3 a_low = a - a_high;
-    precise float b_big = 4097.0 * b;
-    precise float b_high = b_big - (b_big - b);
-    precise float b_low = b - b_high;
-    precise vec3 error = ((a_high * b_high - product) + a_high * b_low + a_low * b_high) + a_low * b_low;
-    return error;
-}
-
-RevolutionRay revolution_ray(uint body, Ray world) {
-    vec3 o = transform_point(revolutions_at(body).unit_from_render, world.origin);
-    vec3 d = transform_vector(revolutions_at(body).unit_from_render, world.direction);
-    RevolutionRay ray;
-    ray.body = body;
-    ray.whole = world;
-    ray.size = length(d);
-    ray.t_offset = -dot(o, d) / dot(d, d);
-    // A distant origin must cost no digits: the rounding of the product is added back, and the direction
-    // is not normalised before it is multiplied by the distance.
-    precise vec3 way = ray.t_offset * d;
-    precise vec3 p = (o + way) + product_error(d, ray.t_offset, way);
-    ray.p = p;
-    ray.d = d / ray.size;
-    // Squares of smaller components would underflow.
-    ray.d.xy = dot(ray.d.xy, ray.d.xy) < 1.0e-24 ? vec2(0.0) : ray.d.xy;
-    ray.d.z = abs(ray.d.z) < SMALLEST_RISE ? 0.0 : ray.d.z;
-    ray.a = dot(ray.d.xy, ray.d.xy);
-    ray.root_a = sqrt(ray.a);
-    ray.inverse_a = ray.a > 0.0 ? 1.0 / ray.a : 0.0;
-    ray.b = dot(ray.p.xy, ray.d.xy);
-    ray.moment = abs(ray.p.x * ray.d.y - ray.p.y * ray.d.x);
-    ray.closest = -ray.b * ray.inverse_a;
-    ray.inverse = 1.0 / (ray.d.z == 0.0 ? SMALLEST_RISE : ray.d.z);
-    // The slope of the hyperbola is 1 at the border. A ray without such a point has equation A only.
-    float rest = ray.a - ray.d.z * ray.d.z;
-    ray.border = rest > 0.0 ? ray.moment * inversesqrt(rest) : INFINITY_T;
-    return ray;
-}
-
-// The ray parameter k of a t.
-float k_of(RevolutionRay ray, float t) {
-    return (t - ray.t_offset) * ray.size;
-}
-
-#include "revolution/rings.glsl"
 
 bool is_between(vec2 range, float x) {
     return (x - range.x) * (x - range.y) <= 0.0; // false for NaN
@@ -366,12 +303,7 @@ vec2 find_root(Profile profile, RevolutionRay ray, Search search) {
 }
 
 // Whether a ray may meet a body at x of its profile, by the order of surfaces in contact (contact.glsl).
-#ifdef WITHOUT_HAS_CONTACTS
-bool may_meet_profile(Profile profile, RevolutionRay ray, float x, float k, float t) {
-    return true;
-}
-#else
-bool may_meet_profile(Profile profile, RevolutionRay ray, float x, float k, float t) {
+bool may_meet_profile_in_order(Profile profile, RevolutionRay ray, float x, float k, float t) {
     vec2 q = fma(vec2(k), ray.d.xy, ray.p.xy);
     vec2 slope = profile_direction(profile, evaluate_profile(profile, x));
     // Cosine of the direction with the outer normal, times the distance from the axis.
@@ -380,7 +312,13 @@ bool may_meet_profile(Profile profile, RevolutionRay ray, float x, float k, floa
     bool is_free = ray.whole.begin == 0.0 && ray.whole.otherwise == 0.0; // no surface is excluded
     return is_free || may_meet(ray.whole, revolutions_at(ray.body).material, leaves, t);
 }
-#endif
+
+bool may_meet_profile(Profile profile, RevolutionRay ray, float x, float k, float t) {
+    if (HAS_CONTACTS) {
+        return may_meet_profile_in_order(profile, ray, x, k, t);
+    }
+    return true;
+}
 
 // Begins the search on a piece.
 void begin_piece(Profile profile, RevolutionRay ray, float k_min, float k_max, inout Search search) {

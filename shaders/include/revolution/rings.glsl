@@ -1,4 +1,8 @@
 // Finds the pieces of a body of revolution that a ray may meet, by their bounding rings.
+#include "kernel/invocation.glsl"
+#include "revolution/ray.glsl"
+#include "scene/revolutions.glsl"
+#include "scene/scene.glsl"
 
 // The part of a ray between two parameters, in the half plane of the profile.
 struct RingRay {

@@ -1,27 +1,43 @@
-// The scene: set 0 of every kernel that traces rays.
-#include "scene/types.glsl"
-#include "scene/specialization.glsl"
+// The scene: set 0 of every kernel that traces rays. The build script makes from this list the structs
+// that hold the arrays on the host and on the device, the upload, the count of bytes, and what the
+// identity of a render digests. The first word of each line says what the array tells of: shapes,
+// materials or lights; `derived` ones follow from the others. A checkpoint's digests take arrays in
+// the order of their lines: append to a part, and old checkpoints of scenes that have the array are
+// refused.
+#include "scene/constants.glsl"
+#include "scene/info.glsl"
+#include "scene/lights.glsl"
+#include "scene/materials.glsl"
+#include "scene/primitives.glsl"
+#include "scene/revolutions.glsl"
 
-TEXELS(0, 0, SceneInfo, scene_info)
-// A kernel that asks for it reads it once, at its start: llvmpipe takes nothing out of loops.
-SceneInfo scene;
-TEXELS(0, 1, BvhPair, bvh_pairs)
-TEXELS(0, 2, uint, primitives)
-TEXELS(0, 3, Triangle, triangles)
-TEXELS(0, 4, TriangleNormals, triangle_normals)
-TEXELS(0, 5, Quadric, quadrics)
-TEXELS(0, 6, Material, materials)
-TEXELS(0, 7, Light, lights)
-TEXELS(0, 8, AliasEntry, emission_table)
-TEXELS(0, 9, AliasEntry, direct_table)
-TEXELS(0, 10, Revolution, revolutions)
-TEXELS(0, 11, RevolutionPiece, revolution_pieces)
-TEXELS(0, 20, LightImage, light_images)
-TEXELS(0, 21, LightTexel, light_texels)
-TEXELS(0, 24, Instance, instances)
-TEXELS(0, 16, TextureNode, texture_nodes)
-TEXELS(0, 17, uvec4, texture_texels) // two in each, of four half floats
-TEXELS(0, 18, TriangleUvs, triangle_uvs) // of all triangles, or of none
-// Only a research solver reads these.
-layout(std430, set = 0, binding = 12) readonly buffer SegmentBlock { RevolutionSegment data[]; } revolution_segments;
-layout(std430, set = 0, binding = 13) readonly buffer StartBlock { NewtonStart data[]; } newton_starts;
+// What there is besides the arrays; one.
+TEXELS(SceneInfo, scene_info)
+// A kernel reads it once, at its start: llvmpipe takes nothing out of loops. Nothing writes it later.
+SceneInfo scene = scene_info_at(0u);
+
+// Bounding volume hierarchies; the scene's root is the first pair. None where there is no surface.
+SCENE_TEXELS(derived, BvhPair, bvh_pairs)
+// Primitive references in the order of the leaves.
+SCENE_TEXELS(derived, uint, primitives)
+SCENE_TEXELS(shapes, Triangle, triangles) // of all meshes
+SCENE_TEXELS(shapes, TriangleNormals, triangle_normals) // of those triangles that have shading normals
+SCENE_TEXELS(shapes, TriangleUvs, triangle_uvs) // of all triangles, or of none if nothing asks for them
+SCENE_TEXELS(shapes, Quadric, quadrics) // spheres and disks
+SCENE_TEXELS(shapes, Revolution, revolutions) // bodies of revolution
+SCENE_TEXELS(shapes, RevolutionPiece, revolution_pieces) // the stretches of their profiles
+SCENE_TEXELS(shapes, Instance, instances) // places of objects that have hierarchies of their own
+// Whole segments of profiles; empty but for the classical solver.
+SCENE_BUFFER(derived, RevolutionSegment, revolution_segments)
+// Vertices of the segments' approximations.
+SCENE_BUFFER(derived, NewtonStart, newton_starts)
+// Materials: the scene's, then those of surfaces that are not all there.
+SCENE_TEXELS(materials, Material, materials)
+SCENE_TEXELS(materials, TextureNode, texture_nodes) // each after the nodes that it is made of
+SCENE_TEXELS(materials, uvec4, texture_texels) // texels of images: two in each, of four half floats
+// Lights: skies first, then others that are no surface, then every emitting primitive.
+SCENE_TEXELS(lights, Light, lights)
+SCENE_TEXELS(lights, LightImage, light_images) // the images of lights that have one
+SCENE_TEXELS(lights, LightTexel, light_texels) // their rows and texels
+SCENE_TEXELS(derived, AliasEntry, emission_table) // chooses lights for photons, by power
+SCENE_TEXELS(derived, AliasEntry, direct_table) // chooses lights for next-event estimation

@@ -254,28 +254,31 @@ mod tests {
         let copies: String =
             PLACES.iter().map(|place| format!("AttributeBegin\n{place}\n{SHAPES}AttributeEnd\n")).collect();
         let b = packed(&copies);
-        assert_eq!((a.instances.len(), a.triangles.len(), a.quadrics.len()), (0, 3, 3));
-        assert_eq!(bytemuck::cast_slice::<_, u8>(&a.triangles), bytemuck::cast_slice::<_, u8>(&b.triangles));
+        assert_eq!((a.arrays.instances.len(), a.arrays.triangles.len(), a.arrays.quadrics.len()), (0, 3, 3));
+        assert_eq!(
+            bytemuck::cast_slice::<_, u8>(&a.arrays.triangles),
+            bytemuck::cast_slice::<_, u8>(&b.arrays.triangles)
+        );
         // A mirror in the instance's transform leaves a sphere's normal as it is, one in the
         // sphere's own turns it.
-        let flipped = |packed: &PackedScene| packed.quadrics.iter().map(|q| q.flipped).collect::<Vec<_>>();
+        let flipped = |packed: &PackedScene| packed.arrays.quadrics.iter().map(|q| q.flipped).collect::<Vec<_>>();
         assert_eq!((flipped(&a), flipped(&b)), (vec![0, 0, 0], vec![0, 1, 1]));
-        assert!(a.specialization.is_flat && !a.specialization.has_instances);
+        assert!(a.features.is_flat && !a.features.has_instances);
     }
 
     #[test]
     fn many_instances_share_what_they_are_of() {
         let a = packed(&(instances(SHAPES, &PLACES.repeat(1000)) + "Shape \"disk\""));
-        assert_eq!((a.instances.len(), a.triangles.len(), a.quadrics.len()), (3000, 1, 2));
-        assert!(a.specialization.has_instances && !a.specialization.is_flat);
-        let object = a.instances[0].root as usize;
-        assert_eq!(a.bvh_pairs.len(), object + 1, "the object's pair comes last");
-        assert!(a.instances.iter().all(|instance| instance.root as usize == object));
+        assert_eq!((a.arrays.instances.len(), a.arrays.triangles.len(), a.arrays.quadrics.len()), (3000, 1, 2));
+        assert!(a.features.has_instances && !a.features.is_flat);
+        let object = a.arrays.instances[0].root as usize;
+        assert_eq!(a.arrays.bvh_pairs.len(), object + 1, "the object's pair comes last");
+        assert!(a.arrays.instances.iter().all(|instance| instance.root as usize == object));
     }
 
     #[test]
     fn what_stands_nowhere_is_not_packed() {
         let a = packed("ObjectBegin \"o\"\nShape \"sphere\" \"float radius\" 9\nObjectEnd\nShape \"disk\"");
-        assert_eq!((a.quadrics.len(), a.space.scale), (1, 0.5));
+        assert_eq!((a.arrays.quadrics.len(), a.space.scale), (1, 0.5));
     }
 }

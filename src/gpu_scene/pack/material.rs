@@ -4,7 +4,7 @@ use super::PackError;
 use super::texture::PackedTextures;
 use crate::kernels::{
     self, BY_REFLECTANCE, COATED_CONDUCTOR, COATED_DIFFUSE, CONDUCTOR, DIELECTRIC, DIFFUSE, DIFFUSE_TRANSMISSION,
-    HAS_LAMBERTIAN, MIX, NONE, REMAPPED, REMAPPED_COAT, Specialization, THIN_DIELECTRIC,
+    HAS_LAMBERTIAN, MIX, MaterialFeatures, NONE, REMAPPED, REMAPPED_COAT, THIN_DIELECTRIC,
 };
 use crate::scene::{Coat, Input, Material, Metal, Rgb, Roughness};
 
@@ -205,7 +205,7 @@ fn sent_back_by_facets(coat: &Coat, alpha: f64) -> f64 {
 }
 
 /// What kernels need to know of a scene's materials.
-pub(super) fn specialize(materials: &[kernels::Material]) -> Specialization {
+pub(super) fn specialize(materials: &[kernels::Material]) -> MaterialFeatures {
     let has = |kind| materials.iter().any(|material| material.kind == kind);
     let has_coats = has(COATED_DIFFUSE) || has(COATED_CONDUCTOR);
     let has_conductors = has(CONDUCTOR) || has(COATED_CONDUCTOR);
@@ -217,9 +217,7 @@ pub(super) fn specialize(materials: &[kernels::Material]) -> Specialization {
             || m.alpha_u_texture != m.alpha_v_texture
             || m.coat_u_texture != m.coat_v_texture
     };
-    let is_plain = |m: &kernels::Material| [DIFFUSE, CONDUCTOR, DIELECTRIC].contains(&m.kind) && !is_rough(m);
-    Specialization {
-        is_rich: !materials.iter().all(is_plain),
+    MaterialFeatures {
         has_conductors,
         has_dielectrics,
         has_coats,
@@ -230,7 +228,6 @@ pub(super) fn specialize(materials: &[kernels::Material]) -> Specialization {
         has_specular: has_conductors || has_dielectrics || has_coats || has_thin,
         has_rough: materials.iter().any(is_rough),
         has_anisotropic: materials.iter().any(is_anisotropic),
-        ..Specialization::default()
     }
 }
 

@@ -6,7 +6,7 @@ use goblet_host::{Device, Frame, Pass};
 use super::deposit;
 use crate::kernels::{
     Cell, GatherGrid, GatherGridPush, GridCount, GridCountPush, GridFill, GridFillPush, GridPlace, GridReserve,
-    GridReservePush, PhotonRecord, Specialization,
+    GridReservePush, POINTS, PhotonRecord, Specialization,
 };
 use crate::render::buffers::{Buffers, Sizes, device_arrays, invocations_by_tile};
 use crate::render::counters::Tally;
@@ -14,16 +14,13 @@ use crate::render::error::RenderError;
 use crate::render::pacing::Pace;
 use crate::render::stage::Stage;
 
-/// Pixels of an invocation that gathers.
-const POINTS: u64 = 2;
-
 device_arrays! {
     /// The grid's arrays, for as many photons as a batch may record.
     pub struct GridArrays(sizes) {
         cells: Buffer<Cell>[sizes.recorded.next_power_of_two()],
         grid_filled: Buffer<u32>[1_u32],
         grid_photons: Texels<PhotonRecord>[sizes.recorded],
-        places: Buffer<GridPlace>[sizes.by_tile / POINTS],
+        places: Buffer<GridPlace>[sizes.by_tile / u64::from(POINTS)],
     }
 }
 
@@ -109,7 +106,8 @@ impl HashGrid {
         let cell_mask = self.cell_count(recorded) - 1;
         let [width, height] = on.settings.resolution;
         let push = |offset, resumed| GatherGridPush { width, height, cell_mask, resumed, offset };
-        deposit(on, ("gather_grid", &self.gather), invocations_by_tile([width, height]) / POINTS, pace, push)
+        let invocations = invocations_by_tile([width, height]) / u64::from(POINTS);
+        deposit(on, ("gather_grid", &self.gather), invocations, pace, push)
     }
 
     /// Cells of a grid over `recorded` photons: a power of two, and no more than there are

@@ -66,7 +66,7 @@ impl Request {
     ///
     /// # Errors
     /// A value is not one of its option, or two options do not fit each other.
-    pub fn from_values<'a>(values: &[(&'static RenderOption, &'a str)]) -> Result<Self, Refusal> {
+    pub fn from_values(values: &[(&'static RenderOption, &str)]) -> Result<Self, Refusal> {
         let value_of = |name: &str| values.iter().find(|(given, _)| given.name == name).map(|(_, value)| *value);
         let mut request = Self::default();
         for option in OPTIONS {

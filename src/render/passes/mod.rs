@@ -17,8 +17,7 @@ use photon::PhotonPass;
 use radius::RadiusPass;
 use update::UpdatePass;
 
-use crate::gpu_scene::upload::GpuScene;
-use crate::kernels::Specialization;
+use crate::kernels::{GpuScene, Specialization};
 use crate::render::buffers::{Buffers, Sizes};
 use crate::render::lookup::Lookup;
 use crate::render::options::LookupKind;

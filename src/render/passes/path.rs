@@ -6,8 +6,7 @@ use std::time::Instant;
 use bytemuck::{Pod, Zeroable};
 use goblet_host::{Compiling, Device, Pass};
 
-use crate::gpu_scene::upload::GpuScene;
-use crate::kernels::{Counters, Eye, EyePush, Photon, PhotonPush, Specialization};
+use crate::kernels::{Counters, Eye, EyePush, GpuScene, PassFeatures, Photon, PhotonPush, Specialization};
 use crate::render::buffers::Buffers;
 use crate::render::error::RenderError;
 use crate::render::pacing::Pace;
@@ -83,7 +82,7 @@ impl PathKernels {
     }
 
     fn specialization(&self, is_resumable: bool) -> Specialization {
-        Specialization { is_resumable, ..self.specialization }
+        Specialization { pass: PassFeatures { is_resumable }, ..self.specialization }
     }
 }
 

@@ -6,13 +6,15 @@ use glam::{DAffine3, DVec3};
 use goblet_host::{Buffer, Pass};
 
 use crate::bench::{Bench, Rng, double, single};
-use crate::generated::{BodyRay, FindRoots, FoundRoot, HitRevolutions, INDEX_MASK, Met, NONE, Specialization};
+use crate::generated::{
+    BodyRay, FindRoots, FoundRoot, GpuScene, HitRevolutions, INDEX_MASK, Met, NONE, SceneFeatures, Specialization,
+};
 use crate::revolution::line::Line;
 use crate::revolution::oracle::Oracle;
 use crate::revolution::profiles::Profile;
 use crate::revolution::rays::{Extent, Kind, draw};
 use crate::revolution::tally::{Found, Missing, Tally, View};
-use crate::world::{GpuWorld, World, affine};
+use crate::world::{World, affine};
 
 /// Roots that find_roots keeps of a ray; only rays that graze along a surface have more.
 const MOST_ROOTS: usize = 32;
@@ -48,7 +50,7 @@ pub struct Lab<'a> {
     hit: Pass<()>,
     /// Made when it is first used.
     find: OnceCell<Pass<()>>,
-    uploaded: GpuWorld,
+    uploaded: GpuScene,
     specialization: Specialization,
 }
 
@@ -59,14 +61,17 @@ impl<'a> Lab<'a> {
         let (rays, met) = (bench.output(batch), bench.output(batch));
         let (roots, counts) = (bench.output(batch * MOST_ROOTS), bench.output(batch));
         let specialization = Specialization {
-            has_triangles: false,
-            has_spheres: false,
-            has_disks: false,
-            has_quadrics: false,
-            revolution_pairs: packed.specialization.revolution_pairs,
-            is_flat: packed.specialization.is_flat,
-            flat_revolutions: packed.specialization.flat_revolutions,
-            ..Specialization::default()
+            scene: SceneFeatures {
+                has_triangles: false,
+                has_spheres: false,
+                has_disks: false,
+                has_quadrics: false,
+                revolution_pairs: packed.features.revolution_pairs,
+                is_flat: packed.features.is_flat,
+                flat_revolutions: packed.features.flat_revolutions,
+                ..Specialization::DECLARED.scene
+            },
+            ..Specialization::DECLARED
         };
         let uploaded = world.upload(bench);
         let kernel = HitRevolutions { scene: uploaded.bindings(), rays: &rays, met: &met };
@@ -113,7 +118,8 @@ impl<'a> Lab<'a> {
     /// What rays meet first, found as in scenes of many bodies.
     pub fn meet_by_hierarchy(&self, rays: &[BodyRay]) -> Vec<Met> {
         let kernel = HitRevolutions { scene: self.uploaded.bindings(), rays: &self.rays, met: &self.met };
-        let specialization = Specialization { is_flat: false, flat_revolutions: 0, ..self.specialization };
+        let scene = SceneFeatures { is_flat: false, flat_revolutions: 0, ..self.specialization.scene };
+        let specialization = Specialization { scene, ..self.specialization };
         self.run_hit(&self.bench.device().pass(&kernel, &specialization, 64).expect("a pass"), rays)
     }
 

@@ -1,0 +1,107 @@
+//! Turns GLSL kernels into typed Rust.
+//!
+//! Every `.comp` file of a folder is put together with its includes ([`source`]), compiled to
+//! SPIR-V once per workgroup size ([`compile`]), reflected ([`reflect`]), and described in
+//! `$OUT_DIR/kernels.rs` ([`generate`]): one struct per GPU struct, one per kernel whose fields are
+//! its bindings, one for the scene's arrays, one per group of features. Each of these is thereby
+//! written once, in GLSL; renaming a binding or a field stops Rust from compiling.
+//!
+//! The GLSL is plain but for the following lines, which the build script expands:
+//!
+//! | line | declares |
+//! |---|---|
+//! | `TEXELS(T, name)`, `STORED_TEXELS`, `UPDATED_TEXELS` | an array in an image: [`texels`] |
+//! | `BUFFER(T, name)`, `UPDATED_BUFFER` | an array in a storage buffer: `name.data[i]` |
+//! | `VALUE(T, name)`, `UPDATED_VALUE` | one value in a storage buffer: `name.value` |
+//! | `SCENE_TEXELS(part, T, name)`, `SCENE_BUFFER` | an array of the scene: scene.glsl |
+//! | `FEATURES Name {` .. `};` | specialization constants: features.glsl |
+//! | `export const uint NAME = 1u;` | a number that Rust knows too |
+//!
+//! Sets, bindings and ids of constants are numbered in the order of these lines.
+
+use std::error::Error;
+use std::path::{Path, PathBuf};
+use std::process::ExitCode;
+use std::{env, fs};
+
+mod compile;
+mod generate;
+mod reflect;
+mod source;
+mod texels;
+
+/// What to build.
+pub struct Build<'a> {
+    /// The folder that has `shaders/`, relative to the package that is built.
+    pub root: &'a str,
+    /// The folder of the kernels, relative to the root.
+    pub folder: &'a str,
+    /// Invocations of a workgroup: each kernel is built for each of these.
+    pub workgroup_sizes: &'a [u32],
+    /// What the generated Rust declares.
+    pub scope: Scope,
+}
+
+/// What the generated Rust declares.
+#[derive(Clone, Copy, PartialEq)]
+pub enum Scope {
+    /// All that the kernels need.
+    Library,
+    /// What the kernels' own files declare. The structs of `shaders/include/`, the features and the
+    /// scene's arrays are those of `goblet::kernels`.
+    Tests,
+}
+
+/// The whole of a build script.
+pub fn main(build: &Build<'_>) -> ExitCode {
+    match run(build) {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(error) => {
+            eprintln!("{error}");
+            ExitCode::FAILURE
+        }
+    }
+}
+
+type Result<T> = std::result::Result<T, Box<dyn Error>>;
+
+fn run(build: &Build<'_>) -> Result<()> {
+    let root = PathBuf::from(env::var("CARGO_MANIFEST_DIR")?).join(build.root);
+    let out = PathBuf::from(env::var("OUT_DIR")?);
+    for folder in [build.folder, "shaders/include"] {
+        println!("cargo:rerun-if-changed={}", root.join(folder).display());
+    }
+    let mut kernels = Vec::new();
+    for path in kernel_files(&root.join(build.folder))? {
+        kernels.push(build_kernel(&root, &path, build, &out)?);
+    }
+    fs::write(out.join("kernels.rs"), generate::generate(&kernels, build)?)?;
+    Ok(())
+}
+
+fn kernel_files(folder: &Path) -> Result<Vec<PathBuf>> {
+    let mut paths: Vec<PathBuf> =
+        fs::read_dir(folder)?.map(|entry| entry.map(|entry| entry.path())).collect::<std::result::Result<_, _>>()?;
+    paths.retain(|path| path.extension().is_some_and(|extension| extension == "comp"));
+    paths.sort();
+    Ok(paths)
+}
+
+/// Compiles a kernel for each workgroup size, and reflects it.
+fn build_kernel(root: &Path, path: &Path, build: &Build<'_>, out: &Path) -> Result<generate::Kernel> {
+    let shown = format!("{}/{}", build.folder, path.file_name().unwrap_or_default().display());
+    let name = path.file_stem().and_then(|stem| stem.to_str()).ok_or("a kernel's file name is not UTF-8")?;
+    let source = source::read(root, path, &shown)?;
+    let mut reflected = None;
+    for size in build.workgroup_sizes {
+        let spirv = compile::compile(&source, *size)?;
+        let kernel = reflect::reflect(name, &spirv, &source).map_err(|error| format!("{shown}: {error}"))?;
+        if kernel.workgroup_size != [*size, 1, 1] {
+            return Err(format!("{shown}: include kernel/invocation.glsl").into());
+        }
+        fs::write(out.join(format!("{name}.{size}.spv")), spirv)?;
+        reflected = Some(kernel);
+    }
+    let reflected = reflected.ok_or("no workgroup size to build for")?;
+    Ok(generate::Kernel { reflected, source })
+}

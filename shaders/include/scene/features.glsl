@@ -1,0 +1,80 @@
+// The features: what kernels are specialised to. Before a driver sees a kernel, the host takes out the
+// code that needs a feature which the scene does not have (host/src/specialize.rs): it costs nothing.
+// So code asks `if (HAS_X)`, and nothing else leaves it out.
+//
+// A block is decided in one place, which has to say all of it; each line says what a scene without
+// the feature leaves out. Values are those of Specialization::DECLARED, for kernels that can do
+// everything. naga reads no operation on specialization constants alone, so their combinations are
+// constants too, and `!X` is an else.
+
+// Of shapes, lights, and textures: src/gpu_scene/pack.rs.
+FEATURES SceneFeatures {
+    bool HAS_TRIANGLES = true;          // surfaces that are triangles
+    bool HAS_SPHERES = true;            // surfaces that are spheres
+    bool HAS_DISKS = true;              // surfaces that are disks
+    bool HAS_CUT_SPHERES = true;        // quadrics of which a part is cut away
+    bool HAS_REVOLUTIONS = true;        // bodies of revolution
+    bool HAS_QUADRICS = true;           // spheres or disks
+    bool HAS_CURVED = true;             // any shape but triangles
+    bool HAS_INSTANCES = true;          // objects with hierarchies of their own
+    bool HAS_SHADING_NORMALS = true;    // triangles with normals at their corners
+    bool HAS_CONTACTS = true;           // surfaces of different bodies that coincide
+    uint REVOLUTION_PAIRS = 5u;         // pairs of powers in the highest polynomial of any profile
+    bool REVOLUTION_NEWTON = false;     // rays meet whole segments, by the classical solver
+    bool IS_FLAT = false;               // few primitives, for which a hierarchy costs more than it saves
+    uint FLAT_TRIANGLES = 0u;           // triangles of a flat scene
+    uint FLAT_QUADRICS = 0u;            // quadrics of a flat scene
+    uint FLAT_REVOLUTIONS = 0u;         // bodies of revolution of a flat scene
+    bool HAS_SPOT_LIGHTS = true;        // points with a cone
+    bool HAS_DISTANT_LIGHTS = true;     // parallel light
+    bool HAS_INFINITE_LIGHTS = true;    // constant ones or skies
+    bool HAS_AREA_LIGHTS = true;        // primitives that emit
+    bool HAS_SKIES = true;              // infinite lights of an image
+    bool HAS_GONIOMETRIC_LIGHTS = true; // points whose intensity is an image
+    bool HAS_PROJECTION_LIGHTS = true;  // points that project an image
+    bool HAS_LOCATABLE_LIGHTS = true;   // any light but constant infinite ones
+    bool HAS_HITTABLE_LIGHTS = true;    // area or infinite lights
+    bool HAS_TRIANGLE_LIGHTS = true;    // triangles that emit
+    bool HAS_SPHERE_LIGHTS = true;      // spheres that emit
+    bool HAS_DISK_LIGHTS = true;        // disks that emit
+    bool HAS_REVOLUTION_LIGHTS = true;  // bodies of revolution that emit
+    bool HAS_TEXTURES = true;           // values that vary over surfaces
+    bool HAS_ALPHA = true;              // surfaces that are cut away in part, by a texture
+    bool HAS_IMAGE_EMITTERS = true;     // area lights with a texture
+    bool HAS_IMAGE_TEXTURES = true;     // textures that are images
+    bool HAS_TEXTURE_TREES = true;      // textures of more than one node
+};
+
+// Of materials: src/gpu_scene/pack/material.rs.
+FEATURES MaterialFeatures {
+    bool HAS_CONDUCTORS = true;         // metals, coated ones too
+    bool HAS_DIELECTRICS = true;        // bodies of glass or of a liquid
+    bool HAS_THIN = false;              // panes of glass without thickness
+    bool HAS_COATS = false;             // coated Lambertian surfaces or metals
+    bool HAS_DIFFUSE_TRANSMISSION = false;// surfaces that are Lambertian on both sides
+    bool HAS_MIXES = false;             // materials that are one of two by chance
+    bool HAS_LAYERS = false;            // materials of several lobes: coats, mixes, diffuse transmission
+    bool HAS_SPECULAR = true;           // any lobe that is not Lambertian
+    bool HAS_ROUGH = false;             // conductors, dielectrics or coats that are rough
+    bool HAS_ANISOTROPIC = true;        // roughness that differs by direction
+};
+
+// Of the camera: src/gpu_scene/camera.rs.
+FEATURES CameraFeatures {
+    bool HAS_SIGNED_FILTER = false;     // the pixel filter has negative lobes, and so has the radiance that an iteration adds
+    bool IS_ORTHOGRAPHIC = false;       // parallel lines of sight
+    bool IS_SPHERICAL = false;          // sees all directions
+    bool IS_EQUAL_AREA = false;         // sees all directions, by equal areas and not by angles
+};
+
+// Of a render's options: src/render/options.rs.
+FEATURES RenderFeatures {
+    bool DIRECT_NEE = true;             // next-event estimation finds direct light, photons do not
+    uint LOW_DISCREPANCY_PAIRS = 8u;    // pairs of random numbers of a path that are a sequence: random.glsl
+    float CELL_SCALE = 1.0;             // width of a cell of the hash grid, in diameters of the largest disc
+};
+
+// Of a pass: src/render/passes/path.rs.
+FEATURES PassFeatures {
+    bool IS_RESUMABLE = false;          // invocations go on in further dispatches: interruption.glsl
+};
