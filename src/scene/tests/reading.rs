@@ -45,13 +45,14 @@ fn normals_that_are_none_leave_the_triangle_its_own() {
             let packed = pack_with([bad, "0 0 -1", "0 0 -1"], before);
             assert!(packed.arrays.triangle_normals.is_empty() && !packed.features.has_shading_normals, "{bad}");
             let [a, b, c] =
-                [packed.triangles[0].p0, packed.triangles[0].p1, packed.triangles[0].p2].map(DVec3::from_f32);
+                [packed.arrays.triangles[0].p0, packed.arrays.triangles[0].p1, packed.arrays.triangles[0].p2]
+                    .map(DVec3::from_f32);
             assert_eq!((b - a).cross(c - a).z < 0.0, turned, "{bad} after {before:?}");
         }
         let packed = pack_with(["0 0 0"; 3], before);
-        assert!(packed.triangle_normals.is_empty(), "no direction at all");
+        assert!(packed.arrays.triangle_normals.is_empty(), "no direction at all");
         // pbrt's sum of the others has a direction.
-        assert_eq!(pack_with(["0 0 0", "0 0 1", "0 0 1"], before).triangle_normals.len(), 1);
+        assert_eq!(pack_with(["0 0 0", "0 0 1", "0 0 1"], before).arrays.triangle_normals.len(), 1);
     }
 }
 
@@ -69,9 +70,9 @@ impl FromF32 for DVec3 {
 fn other_meshes_fall_back_on_their_own_normals_too() {
     let patch = "\"point3 P\" [0 0 0 1 0 0 0 1 0 1 1 0]";
     let zero = in_world(&format!("Shape \"bilinearmesh\" {patch} \"normal N\" [0 0 0 0 0 0 0 0 0 0 0 0]"));
-    assert!(packed(&zero).triangle_normals.is_empty());
+    assert!(packed(&zero).arrays.triangle_normals.is_empty());
     let mesh = "Shape \"trianglemesh\" \"point3 P\" [0 0 0 1 0 0 0 1 0] \"normal N\" [0 0 0 0 0 0 0 0 0]";
-    assert!(packed(&in_world(mesh)).triangle_normals.is_empty());
+    assert!(packed(&in_world(mesh)).arrays.triangle_normals.is_empty());
 }
 
 #[test]
@@ -97,7 +98,7 @@ fn transforms_that_cannot_be_inverted_matter_only_to_what_needs_them() {
     // A mesh is its points; normals have no images.
     let mesh = "Shape \"trianglemesh\" \"point3 P\" [0 0 0 0 1 0 0 0 1] \"normal N\" [1 0 0 1 0 0 1 0 0]";
     let scene = packed(&in_world(&format!("{singular} {mesh}")));
-    assert_eq!((scene.triangles.len(), scene.triangle_normals.len()), (1, 0));
+    assert_eq!((scene.arrays.triangles.len(), scene.arrays.triangle_normals.len()), (1, 0));
     let light = in_world(&format!("{singular} LightSource \"point\" \"point3 from\" [3 4 5]"));
     assert!(matches!(light.lights[1], Light::Point { position, .. } if position == DVec3::new(2.0, 4.0, 5.0)));
     // A texture is mapped from the surface wherever it is declared.
@@ -216,7 +217,7 @@ fn textures_may_be_declared_after_what_names_them() {
     ];
     let bytes = |parts: &[&str]| {
         let packed = packed(&in_world(&parts.join("\n")));
-        (bytemuck::cast_slice::<_, u8>(&packed.materials).to_vec(), packed.texture_nodes.len())
+        (bytemuck::cast_slice::<_, u8>(&packed.arrays.materials).to_vec(), packed.arrays.texture_nodes.len())
     };
     let in_order = bytes(&[&textures[..], &users].concat());
     assert!(in_order.1 > 3);

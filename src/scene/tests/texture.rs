@@ -196,7 +196,7 @@ fn textures_of_too_many_textures_are_refused() {
         };
         let world: String = (1..=levels).map(level).collect();
         let scene = in_world(&format!("{first}{world}Material \"diffuse\" \"texture reflectance\" \"{levels}\""));
-        pack(&scene.unwrap(), RevolutionSolver::default()).map(|packed| packed.texture_nodes.len())
+        pack(&scene.unwrap(), RevolutionSolver::default()).map(|packed| packed.arrays.texture_nodes.len())
     };
     assert_eq!(chain(3, "").unwrap(), 10);
     assert!(chain(6, "\"texture tex2\" \"#\"").is_ok());
