@@ -75,7 +75,25 @@ fn run(build: &Build<'_>) -> Result<()> {
     for path in kernel_files(&root.join(build.folder))? {
         kernels.push(build_kernel(&root, &path, build, &out)?);
     }
+    if build.scope == Scope::Tests {
+        check_includes(&root, &root.join("shaders/include"))?;
+    }
     fs::write(out.join("kernels.rs"), generate::generate(&kernels, build)?)?;
+    Ok(())
+}
+
+/// Compiles each include on its own: it includes what it needs.
+fn check_includes(root: &Path, folder: &Path) -> Result<()> {
+    for entry in fs::read_dir(folder)? {
+        let path = entry?.path();
+        if path.is_dir() {
+            check_includes(root, &path)?;
+        } else {
+            let mut source = source::read(root, &path, &path.strip_prefix(root)?.display().to_string())?;
+            source.text += "void main() {}\n";
+            compile::compile(&source, 64)?;
+        }
+    }
     Ok(())
 }
 
