@@ -50,8 +50,7 @@ struct GraphicsState {
     texture_defaults: Arc<ParamList>,
 }
 
-/// A reference to a material: its slot, or a name that is looked up at the end, because a scene may use a
-/// name before it defines the material.
+/// A material's slot, or its name, which is looked up at the end because a scene may define it later.
 #[derive(Clone, Debug)]
 enum MaterialRef {
     Slot(usize),
@@ -140,7 +139,6 @@ pub(in crate::scene) struct SceneBuilder {
     warnings: Vec<String>,
     /// Number of warnings that are not kept.
     more_warnings: u64,
-    /// The scene's budget of memory.
     budget: Arc<Budget>,
     /// Errors so far, if all errors are collected.
     collected: Option<Collected>,
@@ -186,12 +184,10 @@ impl SceneBuilder {
         }
     }
 
-    /// Sets the colour space of later values.
     pub fn set_color_space(&mut self, space: ColorSpace) {
         self.state.color_space = space;
     }
 
-    /// Returns the colour space in force.
     pub fn color_space(&self) -> ColorSpace {
         self.state.color_space
     }
