@@ -63,7 +63,8 @@ pub enum PackError {
     /// The scene has more primitives than a reference can address.
     #[error("the scene has {0} primitives; at most {max} fit", max = kernels::FIRST_MASK)]
     TooManyPrimitives(usize),
-    /// A texture needs more intermediate values than the kernel's stack holds.
+    /// A texture has too many nodes or nested textures, or needs more intermediate values than the kernel's
+    /// stack holds.
     #[error(
         "{location}: the texture is made of too many others; expected at most {max} values at a time",
         max = kernels::TEXTURE_STACK

@@ -279,7 +279,7 @@ pub enum Material {
     },
     /// A metal under a coat.
     CoatedConductor {
-        /// Reflectance of the metal; constant optical constants are relative to the coat.
+        /// Reflectance of the metal; optical constants are relative to the coat's index.
         metal: Metal,
         /// Roughness of the metal.
         roughness: Roughness,
@@ -329,8 +329,8 @@ pub struct Instance {
     /// Index of the object: the copy consists of all shapes with this [`Shape::object`], of which there is
     /// at least one.
     pub object: usize,
-    /// Transform from the space that the object's shapes have for world space to world space itself;
-    /// invertible.
+    /// Transform to world space from the space that [`Shape::world_from_object`] of the object's shapes
+    /// leads to; invertible.
     pub world_from_instance: DAffine3,
 }
 

@@ -53,7 +53,8 @@ impl Rewrite<'_> {
                         self.edit(&params, &mut edits, &[]);
                     }
                 }
-                // Bodies and all other shapes ignore these parameters, but meshes would not.
+                // Bodies ignore these parameters, but the new meshes would not. No other shape of a scene
+                // that was read without an error uses them.
                 "Attribute" if is(first, "shape") && !self.meshes.is_empty() => {
                     self.edit(&params, &mut edits, &["displacement", "displacement.edgelength"]);
                 }

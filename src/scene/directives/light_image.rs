@@ -33,7 +33,8 @@ const MAX_TEXELS: usize = 1 << 25;
 /// Maximum side of an image: alias tables store the index of a texel in its row in 16 bits.
 const MAX_SIDE: u32 = 1 << 16;
 
-/// Reads the image file that a light names. Negative channels and NaNs become 0; infinite ones are errors.
+/// Reads the image file that a light names. Negative channels become 0; channels that are not finite are
+/// errors.
 pub(in crate::scene) fn read(
     name: &str,
     params: &ParamList,

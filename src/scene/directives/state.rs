@@ -420,7 +420,7 @@ impl SceneBuilder {
         Ok(())
     }
 
-    /// Adds a shape; `location` is the place of its type, `directive` that of the directive.
+    /// Adds a shape. `location` is the place of its type, `directive` the place of the directive.
     pub fn shape(
         &mut self,
         name: &str,

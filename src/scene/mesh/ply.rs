@@ -235,7 +235,8 @@ impl Body<'_> {
             return Err(self.source.invalid(what));
         };
         for face in 0..self.face_count {
-            // A face of four vertices is two triangles; the check assumes one.
+            // The estimate is one triangle per face. A face of four vertices becomes two, so the check is
+            // repeated.
             if face.is_multiple_of(FACES_AT_A_TIME) {
                 self.check_memory(self.face_count - face, size_of::<[u32; 3]>())?;
             }

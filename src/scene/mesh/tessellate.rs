@@ -48,7 +48,8 @@ pub struct TooFine {
     pub tolerance: f64,
     /// Number of triangles that the tolerance requires.
     pub triangles: u64,
-    /// The smallest round tolerance that gives few enough triangles, if one of [`TOLERANCES`]' range does.
+    /// The smallest round tolerance that gives few enough triangles; `None` if no tolerance up to the
+    /// maximum of [`TOLERANCES`] does.
     pub fitting: Option<String>,
 }
 

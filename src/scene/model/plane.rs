@@ -31,8 +31,8 @@ impl Shape {
         self.corners().is_some_and(|points| are_in_a_plane(&points))
     }
 
-    /// Returns points in world space that lie in a plane if and only if the shape does; `None` if the shape
-    /// is curved.
+    /// Returns points in world space that lie in a plane only if the shape does; `None` if the shape is
+    /// curved.
     fn corners(&self) -> Option<Vec<DVec3>> {
         let place = |point: DVec3| self.world_from_object.transform_point3(point);
         match &self.geometry {

@@ -12,7 +12,7 @@ use crate::kernels::RevolutionPiece;
 const PARALLEL: f64 = 0.05;
 /// Number of corners of the polygon around a disk.
 const DISK_CORNERS: u32 = 32;
-/// Number of steps at which a piece of a profile is sampled to find its extremes.
+/// Number of steps in which a piece of a profile is sampled to find its extremes.
 const PIECE_SAMPLES: u32 = 256;
 /// Maximum error of these extremes, as a fraction of their range.
 const PIECE_SLACK: f64 = 1e-5;

@@ -13,10 +13,10 @@ use glam::DVec2;
 use crate::image::film::Image;
 use crate::scene::model::Rgb;
 
-/// Small images are resampled to smaller texels, so that directions change little: the side is multiplied
-/// by at most this factor,
+/// Maximum factor of the side of a square, for small images: with smaller texels, resampling changes
+/// directions little.
 const MOST_FINE: u32 = 4;
-/// as long as the square has at most this number of texels.
+/// Maximum number of texels of a square whose side is multiplied by such a factor.
 const FINE_TEXELS: u32 = 1 << 19;
 
 /// Returns the equal-area square of an image over longitude and latitude; each texel has one colour. The

@@ -160,7 +160,7 @@ impl Surface {
             }
             half_edge = turned;
         }
-        // The ring starts again at the end of the boundary.
+        // The vertex is on the boundary: the ring is collected again, backwards from the last half-edge.
         ring.truncate(0);
         ring.push(self.point(next(half_edge)));
         while half_edge != NONE {
