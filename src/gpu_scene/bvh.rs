@@ -260,7 +260,8 @@ mod tests {
     use super::*;
     use crate::kernels::FIRST_MASK;
 
-    /// How often a walk from the first pair comes to each box; boxes hold what is below them.
+    /// Returns the number of times that a walk from the first pair reaches each box; checks that boxes
+    /// contain the boxes below them.
     fn visits(bvh: &Bvh, boxes: &[Aabb]) -> Vec<u32> {
         let mut visits = vec![0; boxes.len()];
         let mut pending = vec![(0, Vec3A::splat(f32::NEG_INFINITY), Vec3A::splat(f32::INFINITY))];
@@ -288,7 +289,7 @@ mod tests {
     }
 
     proptest! {
-        /// Flat and nested boxes of all sizes, as of walls and rings.
+        /// Flat and nested boxes of all sizes, such as those of walls and rings.
         #[test]
         fn every_box_is_reached_once(
             boxes in prop::collection::vec((prop::array::uniform3(-1.0_f32..1.0), prop::array::uniform3(0.0_f32..1.0), -9..0), 1..400)
@@ -307,7 +308,7 @@ mod tests {
         }
     }
 
-    /// A mesh that is far smaller than the scene is a point in f32.
+    /// A mesh that is far smaller than the scene is a single point in f32.
     #[test]
     fn boxes_that_have_collapsed_make_no_deep_hierarchy() {
         let mut boxes = vec![Aabb::new(Vec3A::ZERO, Vec3A::ZERO); 200_000];
@@ -315,7 +316,7 @@ mod tests {
         let all: Vec<u32> = (0..boxes.len() as u32).collect();
         let bvh = build(&boxes, &all, LEAST_DEPTH);
         assert_eq!(visits(&bvh, &boxes), vec![1; boxes.len()]);
-        // Not the same, but without an area that f32 could hold.
+        // The boxes differ, but their areas are 0 in f32.
         for (i, it) in boxes.iter_mut().enumerate() {
             it.max += Vec3A::new(1e-30, 2e-30, 3e-30) * (i as f32).sin().abs();
         }

@@ -236,8 +236,8 @@ mod tests {
         assert!(quarter > -0.5 && quarter < -0.25);
     }
 
-    /// Moments of the cells are those of the filter: the integral is 1, and the integral up
-    /// to any edge is what it should be.
+    /// The cells have the integrals of the filter: the total is 1, and the integral up to any edge is that
+    /// of the filter.
     #[test]
     fn weights_add_up_to_the_filter() {
         let third = 1.0 / 3.0;
@@ -267,8 +267,8 @@ mod tests {
         }
     }
 
-    /// With B + 2C = 1 the shifted splines add up to 1, as their authors say; the filter is
-    /// continuous for any.
+    /// With B + 2C = 1 the shifted splines add up to 1, as the authors state; the filter is continuous for
+    /// any B and C.
     #[test]
     fn mitchell_splines_are_a_partition_of_unity() {
         for (b, c) in [(1.0 / 3.0, 1.0 / 3.0), (1.0, 0.0), (0.0, 0.5), (0.4, 0.3)] {

@@ -342,7 +342,7 @@ mod tests {
     fn daylight_is_white() {
         let white = response(daylight);
         let xyz_y = white.luminance;
-        // The tables are coarse, and straight between their points.
+        // The tables are coarse, and linear between their points.
         near(white.rgb / xyz_y, [1.0; 3], 0.004);
         near(under_daylight(|_| 1.0), [1.0; 3], 1e-12);
     }
@@ -402,7 +402,7 @@ mod tests {
         assert!(white.min_element() > 0.9 && white.max_element() <= 1.0, "{white}");
     }
 
-    /// The green line of mercury, narrower than the tables are.
+    /// The green line of mercury is narrower than the spacing of the tables.
     #[test]
     fn narrow_lines_are_seen() {
         let line = Spectrum::Table(vec![[545.0, 0.0], [546.0, 1.0], [547.0, 0.0]]).light();

@@ -123,8 +123,8 @@ fn primitives(shape: &Shape) -> usize {
 
 /// Returns a copy of an object's shape as a shape of the world.
 fn copy(shape: &Shape, world_from_instance: &DAffine3) -> Shape {
-    // As in pbrt, a mirroring transform of a quadric or a body reverses its normal, but that of an instance
-    // does not.
+    // As in pbrt, a mirroring transform of a quadric or a body reverses its normal; a mirroring transform
+    // of an instance does not.
     let is_mesh = matches!(shape.geometry, Geometry::Mesh(_));
     let turns = !is_mesh && world_from_instance.matrix3.determinant() < 0.0;
     Shape {
@@ -259,8 +259,8 @@ mod tests {
             bytemuck::cast_slice::<_, u8>(&a.arrays.triangles),
             bytemuck::cast_slice::<_, u8>(&b.arrays.triangles)
         );
-        // A mirror in the instance's transform leaves a sphere's normal as it is, one in the
-        // sphere's own turns it.
+        // A mirroring transform of the instance keeps a sphere's normal; one of the sphere itself reverses
+        // it.
         let flipped = |packed: &PackedScene| packed.arrays.quadrics.iter().map(|q| q.flipped).collect::<Vec<_>>();
         assert_eq!((flipped(&a), flipped(&b)), (vec![0, 0, 0], vec![0, 1, 1]));
         assert!(a.features.is_flat && !a.features.has_instances);

@@ -241,8 +241,8 @@ mod tests {
         Coat { eta, thickness, roughness: Roughness::SMOOTH }
     }
 
-    /// What a Lambertian hemisphere loses at an index: the mean over the outside of 1 - F is
-    /// eta² times the mean over the inside, since both are the same beams.
+    /// Checks the loss of Lambertian light at a boundary: the mean over the outside of 1 - F is eta² times
+    /// the mean over the inside, because both are the same beams.
     #[test]
     fn a_coat_sends_back_what_reciprocity_says() {
         for eta in [1.0, 1.33, 1.5, 2.5] {

@@ -188,8 +188,8 @@ mod tests {
             });
             let p = curve.at(t);
             for (i, expected) in [p.x * p.x, p.y * p.y, p.x, p.y].into_iter().enumerate() {
-                // Each coefficient is rounded to f32, by half a unit of its last place; they
-                // alternate in sign, so that they may be millions where their sum is below one.
+                // Each coefficient is rounded to f32, by half a unit of its last place. Coefficients
+                // alternate in sign: they may be millions although their sum is below one.
                 let size: f64 = powers.iter().map(|power| f64::from(power[i].abs())).sum();
                 let rounding = 0.5 * f64::from(f32::EPSILON) * size + 1e-6;
                 prop_assert!((sum[i] - expected).abs() < rounding, "{} is not {expected}", sum[i]);
@@ -216,7 +216,7 @@ mod tests {
         }
     }
 
-    /// A quarter of an arc: the corners lie outside, by at most the sagitta of half a piece.
+    /// A quarter of a circle: the corners lie outside, by at most the sagitta of half a piece.
     #[test]
     fn tangents_of_a_convex_profile_lie_outside() {
         let points = [(1.0, 0.0), (1.0, 0.5523), (0.5523, 1.0), (0.0, 1.0)];

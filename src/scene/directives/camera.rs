@@ -233,7 +233,7 @@ mod tests {
                     super::Projection::Perspective { tan_half_fov } => tan_half_fov,
                     _ => 0.0,
                 };
-                // Of no matter without a lens.
+                // The focal distance does not matter without a lens.
                 let focus = if camera.lens_radius > 0.0 { camera.focal_distance } else { 0.0 };
                 [a, b, c, d, fov, camera.lens_radius, focus]
             };

@@ -54,7 +54,7 @@ mod tests {
         let camera = look_at(DVec3::new(0.0, 1.0, 5.0), DVec3::Y, DVec3::Y).unwrap();
         let near = |a: DVec3, b: DVec3| a.distance(b) < 1e-12;
         assert!(near(camera.transform_point3(DVec3::Y), DVec3::Z * 5.0));
-        // Who looks along -z sees the world's +x at the left.
+        // A camera that looks along -z sees the world's +x at the left.
         assert!(near(camera.transform_vector3(DVec3::X), -DVec3::X));
         assert!(near(camera.transform_vector3(DVec3::Y), DVec3::Y));
         assert!(look_at(DVec3::Y, DVec3::Y, DVec3::Y).is_none());

@@ -199,7 +199,7 @@ mod tests {
     use super::*;
     use crate::image::film::Image;
 
-    /// What is said of light that is missing.
+    /// Returns the warning about missing light of a scene, if any.
     fn said(world: &str) -> Option<String> {
         said_at_depth(5, world)
     }
@@ -279,7 +279,7 @@ mod tests {
             }
         }
         let others = |of: &[&'static str]| -> Vec<&str> { of.iter().chain(&NEITHER).copied().collect() };
-        // A coated metal whose coat is rough and whose metal is not is of both kinds.
+        // A coated metal with a rough coat and a smooth metal is of both kinds.
         let smooth = others(&SMOOTH[..6]);
         for (a, b) in smooth.iter().flat_map(|a| smooth.iter().map(move |b| (*a, *b))) {
             assert_eq!(said(&format!("{POINT}{}", two(a, b))), None, "{a}, {b}");
@@ -294,7 +294,7 @@ mod tests {
     fn it_is_not_said_where_it_cannot_be() {
         let world = format!("{POINT}{}", two(SMOOTH[0], ROUGH[0]));
         assert!(said_at_depth(3, &world).is_some() && said_at_depth(2, &world).is_none());
-        // Its own light cannot come back to a plane, or to a ball from outside.
+        // The light of a plane, or of a sphere lit from outside, cannot reach it again.
         let both = "Material \"coatedconductor\" \"float conductor.roughness\" .3\n";
         let floor = "Shape \"bilinearmesh\" \"point3 P\" [-3 0 -3  3 0 -3  -3 0 3  3 0 3]";
         for (shape, expected) in [

@@ -82,7 +82,7 @@ mod tests {
         ] {
             assert!(!scene(other).is_plane(), "{other}");
         }
-        // What is not there cannot be lit.
+        // A shape of alpha 0 cannot be lit.
         let lamp = above.replace("Shape", "AreaLightSource \"diffuse\"\nShape").replace("]\n", "] \"float alpha\" 0\n");
         assert!(scene(&format!("{square}{lamp}")).is_plane());
     }

@@ -97,7 +97,7 @@ mod tests {
             assert!((luminance.y - 1.0).abs() < 1e-12);
         }
         near(ColorSpace::DciP3.light_to_srgb(Rgb::ONE), [1.0; 3], 1e-12);
-        // Of a warmer white.
+        // ACES has a warmer white.
         let warm = ColorSpace::Aces.light_to_srgb(Rgb::ONE);
         assert!(warm.x > 1.03 && warm.z < 0.95, "{warm}");
     }
