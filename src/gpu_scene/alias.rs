@@ -1,9 +1,9 @@
-//! Choosing one of many with given chances in constant time.
+//! Choice of one of N indices with given probabilities in constant time.
 
 use crate::kernels::AliasEntry;
 
-/// An alias table (Vose 1991) over non-negative weights; the entries hold `indices`.
-/// Weights that are all zero give an empty table.
+/// Returns an alias table (Vose 1991) over non-negative weights, one entry per weight; the entries contain
+/// `indices`. The table is empty if all weights are 0.
 pub fn table(weights: &[f64], indices: &[u32]) -> Vec<AliasEntry> {
     let total: f64 = weights.iter().sum();
     if total <= 0.0 {

@@ -14,22 +14,22 @@ use obvhs::ploc::PlocBuilder;
 
 use crate::kernels::{BvhPair, COUNT_SHIFT, FIRST_MASK, MAX_LEAF_COUNT};
 
-/// Boxes are this much wider on each side: the resolution of f32 at the size of render
-/// space. A ray in the plane of a face must not lose the box, flat or not.
+/// Padding of boxes on each side: the resolution of f32 at the size of render space. A ray in the plane of
+/// a face must not miss the box, flat or not.
 pub const PADDING: f32 = f32::EPSILON;
 
 /// A hierarchy as the GPU reads it.
 pub struct Bvh {
-    /// Children of each inner node; the root's are the first.
+    /// Pairs of children, one per inner node; the root's pair is the first.
     pub pairs: Vec<BvhPair>,
     /// References to primitives, in the order of the leaves.
     pub primitives: Vec<u32>,
-    /// The most nodes between a root and a leaf, both counted.
+    /// Maximum number of nodes on a path from a root to a leaf, both included.
     pub depth: usize,
 }
 
 impl Bvh {
-    /// Puts another hierarchy behind this one; gives the pair of its root's children.
+    /// Appends another hierarchy, and returns the index of the pair of its root's children.
     pub fn append(&mut self, other: Bvh) -> u32 {
         let (first_pair, first_place) = (self.pairs.len() as u32, self.primitives.len() as u32);
         let moved = |w: f32| {
@@ -45,7 +45,7 @@ impl Bvh {
         first_pair
     }
 
-    /// Visits every primitive below a pair whose leaf's box touches another box.
+    /// Visits every primitive below the pair `root` whose leaf's box touches `bounds`.
     pub fn visit(&self, root: u32, bounds: &Aabb, visit: &mut impl FnMut(u32)) {
         let mut pending = vec![root];
         while let Some(index) = pending.pop() {
@@ -65,8 +65,8 @@ impl Bvh {
         }
     }
 
-    /// Boxes that hold all primitives between them: those of the nodes that are `levels` below
-    /// the root, and of leaves above.
+    /// Returns boxes that together contain all primitives: the boxes of nodes `levels` below the root, and
+    /// of leaves above that level.
     pub fn cover(&self, levels: u32) -> Vec<Aabb> {
         let mut boxes = Vec::new();
         let mut pending = vec![(0, 1)];
@@ -87,21 +87,23 @@ impl Bvh {
     }
 }
 
-/// The deepest that a hierarchy must be allowed to be: that of as many primitives as there
-/// may be, in halves.
+/// Smallest permitted bound of a hierarchy's depth: halving the largest permitted number of primitives
+/// takes no more levels.
 const LEAST_DEPTH: usize = 32;
-/// The same for what an instance is of, which stands on the stack above the scene's.
+/// Maximum depth of the hierarchy of an object. Its traversal uses the stack above the entries of the
+/// scene's hierarchy.
 pub const OBJECT_DEPTH: usize = LEAST_DEPTH;
 
-/// Boxes in one place make a chain of nodes, one by one, by a recursion as deep. So many boxes
-/// of a scene are looked at, and all that are so small that they may have collapsed; so many of
-/// them may be the same.
+/// Maximum number of boxes that are sampled for equal boxes, besides all small ones. Equal boxes make the
+/// builder add nodes one by one in a chain, with a recursion as deep as the chain.
 const SAMPLES: usize = 4096;
+/// Boxes with sides below this size are all examined, because rounding may have made them equal.
 const SMALL: f32 = 8.0 * PADDING;
+/// Maximum number of equal boxes for which the clustering builder is used.
 const MOST_EQUAL: usize = 32;
 
-/// Builds a hierarchy over the boxes of primitives, of which there is at least one, that is
-/// no deeper than `most`, which is [`LEAST_DEPTH`] or more.
+/// Builds a hierarchy over the boxes of one or more primitives. Its depth is at most `most`, which must be
+/// [`LEAST_DEPTH`] or more. `references[i]` names the primitive of `boxes[i]`.
 pub fn build(boxes: &[Aabb], references: &[u32], most: usize) -> Bvh {
     let (pairs, order, depth) = (most_equal(boxes) <= MOST_EQUAL)
         .then(|| clusters(boxes))
@@ -111,9 +113,9 @@ pub fn build(boxes: &[Aabb], references: &[u32], most: usize) -> Bvh {
     Bvh { pairs, primitives: order.iter().map(|index| references[*index as usize]).collect(), depth }
 }
 
-/// How many boxes are the same, at most, of up to [`SAMPLES`] and of the small ones.
+/// Returns the largest number of equal boxes among up to [`SAMPLES`] boxes and the small ones.
 fn most_equal(boxes: &[Aabb]) -> usize {
-    // As they are padded: what differs by less is in one place, too.
+    // Boxes are compared as padded: boxes that differ by less than the padding are in one place, too.
     let padding = Vec3A::splat(PADDING);
     let hash = |bounds: &Aabb| {
         let corners = [bounds.min - padding, bounds.max + padding].map(|corner| corner.to_array());
@@ -129,9 +131,9 @@ fn most_equal(boxes: &[Aabb]) -> usize {
     hashes.chunk_by(|a, b| a == b).map(<[u64]>::len).max().unwrap_or(0)
 }
 
-/// A hierarchy of neighbouring boxes, made better by moving nodes about.
+/// Builds a hierarchy by clustering neighbouring boxes, and improves it by moving nodes.
 fn clusters(boxes: &[Aabb]) -> Bvh2 {
-    // Boxes of no area tell the builder nothing.
+    // The builder's cost needs boxes with an area.
     let padding = Vec3A::splat(PADDING);
     let boxes: Vec<Aabb> = boxes.iter().map(|it| Aabb::new(it.min - padding, it.max + padding)).collect();
     let boxes = &boxes[..];
@@ -151,16 +153,15 @@ fn clusters(boxes: &[Aabb]) -> Bvh2 {
     bvh
 }
 
-/// Children come in pairs behind the root: nodes 2i + 1 and 2i + 2 are pair i.
+/// Returns the pairs of children. The nodes 2i + 1 and 2i + 2 behind the root are pair i.
 fn pairs(bvh: &Bvh2) -> Vec<BvhPair> {
     let nodes = &bvh.nodes;
     if nodes[0].prim_count > 0 {
-        // A lone leaf: its sibling is a box that no ray enters.
+        // The root is a leaf: its sibling is a box that no ray enters.
         let nothing = Bvh2Node { aabb: Aabb::INVALID, prim_count: 1, ..Bvh2Node::default() };
         return vec![pair(&nodes[0], &nothing, 0)];
     }
-    // Where nodes were put elsewhere to make a better tree, the root's pair may be any: it
-    // changes places with the first.
+    // Optimisation may have moved the root's pair to any place: the pair is swapped with the first.
     let first = pair_index(&nodes[0]);
     let mut pairs: Vec<BvhPair> =
         nodes[1..].chunks_exact(2).map(|children| pair(&children[0], &children[1], first)).collect();
@@ -172,7 +173,7 @@ fn pair(left: &Bvh2Node, right: &Bvh2Node, first: u32) -> BvhPair {
     pair_of([(left.aabb, reference(left, first)), (right.aabb, reference(right, first))])
 }
 
-/// The pair of two children: their boxes, and what they are to their parent.
+/// Returns the pair of two children, from their boxes and their references.
 fn pair_of([(left, left_bits), (right, right_bits)]: [(Aabb, u32); 2]) -> BvhPair {
     let corner = |corner: Vec3A, bits: u32| [corner.x, corner.y, corner.z, f32::from_bits(bits)];
     let padding = Vec3A::splat(PADDING);
@@ -184,7 +185,7 @@ fn pair_of([(left, left_bits), (right, right_bits)]: [(Aabb, u32); 2]) -> BvhPai
     }
 }
 
-/// What a node is to its parent, with the pairs 0 and `first` swapped.
+/// Returns the reference to a node in its parent, with the pairs 0 and `first` swapped.
 fn reference(node: &Bvh2Node, first: u32) -> u32 {
     match pair_index(node) {
         _ if node.prim_count > 0 => node.prim_count << COUNT_SHIFT | node.first_index,
@@ -194,12 +195,12 @@ fn reference(node: &Bvh2Node, first: u32) -> u32 {
     }
 }
 
-/// The pair of an inner node's children.
+/// Returns the index of the pair of an inner node's children.
 fn pair_index(node: &Bvh2Node) -> u32 {
     node.first_index.saturating_sub(1) / 2
 }
 
-/// The most nodes between the root and a leaf, both counted.
+/// Returns the maximum number of nodes on a path from the root to a leaf, both included.
 fn depth(bvh: &Bvh2) -> usize {
     let mut deepest = 0;
     let mut pending = vec![(0, 1)];
@@ -213,14 +214,14 @@ fn depth(bvh: &Bvh2) -> usize {
     deepest
 }
 
-/// Builds a hierarchy by halves along the longest axis: not the fastest to walk, but shallow.
+/// Builder of a hierarchy by halving along the longest axis: slower to traverse, but shallow.
 struct Halving<'a> {
     boxes: &'a [Aabb],
     pairs: Vec<BvhPair>,
 }
 
 impl Halving<'_> {
-    /// Pairs, order and depth for boxes of which there are more than fit in a leaf.
+    /// Returns pairs, order of primitives and depth; for more boxes than fit in a leaf.
     fn of(boxes: &[Aabb]) -> (Vec<BvhPair>, Vec<u32>, usize) {
         let mut order: Vec<u32> = (0..boxes.len() as u32).collect();
         let mut halving = Halving { boxes, pairs: Vec::new() };
@@ -228,7 +229,7 @@ impl Halving<'_> {
         (halving.pairs, order, depth)
     }
 
-    /// A node over part of the order: its box, what it is to its parent, and its depth.
+    /// Adds a node over part of the order, and returns its box, its reference and its depth.
     fn node(&mut self, part: &mut [u32], first: u32) -> (Aabb, u32, usize) {
         let bounds = part.iter().fold(Aabb::empty(), |all, index| all.union(&self.boxes[*index as usize]));
         if part.len() <= MAX_LEAF_COUNT as usize {
@@ -259,7 +260,8 @@ mod tests {
     use super::*;
     use crate::kernels::FIRST_MASK;
 
-    /// How often a walk from the first pair comes to each box; boxes hold what is below them.
+    /// Returns the number of times that a walk from the first pair reaches each box; checks that boxes
+    /// contain the boxes below them.
     fn visits(bvh: &Bvh, boxes: &[Aabb]) -> Vec<u32> {
         let mut visits = vec![0; boxes.len()];
         let mut pending = vec![(0, Vec3A::splat(f32::NEG_INFINITY), Vec3A::splat(f32::INFINITY))];
@@ -287,7 +289,7 @@ mod tests {
     }
 
     proptest! {
-        /// Flat and nested boxes of all sizes, as of walls and rings.
+        /// Flat and nested boxes of all sizes, such as those of walls and rings.
         #[test]
         fn every_box_is_reached_once(
             boxes in prop::collection::vec((prop::array::uniform3(-1.0_f32..1.0), prop::array::uniform3(0.0_f32..1.0), -9..0), 1..400)
@@ -306,7 +308,7 @@ mod tests {
         }
     }
 
-    /// A mesh that is far smaller than the scene is a point in f32.
+    /// A mesh that is far smaller than the scene is a single point in f32.
     #[test]
     fn boxes_that_have_collapsed_make_no_deep_hierarchy() {
         let mut boxes = vec![Aabb::new(Vec3A::ZERO, Vec3A::ZERO); 200_000];
@@ -314,7 +316,7 @@ mod tests {
         let all: Vec<u32> = (0..boxes.len() as u32).collect();
         let bvh = build(&boxes, &all, LEAST_DEPTH);
         assert_eq!(visits(&bvh, &boxes), vec![1; boxes.len()]);
-        // Not the same, but without an area that f32 could hold.
+        // The boxes differ, but their areas are 0 in f32.
         for (i, it) in boxes.iter_mut().enumerate() {
             it.max += Vec3A::new(1e-30, 2e-30, 3e-30) * (i as f32).sin().abs();
         }

@@ -8,19 +8,19 @@ use crate::gpu_scene::pack::rows;
 use crate::kernels::{self, CameraFeatures, FILTER_CELLS};
 use crate::scene::{Camera, Film, FilterKind, Projection, default_window};
 
-/// Cells of a filter along one axis, of equal chance.
+/// Number of cells of a filter along one axis; all cells have the same probability.
 const CELLS: usize = FILTER_CELLS as usize;
-/// Their edges.
+/// Number of edges of the cells.
 const EDGES: usize = CELLS + 1;
 
-/// What the eye pass reads.
+/// The camera data that the eye pass reads.
 pub struct View {
-    /// The camera.
+    /// The camera as the kernels read it.
     pub camera: kernels::Camera,
-    /// Cells of the pixel filter: their edges along x and y, then what samples in them
-    /// count, along x and y.
+    /// Cells of the pixel filter: edges along x, edges along y, then the weights of samples in the cells
+    /// along x and along y. Each of the four parts has CELLS + 1 entries.
     pub filter_table: Vec<f32>,
-    /// At distance 1; of an orthographic camera everywhere, render units.
+    /// Width of a pixel in render units: at distance 1, or at any distance for an orthographic camera.
     pub pixel_width: f64,
     projection: Projection,
 }
@@ -29,12 +29,12 @@ impl View {
     /// Length of [`View::filter_table`].
     pub const FILTER_TABLE: u32 = 4 * EDGES as u32;
 
-    /// Whether lines of sight are parallel.
+    /// Returns true if the lines of sight are parallel.
     pub fn is_parallel(&self) -> bool {
         self.projection == Projection::Orthographic
     }
 
-    /// Tells projections apart.
+    /// Returns a name of the projection, which differs between projections.
     pub fn projection_name(&self) -> &'static [u8] {
         match self.projection {
             Projection::Perspective { .. } => b"perspective",
@@ -44,7 +44,7 @@ impl View {
         }
     }
 
-    /// What the camera and its filter require of kernels.
+    /// Returns the features that the camera and its filter require of kernels.
     pub fn features(&self) -> CameraFeatures {
         CameraFeatures {
             has_signed_filter: self.filter_table[2 * EDGES..].iter().any(|weight| *weight < 0.0),
@@ -55,14 +55,14 @@ impl View {
     }
 }
 
-/// Packs a camera that sees `resolution` pixels, of which the film takes a part. Camera
-/// space is in units of about a render unit, so that directions in it have squares in fp32
-/// whatever the scene's size; its scale is a power of two, which rounds nothing.
+/// Packs a camera with an image of `resolution` pixels, of which the film renders a part. Units of camera
+/// space are about one render unit, so that squares of directions fit in fp32 for any size of the scene.
+/// The scale is a power of two, which rounds nothing.
 pub fn pack_camera(camera: &Camera, film: &Film, resolution: [u32; 2], render_from_world: &DAffine3) -> View {
     let mut render_from_camera = *render_from_world * camera.world_from_camera;
     let scale = render_from_camera.matrix3.x_axis.length().log2().round().exp2();
     render_from_camera.matrix3 *= 1.0 / scale;
-    // Of a perspective camera the plane is at distance 1 in any unit.
+    // The image plane of a perspective camera is at distance 1 in any unit.
     let in_units = if camera.projection == Projection::Orthographic { scale } else { 1.0 };
     let [width, height] = resolution.map(f64::from);
     let ImagePlane { lower, upper, size, across } = ImagePlane::new(camera, film, resolution);
@@ -84,22 +84,23 @@ pub fn pack_camera(camera: &Camera, film: &Film, resolution: [u32; 2], render_fr
     View { camera: packed, filter_table: filter_table(film), pixel_width, projection: camera.projection }
 }
 
-/// Where the image is: on the plane z = 1 of a perspective camera, on z = 0 of an orthographic
-/// one, in the unit square of all directions else.
+/// The rendered part of the image: on the plane z = 1 of a perspective camera, on z = 0 of an orthographic
+/// camera, in the unit square of all directions otherwise.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ImagePlane {
     /// The upper left corner.
     pub lower: [f64; 2],
     /// The lower right corner.
     pub upper: [f64; 2],
-    /// Pixels.
+    /// Width and height in pixels.
     pub size: [u32; 2],
-    /// Width of a pixel; negative where the image is turned over.
+    /// Width of a pixel; negative if the image is mirrored.
     pub across: f64,
 }
 
 impl ImagePlane {
-    /// Of a camera that sees `resolution` pixels, of which the film takes a part.
+    /// Returns the image plane of a camera with an image of `resolution` pixels, of which the film renders
+    /// a part.
     pub fn new(camera: &Camera, film: &Film, resolution: [u32; 2]) -> Self {
         let window = fit_window(camera.screen_window, film.resolution, resolution);
         let [left, right, bottom, top] = match camera.projection {
@@ -129,14 +130,14 @@ fn filter_table(film: &Film) -> Vec<f32> {
     table
 }
 
-/// The screen window for another image size: a window that was the default for the film
-/// stays the default, one that the scene chose stays as it is.
+/// Returns the screen window for another image size: the default window for the film becomes the default
+/// window for the new size; a window that the scene chose stays.
 fn fit_window(window: [f64; 4], film: [u32; 2], resolution: [u32; 2]) -> [f64; 4] {
     let default = |[width, height]: [u32; 2]| default_window(f64::from(width) / f64::from(height));
     if window == default(film) { default(resolution) } else { window }
 }
 
-/// A filter along one axis; not normalised.
+/// Returns the value of a filter along one axis; the filter is not normalised.
 fn evaluate(kind: FilterKind, radius: f64, x: f64) -> f64 {
     match kind {
         FilterKind::Box => 1.0,
@@ -150,7 +151,7 @@ fn evaluate(kind: FilterKind, radius: f64, x: f64) -> f64 {
     }
 }
 
-/// Mitchell and Netravali 1988, eq. 8, but for a factor of 1/6.
+/// Returns the filter of Mitchell and Netravali 1988, eq. 8, without the factor 1/6.
 fn mitchell(b: f64, c: f64, x: f64) -> f64 {
     if x < 1.0 {
         (12.0 - 9.0 * b - 6.0 * c) * x.powi(3) + (-18.0 + 12.0 * b + 6.0 * c) * x.powi(2) + (6.0 - 2.0 * b)
@@ -167,8 +168,8 @@ fn sinc(x: f64) -> f64 {
     if angle.abs() < 1e-9 { 1.0 } else { angle.sin() / angle }
 }
 
-/// Cuts a filter into cells that have the same share of its magnitude, and weighs each by
-/// its share of the integral. Without negative lobes, all weights are 1.
+/// Cuts a filter into cells with equal integrals of its magnitude, and weighs each cell by its share of the
+/// filter's integral. All weights are 1 if the filter has no negative lobes.
 fn fill_cells(edges: &mut [f32], weights: &mut [f32], kind: FilterKind, radius: f64) {
     const STEPS: usize = 1 << 14;
     let step = 2.0 * radius / STEPS as f64;
@@ -235,8 +236,8 @@ mod tests {
         assert!(quarter > -0.5 && quarter < -0.25);
     }
 
-    /// Moments of the cells are those of the filter: the integral is 1, and the integral up
-    /// to any edge is what it should be.
+    /// The cells have the integrals of the filter: the total is 1, and the integral up to any edge is that
+    /// of the filter.
     #[test]
     fn weights_add_up_to_the_filter() {
         let third = 1.0 / 3.0;
@@ -266,8 +267,8 @@ mod tests {
         }
     }
 
-    /// With B + 2C = 1 the shifted splines add up to 1, as their authors say; the filter is
-    /// continuous for any.
+    /// With B + 2C = 1 the shifted splines add up to 1, as the authors state; the filter is continuous for
+    /// any B and C.
     #[test]
     fn mitchell_splines_are_a_partition_of_unity() {
         for (b, c) in [(1.0 / 3.0, 1.0 / 3.0), (1.0, 0.0), (0.0, 0.5), (0.4, 0.3)] {

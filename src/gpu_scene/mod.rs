@@ -1,5 +1,5 @@
-//! A scene as arrays for the GPU: packing by family, hierarchies, the camera, the features that
-//! the kernels are compiled for, and the upload.
+//! A scene as arrays for the GPU: packing per family, bounding volume hierarchies, the camera, the features
+//! that the kernels are specialised to, and the upload.
 
 mod alias;
 mod bvh;

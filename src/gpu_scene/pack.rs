@@ -1,9 +1,9 @@
-//! From a resolved scene to the arrays that the GPU reads.
+//! Packing of a resolved scene into the arrays that the GPU reads.
 //!
-//! Render space: the scene's bounding box is moved to the origin and scaled by a power
-//! of two to a half diagonal in (1/2, 1], in f64, before anything becomes f32. A scene in
-//! millimetres or kilometres, or far from the origin, thus renders alike. Radiance does
-//! not change under scaling; intensities scale with the square of length.
+//! Render space: the scene's bounding box is moved to the origin and scaled by a power of two to a half
+//! diagonal in (1/2, 1], in f64, before any number becomes f32. Thus a scene in millimetres or kilometres,
+//! or far from the origin, renders alike. Radiance does not change under scaling; intensities scale with
+//! the square of length.
 
 mod contact;
 mod instance;
@@ -44,26 +44,27 @@ use crate::kernels::{
 };
 use crate::scene::{AreaLight, Geometry, Input, Mesh, PACKED_LIGHT, PACKED_TRIANGLE, Rgb, Scene, Shape};
 
-/// Why a scene that was read cannot be rendered.
+/// The reason why a scene without errors cannot be rendered.
 #[derive(Debug, thiserror::Error)]
 pub enum PackError {
-    /// Something is absurdly far away.
+    /// The scene's radius in scene units is above the limit.
     #[error("the scene has a radius of {0:e}; expected at most {MAX_EXTENT:e}")]
     TooLarge(f64),
-    /// Light that fp32 cannot tell from none, or from what is infinitely bright.
+    /// The power of all lights is outside of the range in which fp32 computes with it.
     #[error(
         "the power of all lights over the square of the scene's size is {0:e} W/m^2; expected {least:e} to {most:e}",
         least = POWERS.start(),
         most = POWERS.end()
     )]
     Power(f64),
-    /// One light is too bright for fp32.
+    /// One light's radiance, irradiance or intensity overflows fp32.
     #[error("a light has a radiance, irradiance or intensity of {0:e}; expected at most {max:e}", max = f32::MAX)]
     TooBright(f64),
-    /// More primitives than a reference can name.
+    /// The scene has more primitives than a reference can address.
     #[error("the scene has {0} primitives; at most {max} fit", max = kernels::FIRST_MASK)]
     TooManyPrimitives(usize),
-    /// A texture is made of too many others.
+    /// A texture has too many nodes or nested textures, or needs more intermediate values than the kernel's
+    /// stack holds.
     #[error(
         "{location}: the texture is made of too many others; expected at most {max} values at a time",
         max = kernels::TEXTURE_STACK
@@ -72,49 +73,49 @@ pub enum PackError {
         /// `file:line:column` of the texture.
         location: String,
     },
-    /// What something is packed to takes more memory than the scene may.
+    /// The packed form of a directive takes more memory than the scene's budget allows.
     #[error("{location}: too large: {over}")]
     OverBudget {
-        /// `file:line:column` of it.
+        /// `file:line:column` of the directive.
         location: String,
-        /// How much it is.
+        /// The bytes needed, and the bytes permitted.
         over: OverBudget,
     },
 }
 
-// What the scene is charged for what it is packed to.
+// The sizes that the scene's budget is charged must cover the packed structs.
 const _: () = {
     assert!(size_of::<Triangle>() as u64 <= PACKED_TRIANGLE && size_of::<TriangleNormals>() as u64 <= PACKED_TRIANGLE);
     assert!((size_of::<kernels::Light>() + 2 * size_of::<AliasEntry>() + size_of::<f64>()) as u64 <= PACKED_LIGHT);
 };
 
-/// Everything about a scene that crosses to the GPU.
+/// All data of a scene that cross to the GPU.
 pub struct PackedScene {
-    /// Where render space is.
+    /// The transform between world space and render space.
     pub space: RenderSpace,
-    /// The arrays.
+    /// The arrays that the kernels read.
     pub arrays: SceneArrays,
-    /// How many of the lights are skies.
+    /// Number of lights that are skies.
     pub sky_count: u32,
-    /// Radiance from infinitely far away.
+    /// Constant radiance from infinitely far away, W/(m² sr).
     pub infinite: Rgb,
-    /// Power of all lights, mean of channels, W at render scale; 0 where there is none.
+    /// Power of all lights, mean of channels, in W at render scale; 0 if there is no light.
     pub mean_power: f64,
-    /// What the scene's shapes and lights require of kernels.
+    /// Features that the scene's shapes and lights require of kernels.
     pub features: SceneFeatures,
-    /// What its materials require.
+    /// Features that its materials require.
     pub material_features: MaterialFeatures,
-    /// Where surfaces of different bodies coincide.
+    /// The places where surfaces of different bodies coincide.
     pub contacts: Contacts,
 }
 
 impl PackedScene {
-    /// What kernels need to know of the scene besides its arrays.
+    /// Returns the values that kernels read besides the arrays.
     pub fn info(&self, max_depth: u32, seed: u32) -> SceneInfo {
         let (lights_center, lights_reach2) = sphere_of_reach(&self.arrays.lights);
         SceneInfo {
             center: [0.0; 3],
-            // Wide enough that rounding leaves nothing outside.
+            // The margin is larger than the rounding errors.
             radius: (self.space.radius * 1.0001) as f32,
             infinite: self.infinite.as_vec3().to_array(),
             mean_power: self.mean_power as f32,
@@ -134,23 +135,25 @@ impl PackedScene {
     }
 }
 
-/// Mean of channels of the power of all lights, W at render scale: products of radiance,
-/// distance and radius stay well inside of fp32.
+/// Permitted mean of channels of the power of all lights, W at render scale: products of radiance, distance
+/// and radius stay well within the range of fp32.
 const POWERS: RangeInclusive<f64> = 1e-30..=1e30;
 
-/// Scenes of so few primitives have no use for a hierarchy: see docs/performance.md.
+/// Maximum number of triangles and quadrics of a scene that is rendered without a hierarchy: see
+/// docs/performance.md.
 const MAX_FLAT: usize = 24;
-/// The same for bodies of revolution, at most as many as a mask has bits.
+/// Maximum number of bodies of revolution of such a scene: at most the number of bits of a mask.
 const MAX_FLAT_REVOLUTIONS: usize = 16;
 
-/// Packs a scene for a solver.
+/// Packs a scene for the given solver of bodies of revolution.
 ///
 /// # Errors
-/// The scene is too large or has too many primitives, or its lights are out of fp32's range.
+/// The scene is too large, has too many primitives, takes too much memory, or its lights are outside of
+/// fp32's range.
 pub fn pack(scene: &Scene, solver: RevolutionSolver) -> Result<PackedScene, PackError> {
     let mut placed = Placed::of(scene)?;
     let space = RenderSpace::of(&placed.bounds())?.unwrap_or_else(|| {
-        // Only the sky is seen, from anywhere alike: any size will do.
+        // Only the sky is visible, and it looks the same from everywhere: render space may have any size.
         placed = Placed::default();
         let size = DVec3::splat(scene.integrator.radius.unwrap_or(1.0));
         RenderSpace::around(scene.camera.world_from_camera.translation, size)
@@ -197,14 +200,14 @@ pub fn pack(scene: &Scene, solver: RevolutionSolver) -> Result<PackedScene, Pack
     })
 }
 
-/// The arrays as they grow.
+/// The arrays during packing.
 #[derive(Default)]
 struct Packer {
     render_from_world: DAffine3,
     solver: RevolutionSolver,
-    /// What each shape was packed to, in order.
+    /// Ranges of the arrays that each shape was packed to, in the order of the shapes.
     parts: Vec<Part>,
-    /// Of the primitives that are in no hierarchy yet: the last of `references`.
+    /// Boxes of the primitives that are in no hierarchy yet: the last ones of `references`.
     boxes: Vec<Aabb>,
     references: Vec<u32>,
     triangles: Vec<Triangle>,
@@ -224,11 +227,11 @@ struct Packer {
     light_texels: Vec<LightTexel>,
     /// Whether triangles keep their texture coordinates.
     keeps_uvs: bool,
-    /// Whether the shape at hand is a light that no ray meets, as pbrt's are whose alpha is 0.
+    /// Whether the current shape is a light that no ray meets, as pbrt's are whose alpha is 0.
     is_invisible: bool,
-    /// Whether any shape so far was.
+    /// Whether any shape so far is such a light.
     has_invisible: bool,
-    /// Mean of channels of each light's power.
+    /// Power of each light, mean of channels, W at render scale.
     powers: Vec<f64>,
     infinite: Rgb,
 }
@@ -272,7 +275,7 @@ impl Packer {
             let vertices = corners.map(|corner| corner as usize);
             let [a, b, c] = vertices;
             let normal = (points[b] - points[a]).cross(points[c] - points[a]);
-            // As pbrt: shading normals decide which side is out, where there are any.
+            // As in pbrt, shading normals decide which side is outside, if the triangle has them.
             let shading = normals.as_ref().map(|normals| vertices.map(|vertex| normals[vertex])).filter(are_normals);
             let flip = match shading {
                 Some([a, b, c]) => normal.dot(a + b + c) < 0.0,
@@ -323,7 +326,8 @@ impl Packer {
         }
     }
 
-    /// The hierarchy over the primitives since the last one, of which there is at least one.
+    /// Builds the hierarchy over the primitives added since the last hierarchy, of which there must be at
+    /// least one.
     fn build_hierarchy(&mut self, most_depth: usize) -> Result<Bvh, PackError> {
         if self.references.len() > kernels::FIRST_MASK as usize {
             return Err(PackError::TooManyPrimitives(self.references.len()));
@@ -333,7 +337,8 @@ impl Packer {
         Ok(bvh::build(&boxes, &self.references[first..], most_depth))
     }
 
-    /// Adds an emitting primitive of an area in render units; its place among the lights.
+    /// Adds an emitting primitive with an area in square render units, and returns its index among the
+    /// lights; `NONE` if the area is 0.
     fn add_emitter(&mut self, emission: &AreaLight, primitive: u32, area: f64, bounds: &Aabb) -> u32 {
         if area <= 0.0 {
             return NONE;
@@ -350,14 +355,14 @@ impl Packer {
         };
         set_reach(&mut light, bounds, area);
         if self.is_invisible {
-            // No direction of the bsdf finds it.
+            // No direction sampled from the BSDF finds the light.
             light.reach2 = 0.0;
         }
         let shown = emission.image.map_or(Rgb::ONE, |image| image.mean);
         self.push_light(light, mean(radiance * shown) * exitance * area)
     }
 
-    /// Radiance of an emitter whose whole area is given in render units.
+    /// Returns the radiance of an emitter; `area` is its whole area in square render units.
     fn radiance(&self, emission: &AreaLight, area: f64) -> Rgb {
         let scale = self.render_from_world.matrix3.x_axis.x;
         let sides = if emission.two_sided { 2.0 } else { 1.0 };
@@ -368,7 +373,7 @@ impl Packer {
     }
 
     fn check_brightness(&self, mean_power: f64) -> Result<(), PackError> {
-        // Without surfaces there are no photons, nor are there without light.
+        // There are no photons without surfaces, nor without light.
         if mean_power != 0.0 && !self.references.is_empty() && !POWERS.contains(&mean_power) {
             return Err(PackError::Power(mean_power));
         }
@@ -385,14 +390,14 @@ impl Packer {
         let whole = |quadric: &Quadric| {
             quadric.z_min <= -1.0 && quadric.z_max >= 1.0 && quadric.phi_max >= std::f32::consts::TAU
         };
-        // There is no hierarchy of nothing.
+        // An empty scene has no hierarchy.
         let is_empty = self.references.is_empty();
         let is_flat = is_empty
             || self.triangles.len() + self.quadrics.len() <= MAX_FLAT
                 && self.revolutions.len() <= MAX_FLAT_REVOLUTIONS
                 && self.instances.is_empty()
                 && self.solver == RevolutionSolver::Certified
-                // Without a hierarchy, every primitive is tested.
+                // Kernels without a hierarchy test every primitive, even those that no ray may meet.
                 && !self.has_invisible;
         let flat = |count: usize| if is_flat && !is_empty { count as u32 } else { 0 };
         SceneFeatures {
@@ -401,7 +406,7 @@ impl Packer {
             has_spheres: has_kind(SPHERE),
             has_disks: has_kind(DISK),
             has_quadrics: !self.quadrics.is_empty(),
-            // Also those that no ray meets: light comes from them.
+            // Bodies that no ray meets count, too: light comes from them.
             has_revolutions: !self.revolutions.is_empty(),
             has_curved: !self.quadrics.is_empty() || !self.revolutions.is_empty(),
             revolution_pairs: revolution::degree(scene) / 2 + 1,
@@ -435,8 +440,8 @@ impl Packer {
     }
 }
 
-/// The order of a triangle's corners, turned over or not: first the one that is opposite to the
-/// longest edge, from which rays are intersected most accurately (intersect_triangle).
+/// Returns the order of a triangle's corners, reversed if `flip`. The first corner is the one opposite to
+/// the longest edge, from which rays are intersected most accurately (`intersect_triangle`).
 fn corner_order(corners: [DVec3; 3], flip: bool) -> [usize; 3] {
     let mut order = if flip { [0, 2, 1] } else { [0, 1, 2] };
     let opposite = |i: usize| corners[order[(i + 1) % 3]].distance_squared(corners[order[(i + 2) % 3]]);
@@ -445,24 +450,25 @@ fn corner_order(corners: [DVec3; 3], flip: bool) -> [usize; 3] {
     order
 }
 
-/// Whether a triangle has shading normals: where pbrt's sum of them is 0 or no number, it falls
-/// back on the triangle's own normal.
+/// Returns true if a triangle has shading normals. If pbrt's sum of them is 0 or not a number, pbrt uses
+/// the triangle's geometric normal.
 fn are_normals(normals: &[DVec3; 3]) -> bool {
     normals.iter().all(|normal| normal.is_finite()) && normals.iter().any(|normal| *normal != DVec3::ZERO)
 }
 
-/// A mesh's normals in world space, or `None` if it has none; NaN where they are not finite.
+/// Returns a mesh's unit normals in world space, or `None` if it has none. A normal that is not finite
+/// becomes NaN.
 fn mesh_normals(shape: &Shape, mesh: &Mesh) -> Option<Vec<DVec3>> {
     let cofactors = shape.world_from_object.matrix3.inverse().transpose();
     let sign = if shape.reverse_orientation { -1.0 } else { 1.0 };
     let transform = |normal: &DVec3| {
-        // `normalize_or_zero` takes what is not finite to 0.
+        // `normalize_or_zero` maps vectors that are not finite to 0.
         if normal.is_finite() { sign * (cofactors * *normal).normalize_or_zero() } else { DVec3::NAN }
     };
     (!mesh.normals.is_empty()).then(|| mesh.normals.iter().map(transform).collect())
 }
 
-/// The rows of an affine transform, as f32.
+/// Returns the rows of an affine transform as f32.
 pub fn rows(transform: &DAffine3) -> [[f32; 4]; 3] {
     let linear = transform.matrix3.transpose();
     let row = |axis: DVec3, offset: f64| axis.extend(offset).as_vec4().to_array();

@@ -1,13 +1,12 @@
 //! Reads pbrt-v4 scene files.
 //!
-//! [`Scene::load`] turns a file into a [`Scene`] that needs nothing more: every
-//! file it names is read, every name is looked up, every number is checked. What
-//! goblet cannot render is an error that says so; what cannot change the image is
-//! passed over.
+//! [`Scene::load`] turns a file into a complete [`Scene`]: every file that it names is read, every name is
+//! looked up, every number is checked. A feature that goblet cannot render is an error that says so; a
+//! parameter that cannot change the image is ignored.
 //!
-//! One parameter is goblet's own: `"rgb transmittance"` of
-//! `Material "dielectric"` says what part of the light each crossing of the
-//! surface lets through (default `[1 1 1]`), so that glass can be tinted.
+//! One parameter is an extension of the format: `"rgb transmittance"` of `Material "dielectric"` is the
+//! fraction of the light that passes at each crossing of the surface (default `[1 1 1]`), so that glass can
+//! be tinted.
 
 use std::path::Path;
 
@@ -38,8 +37,8 @@ pub use survey::Survey;
 
 use crate::base::input::Budget;
 
-/// What goblet knows of the pbrt-v4 format: directives that have types, their
-/// types, and the parameters of each.
+/// The part of the pbrt-v4 format that goblet knows: directives that have types, their types, and the
+/// parameters of each type.
 pub const FAMILIES: [&Family; 11] = [
     &directives::film::FILM_FAMILY,
     &directives::film::FILTER_FAMILY,
@@ -55,8 +54,7 @@ pub const FAMILIES: [&Family; 11] = [
 ];
 
 impl Scene {
-    /// Reads the scene file at `path`, and the files that it names, within the default budget of
-    /// memory.
+    /// Reads the scene file at `path`, and the files that it names, within the default budget of memory.
     pub fn load(path: impl AsRef<Path>) -> Result<Scene, SceneError> {
         Self::load_within(path, Budget::default())
     }
@@ -66,14 +64,14 @@ impl Scene {
         parser::load(path.as_ref(), budget)
     }
 
-    /// Reads the scene file at `path` within a budget of memory, and finds all of it that is not
-    /// supported.
+    /// Reads the scene file at `path` within a budget of memory, and collects every error and every
+    /// unsupported feature.
     pub fn survey(path: impl AsRef<Path>, budget: Budget) -> Survey {
         parser::survey(path.as_ref(), budget)
     }
 
-    /// Reads a scene from `text`. Messages call it `file_name`; files that it
-    /// names are looked for in `base_dir`.
+    /// Reads a scene from `text`. Messages call the text `file_name`; file names in the text are relative
+    /// to `base_dir`.
     pub fn parse(text: &str, file_name: &str, base_dir: impl AsRef<Path>) -> Result<Scene, SceneError> {
         parser::parse(text, file_name, base_dir.as_ref())
     }

@@ -1,8 +1,8 @@
-//! What a scene file says, fully resolved: the input of [`crate::gpu_scene::pack`].
+//! The content of a scene file, fully resolved: the input of [`crate::gpu_scene::pack`].
 //!
-//! Nothing here refers to the text any more: includes are read, transforms are
-//! composed (in f64), named materials are looked up, spectra are linear RGB in
-//! the sRGB primaries. Lengths are in scene units, in the scene's world space.
+//! No value refers to the text any more: included files are read, transforms are composed (in f64), named
+//! materials are looked up, spectra are linear RGB in the sRGB primaries. Lengths are in scene units, in
+//! the scene's world space.
 
 pub(in crate::scene) mod extent;
 mod input;
@@ -25,55 +25,56 @@ use crate::scene::model::texture::Texture;
 /// A scene that is ready to upload.
 #[derive(Clone, Debug)]
 pub struct Scene {
-    /// The image to make.
+    /// The image: its size, file and pixel filter.
     pub film: Film,
-    /// Where it is seen from.
+    /// The camera.
     pub camera: Camera,
-    /// What the scene file says about how to render it.
+    /// Rendering options that the scene file gives.
     pub integrator: Integrator,
     /// Materials; [`Shape::material`] indexes them.
     pub materials: Vec<Material>,
-    /// Every texture, whether something uses it or not, in the order of the file.
+    /// Every texture, used or not, in the order of the file.
     pub textures: Vec<Texture>,
     /// Every surface, in the order of the file.
     pub shapes: Vec<Shape>,
-    /// Where objects stand, in the order of the file.
+    /// Instances of objects, in the order of the file.
     pub instances: Vec<Instance>,
     /// Every light that is not a surface, in the order of the file.
     pub lights: Vec<Light>,
-    /// Files that it includes or imports.
+    /// Paths of the files that the scene includes or imports.
     pub included: Vec<PathBuf>,
-    /// Files that it reads besides its own: those that it includes or imports, and those that
+    /// Paths of the files that the scene reads besides its own: included and imported files, and files that
     /// parameters name.
     pub inputs: Vec<PathBuf>,
-    /// One line each: what was ignored or rendered differently than asked for.
+    /// Warnings, one line each: directives and parameters that are ignored, or rendered differently than
+    /// the scene asks for.
     pub warnings: Vec<String>,
-    /// What the scene may take, and what of it is taken.
+    /// The scene's budget of memory, with the bytes taken so far.
     pub budget: Arc<Budget>,
 }
 
-/// Image size and file.
+/// Image size, file, exposure and pixel filter.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Film {
     /// Width and height in pixels of what the camera sees, each at least 1.
     pub resolution: [u32; 2],
-    /// The part of it that is rendered: x minimum, x maximum, y minimum, y maximum, as
-    /// fractions of the resolution from the upper left corner.
+    /// The part of the image that is rendered: x minimum, x maximum, y minimum, y maximum, as fractions of
+    /// the resolution from the upper left corner.
     pub window: [f64; 4],
-    /// What pixels are, over the radiance that they see.
+    /// Factor from the radiance that a pixel sees to the pixel's value.
     pub exposure: f64,
     /// The output file that the scene names, relative to the working directory.
     pub filename: Option<PathBuf>,
-    /// How camera samples spread around a pixel.
+    /// Filter by which camera samples spread around a pixel.
     pub filter: PixelFilter,
 }
 
 impl Film {
-    /// The first pixel that is rendered, and the one after the last, where the camera sees
-    /// so many pixels. There is always one.
+    /// Returns the first rendered pixel and the pixel after the last one, as (x, y), for an image of
+    /// `resolution` pixels. The range contains at least one pixel.
     pub fn bounds(&self, resolution: [u32; 2]) -> [[u32; 2]; 2] {
-        // Rounded up, as pbrt does. Bounds that were whole stay so: fractions have rounding
-        // errors, far smaller than this.
+        // Edges are rounded up, as in pbrt. Fractions have rounding errors far below this slack, so edges
+        // on whole pixels stay whole.
         const SLACK: f64 = 1e-6;
         let [width, height] = resolution;
         let [x0, x1, y0, y1] = self.window;
@@ -82,7 +83,7 @@ impl Film {
         [first, [pixel(x1, width).max(first[0] + 1), pixel(y1, height).max(first[1] + 1)]]
     }
 
-    /// Where what is rendered lies in what the camera sees, in so many pixels.
+    /// Returns the position of the rendered pixels in an image of `resolution` pixels.
     pub fn part(&self, resolution: [u32; 2]) -> Window {
         let [first, _] = self.bounds(resolution);
         Window { first: first.map(|side| side as i32), full: resolution }
@@ -94,7 +95,7 @@ impl Film {
 pub struct PixelFilter {
     /// The filter's profile along each axis.
     pub kind: FilterKind,
-    /// Half width along x and y, in pixels; 0 looks through the pixel's centre only.
+    /// Half width along x and y, in pixels; 0 samples the pixel's centre only.
     pub radius: DVec2,
 }
 
@@ -105,7 +106,7 @@ pub enum FilterKind {
     Box,
     /// Linear to zero at the radius.
     Triangle,
-    /// exp(-x²/2σ²) less its value at the radius; `sigma` in pixels.
+    /// exp(-x²/2σ²) minus its value at the radius; `sigma` in pixels.
     Gaussian {
         /// Standard deviation, in pixels.
         sigma: f64,
@@ -113,153 +114,155 @@ pub enum FilterKind {
     /// A cubic spline in |x| over half the radius, with negative lobes (Mitchell and
     /// Netravali 1988).
     Mitchell {
-        /// Weight of the blurring part.
+        /// Weight of the blurring part, B in the paper.
         b: f64,
-        /// Weight of the ringing part.
+        /// Weight of the ringing part, C in the paper.
         c: f64,
     },
-    /// sin(πx) / πx, windowed by the main lobe of the same, `tau` times as wide (Lanczos);
-    /// it has negative lobes.
+    /// sin(πx) / πx, windowed by the main lobe of a sinc that is `tau` times as wide (Lanczos). The filter
+    /// has negative lobes.
     Sinc {
         /// Width of the window in cycles, positive.
         tau: f64,
     },
 }
 
-/// How a [`Camera`] lays the world out on the image.
+/// Map from directions to places on the image of a [`Camera`].
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Projection {
-    /// Through a point or a thin lens.
+    /// Central projection through a pinhole or a thin lens.
     Perspective {
         /// tan(fov / 2) of the shorter image axis.
         tan_half_fov: f64,
     },
-    /// Along parallel lines; the screen window is in scene units.
+    /// Projection along parallel lines; the screen window is in scene units.
     Orthographic,
-    /// All directions, by angles: y is up, the left edge looks along +x.
+    /// All directions by longitude and latitude: y is up, the left edge looks along +x.
     Equirectangular,
-    /// All directions on a square, of equal solid angles (Clarberg 2008).
+    /// All directions on a square by an equal-area map (Clarberg 2008).
     EqualArea,
 }
 
-/// A camera, perhaps with a thin lens.
+/// A camera with a pinhole or a thin lens.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Camera {
-    /// From camera space (x right, y up, z forward, as in pbrt) to world space.
+    /// Transform from camera space (x right, y up, z forward, as in pbrt) to world space.
     pub world_from_camera: DAffine3,
-    /// How directions become places on the image.
+    /// Map from directions to places on the image.
     pub projection: Projection,
-    /// Screen window: x minimum, x maximum, y minimum, y maximum; ±1 spans the fov.
-    /// Of no matter where all directions are seen, nor is the lens.
+    /// Screen window: x minimum, x maximum, y minimum, y maximum; ±1 spans the field of view. Projections
+    /// that see all directions use neither the window nor the lens.
     pub screen_window: [f64; 4],
     /// Radius of the lens in scene units; 0 is a pinhole.
     pub lens_radius: f64,
-    /// Distance along z at which the lens is in focus, scene units.
+    /// Distance along z of the plane in focus, in scene units.
     pub focal_distance: f64,
 }
 
-/// The scene's own rendering options; the command line may override each.
+/// Rendering options of the scene; the command line may override each.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Integrator {
-    /// The most segments of a path.
+    /// Maximum number of segments of a path.
     pub max_depth: u32,
     /// Photons per iteration; `None` means one per pixel, as in pbrt.
     pub photons_per_iteration: Option<u64>,
-    /// Initial radius, scene units.
+    /// Initial radius in scene units; `None` if the scene gives none.
     pub radius: Option<f64>,
     /// Seed of every random number.
     pub seed: u32,
-    /// Iterations: the sampler's `pixelsamples`.
+    /// Number of iterations: the sampler's `pixelsamples`.
     pub iterations: u32,
 }
 
 /// Roughness of a surface of microfacets.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Roughness {
-    /// Along the direction in which the first texture coordinate grows; 0 or more.
+    /// Roughness along the direction in which the first texture coordinate grows; 0 or more.
     pub u: Input<f64>,
-    /// Along the other.
+    /// Roughness along the direction in which the second texture coordinate grows; 0 or more.
     pub v: Input<f64>,
-    /// The values are perceptual: their square roots are the slopes of the microfacets (GGX's
+    /// Whether the values are perceptual: then their square roots are the slopes of the microfacets (GGX's
     /// alpha), as in pbrt.
     pub remap: bool,
 }
 
 impl Roughness {
-    /// None at all.
+    /// The roughness of a smooth surface.
     pub const SMOOTH: Self = Self { u: Input::Constant(0.0), v: Input::Constant(0.0), remap: false };
-    /// Surfaces with a smaller alpha along both directions are smooth: pbrt's bound.
+    /// Smallest alpha of a rough surface: a surface with a smaller alpha along both directions is smooth,
+    /// as in pbrt.
     pub const LEAST_ALPHA: f64 = 1e-3;
 
-    /// GGX's alpha for a value.
+    /// Returns GGX's alpha for a value of the roughness.
     pub fn alpha(&self, value: f64) -> f64 {
         if self.remap { value.sqrt() } else { value }
     }
 
-    /// Whether it is none; never that of a texture.
+    /// Returns true if the surface is smooth: both values are constants with an alpha below
+    /// [`Self::LEAST_ALPHA`]. A roughness from a texture is never smooth.
     pub fn is_smooth(&self) -> bool {
         let is_small = |input| matches!(input, Input::Constant(value) if self.alpha(value) < Self::LEAST_ALPHA);
         is_small(self.u) && is_small(self.v)
     }
 }
 
-/// What a metal reflects.
+/// The reflectance of a metal.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Metal {
-    /// By optical constants, per channel.
+    /// Optical constants per channel.
     Index {
         /// Real part of the index of refraction.
         eta: Rgb,
         /// Absorption coefficient.
         k: Rgb,
     },
-    /// By reflectance at normal incidence, 0 to 1; a constant one has become an index.
+    /// Reflectance at normal incidence, 0 to 1. A constant reflectance is converted to [`Metal::Index`].
     Reflectance(Input<Rgb>),
 }
 
 /// A clear coat of varnish.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Coat {
-    /// Its index of refraction over that outside.
+    /// Index of refraction of the coat over the index outside.
     pub eta: f64,
-    /// Optical thickness: light that crosses it straight keeps exp(-thickness).
+    /// Optical thickness: light that crosses the coat perpendicularly is multiplied by exp(-thickness).
     pub thickness: f64,
-    /// Of its surface.
+    /// Roughness of the coat's outer surface.
     pub roughness: Roughness,
 }
 
 /// How a surface scatters light.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Material {
-    /// Lambertian.
+    /// Lambertian reflection.
     Diffuse {
-        /// Albedo per channel, 0 to 1; what a texture has outside is clamped.
+        /// Albedo per channel, 0 to 1; values of a texture outside that range are clamped.
         reflectance: Input<Rgb>,
     },
-    /// Lambertian on both sides of a thin sheet.
+    /// Lambertian reflection and transmission of a thin sheet.
     DiffuseTransmission {
-        /// Albedo on the side that the light comes from, 0 to 1.
+        /// Albedo of reflection, to the side that the light comes from, 0 to 1.
         reflectance: Input<Rgb>,
-        /// Albedo on the other side, 0 to 1.
+        /// Albedo of transmission, to the other side, 0 to 1.
         transmittance: Input<Rgb>,
-        /// Factor of both.
+        /// Factor of both albedos.
         scale: f64,
     },
     /// A metal.
     Conductor {
-        /// Its reflectance.
+        /// Reflectance of the metal.
         metal: Metal,
-        /// Its roughness.
+        /// Roughness of the metal.
         roughness: Roughness,
     },
     /// Glass or water.
     Dielectric {
         /// Index of refraction inside over outside, positive.
         eta: f64,
-        /// What part of the light passes at each crossing, per channel, 0 to 1.
-        /// An extension of the pbrt format: pbrt's dielectrics are untinted.
+        /// Fraction of the light that passes at each crossing, per channel, 0 to 1. An extension of the
+        /// pbrt format: pbrt's dielectrics are untinted.
         transmittance: Rgb,
-        /// Its roughness.
+        /// Roughness of the surface.
         roughness: Roughness,
     },
     /// A thin pane of glass, with both of its surfaces.
@@ -269,71 +272,74 @@ pub enum Material {
     },
     /// A Lambertian surface under a coat.
     CoatedDiffuse {
-        /// Albedo of what is under the coat, 0 to 1.
+        /// Albedo of the surface under the coat, 0 to 1.
         reflectance: Input<Rgb>,
         /// The coat.
         coat: Coat,
     },
     /// A metal under a coat.
     CoatedConductor {
-        /// The metal's reflectance: of a constant index relative to the coat.
+        /// Reflectance of the metal; optical constants are relative to the coat's index.
         metal: Metal,
-        /// The metal's roughness.
+        /// Roughness of the metal.
         roughness: Roughness,
         /// The coat.
         coat: Coat,
     },
-    /// At each point one of two others, by chance.
+    /// A random choice between two other materials at each point.
     Mix {
         /// Indices into [`Scene::materials`].
         materials: [usize; 2],
-        /// Chance of the second, 0 to 1.
+        /// Probability of the second material, 0 to 1.
         amount: Input<f64>,
     },
-    /// None: light passes. Shapes of it are left out.
+    /// No surface: light passes unchanged. The scene leaves out shapes of this material.
     Interface,
 }
 
 /// One surface of the scene.
 #[derive(Clone, Debug)]
 pub struct Shape {
-    /// Its form, in object space.
+    /// Geometry in object space.
     pub geometry: Geometry,
-    /// From its object space to world space, or that of its instances; invertible, but for meshes
-    /// without normals.
+    /// Transform from object space to world space, or to the space of the object's instances if `object` is
+    /// set. Invertible, except that of a mesh without normals.
     pub world_from_object: DAffine3,
-    /// Set where it is part of an object, of which there are [`Scene::instances`] or none.
-    /// Such a shape does not emit.
+    /// Index of the object that the shape is part of, which may have no instance among
+    /// [`Scene::instances`]; `None` for a shape that stands in the scene itself. A shape of an object does
+    /// not emit.
     pub object: Option<usize>,
-    /// `ReverseOrientation` was in force.
+    /// Whether `ReverseOrientation` was in force.
     pub reverse_orientation: bool,
     /// Index into [`Scene::materials`].
     pub material: usize,
-    /// How much of it is there, 0 to 1: rays go through the rest.
+    /// Opacity, 0 to 1: the probability that a ray hits the surface and does not pass through.
     pub alpha: Input<f64>,
-    /// Set where an `AreaLightSource` was in force.
+    /// Emission; set if an `AreaLightSource` was in force.
     pub emission: Option<AreaLight>,
-    /// Of `Shape "revolution"`: how many such directives stand before its own.
+    /// For a `Shape "revolution"`: the number of such directives before its own; `None` for other shapes.
     pub revolution: Option<usize>,
     /// `file:line:column` of the directive, for messages.
     pub location: String,
 }
 
-/// A place where an object stands.
+/// A placed copy of an object.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Instance {
-    /// All shapes with this [`Shape::object`]; there is at least one.
+    /// Index of the object: the copy consists of all shapes with this [`Shape::object`], of which there is
+    /// at least one.
     pub object: usize,
-    /// From what is world space to those shapes; invertible.
+    /// Transform to world space from the space that [`Shape::world_from_object`] of the object's shapes
+    /// leads to; invertible.
     pub world_from_instance: DAffine3,
 }
 
-/// The form of a [`Shape`].
+/// The geometry of a [`Shape`].
 #[derive(Clone, Debug)]
 pub enum Geometry {
     /// Triangles.
     Mesh(Arc<Mesh>),
-    /// A sphere about the origin, perhaps cut.
+    /// A sphere or part of a sphere about the origin.
     Sphere {
         /// Radius, positive.
         radius: f64,
@@ -355,46 +361,46 @@ pub enum Geometry {
         /// Sweep about z from the x axis, radians, in (0, 2π].
         phi_max: f64,
     },
-    /// A body of revolution about z: goblet's own.
+    /// A body of revolution about z, an extension of the pbrt format.
     Revolution(Arc<Profile>),
 }
 
-/// The profile of a body of revolution, in the half plane of radius and height. Its outside
-/// is to the right of travel: one that runs upward faces away from the axis.
+/// The profile of a body of revolution, in the half plane of radius and height. The outside is to the right
+/// of the direction of travel: a profile that runs upward faces away from the axis.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Profile {
-    /// Bezier curves of degree 1 to 8, all of one degree; each begins where the last one
-    /// ends. Radii are 0 or more, and at least one is not.
+    /// Bezier curves of one common degree from 1 to 8; each curve begins where the previous one ends. Radii
+    /// are 0 or more, and at least one is above 0.
     pub segments: Vec<Curve>,
 }
 
-/// Triangles with shared vertices. All numbers but those of normals are finite, all indices in
+/// Triangles with shared vertices. All numbers except those of normals are finite, and all indices are in
 /// range.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Mesh {
     /// Vertex positions in object space.
     pub positions: Vec<DVec3>,
-    /// Vertex normals in object space: one per position, or none at all. Those of a triangle
-    /// count unless one of them is not finite, or all are 0.
+    /// Vertex normals in object space: one per position, or none. A triangle uses the normals of its
+    /// corners unless one of them is not finite or all are 0.
     pub normals: Vec<DVec3>,
-    /// Texture coordinates: one per position, or none at all.
+    /// Texture coordinates: one per position, or none.
     pub uvs: Vec<DVec2>,
     /// Vertex indices of each triangle.
     pub triangles: Vec<[u32; 3]>,
 }
 
-/// A diffusely emitting surface.
+/// Diffuse emission of a surface.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct AreaLight {
-    /// Emitted radiance, W/(m² sr), `scale` included; where `power` is set, the
-    /// radiance before it is scaled to that power.
+    /// Emitted radiance in W/(m² sr), `scale` included; if `power` is set, the radiance before it is scaled
+    /// to that power.
     pub radiance: Rgb,
-    /// pbrt's `power`: each emitter (a quadric, or one triangle of a mesh) of
-    /// area A emits `radiance · power / (k π A)`, k = 2 if two-sided, else 1.
+    /// pbrt's `power`: each emitter (a quadric, or one triangle of a mesh) of area A emits `radiance ·
+    /// power / (k π A)`, with k = 2 if two-sided, and 1 otherwise.
     pub power: Option<f64>,
-    /// Emits on both sides.
+    /// Whether the surface emits on both sides.
     pub two_sided: bool,
-    /// What the radiance is times.
+    /// Image whose pixels multiply the radiance.
     pub image: Option<EmissionImage>,
 }
 
@@ -403,16 +409,17 @@ pub struct AreaLight {
 pub struct EmissionImage {
     /// Index into [`Scene::textures`].
     pub texture: usize,
-    /// Of its pixels.
+    /// Mean of the image's pixels.
     pub mean: Rgb,
 }
 
-/// What a light shows in each direction: a texel is of one colour, as in pbrt.
+/// An image that gives the light in each direction: a texel has one colour, as in pbrt.
 #[derive(Clone, Debug, PartialEq)]
 pub struct LightImage {
-    /// Not negative, finite, and not all black. The top row is first: v = 0.
+    /// Pixels: finite, 0 or more, and not all black. The first row is the top one, v = 0.
     pub pixels: Arc<Image>,
-    /// Directions of the image's space in world space; orthogonal, of unit length.
+    /// Transform of directions from the image's space to world space; its columns are orthogonal and of
+    /// unit length.
     pub world_from_image: DMat3,
 }
 
@@ -421,58 +428,59 @@ pub struct LightImage {
 pub enum Light {
     /// Emits the same intensity in all directions from a point.
     Point {
-        /// World space.
+        /// Position in world space.
         position: DVec3,
         /// Radiant intensity, W/sr; scale and power included.
         intensity: Rgb,
     },
     /// A point that emits within a cone.
     Spot {
-        /// World space.
+        /// Position in world space.
         position: DVec3,
         /// Axis of the cone, unit length, world space.
         direction: DVec3,
         /// Radiant intensity on the axis, W/sr; scale and power included.
         intensity: Rgb,
-        /// One less the cosine of the angle where the smooth falloff starts.
+        /// 1 minus the cosine of the angle at which the smooth falloff starts.
         falloff_start: f64,
-        /// One less the cosine of the angle beyond which nothing is emitted.
+        /// 1 minus the cosine of the angle beyond which the light emits nothing.
         falloff_end: f64,
     },
     /// Parallel light from infinitely far away.
     Distant {
-        /// The way the light travels, unit length, world space.
+        /// Direction in which the light travels, unit length, world space.
         direction: DVec3,
         /// Irradiance on a surface that faces the light, W/m².
         irradiance: Rgb,
     },
-    /// A point whose intensity depends on the direction, by the equal-area map of `octahedral`.
+    /// A point whose intensity depends on the direction, by the equal-area map of
+    /// [`crate::geometry::equal_area`].
     Goniometric {
-        /// World space.
+        /// Position in world space.
         position: DVec3,
-        /// Factors of the intensity, grey.
+        /// Grey image whose pixels multiply the intensity.
         image: LightImage,
-        /// What they multiply, W/sr; scale and power included.
+        /// Radiant intensity before the image's factor, W/sr; scale and power included.
         intensity: Rgb,
     },
-    /// A point that projects an image, which fills a window on the plane z = 1 of its space;
-    /// u grows with x, v with y.
+    /// A point that projects an image, which fills a window on the plane z = 1 of the image's space; u
+    /// grows with x, v with y.
     Projection {
-        /// World space.
+        /// Position in world space.
         position: DVec3,
-        /// Factors of the intensity.
+        /// Image whose pixels multiply the intensity.
         image: LightImage,
-        /// What they multiply, W/sr; scale and power included.
+        /// Radiant intensity before the image's factor, W/sr; scale and power included.
         intensity: Rgb,
         /// Half the width and height of the window.
         half_extent: DVec2,
     },
-    /// Radiance from infinitely far away that depends on the direction, by the equal-area
-    /// map of `octahedral`.
+    /// Radiance from infinitely far away that depends on the direction, by the equal-area map of
+    /// [`crate::geometry::equal_area`].
     Sky {
-        /// Factors of the radiance, by the direction to the sky.
+        /// Image whose pixels multiply the radiance, by the direction to the sky.
         image: LightImage,
-        /// What they multiply, W/(m² sr); scale and illuminance included.
+        /// Radiance before the image's factor, W/(m² sr); scale and illuminance included.
         radiance: Rgb,
     },
     /// The same radiance from every direction.

@@ -1,4 +1,4 @@
-//! The directives of a scene file.
+//! The parser of a scene file: one method call per directive.
 
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -20,7 +20,7 @@ use crate::scene::spectrum::color_space::ColorSpace;
 use crate::scene::spectrum::files::read_spectra;
 use crate::scene::survey::Survey;
 
-/// The option that sets how much memory a scene may take.
+/// The command-line option that sets a scene's budget of memory.
 pub(in crate::scene) const SCENE_MEMORY: &str = "--scene-memory";
 
 /// Every directive of pbrt-v4.
@@ -72,7 +72,7 @@ pub(in crate::scene) fn load(path: &Path, budget: Budget) -> Result<Scene, Scene
     Parser::new(open(path, budget)?, directory(path)).parse()
 }
 
-/// Reads the scene file at `path`, and keeps its text.
+/// Reads the scene file at `path`, and returns the scene and its text with included files in place.
 pub(crate) fn load_with_text(path: &Path, budget: Budget) -> Result<(Scene, FlatText), SceneError> {
     let mut parser = Parser::new(open(path, budget)?.keeping_text()?, directory(path));
     parser.directives()?;
@@ -80,7 +80,7 @@ pub(crate) fn load_with_text(path: &Path, budget: Budget) -> Result<(Scene, Flat
     Ok((parser.scene.finish(parser.stream.end())?, text))
 }
 
-/// Reads the scene file at `path`, and goes on where something is wrong.
+/// Reads the scene file at `path`, and continues after errors.
 pub(in crate::scene) fn survey(path: &Path, budget: Budget) -> Survey {
     let mut parser = match open(path, budget) {
         Ok(stream) => Parser::new(stream, directory(path)),
@@ -136,10 +136,10 @@ impl Parser {
         }
     }
 
-    /// Passes over what a directive with an error has left unread.
+    /// Skips the tokens that a directive with an error has left unread.
     fn skip_to_directive(&mut self) {
         let begins = |token: &Token| matches!(&token.kind, TokenKind::Word(word) if DIRECTIVES.contains(&&**word));
-        // What is no token is left unread, too.
+        // Text that is not a token is skipped, too.
         while self.stream.peek().map_or(true, |token| token.is_some_and(|token| !begins(token))) {
             drop(self.stream.next());
         }
@@ -232,7 +232,7 @@ impl Parser {
                 let (name, name_at) = stream.string("the name of a coordinate system")?;
                 scene.use_coordinate_system(&name, &name_at)
             }
-            // Nothing moves, so the times do not matter.
+            // Motion is ignored, so the times do not matter.
             "TransformTimes" => stream.numbers::<2>(word).map(drop),
             _ => self.active_transform(),
         }
@@ -250,8 +250,8 @@ impl Parser {
         Ok(())
     }
 
-    /// The parameters that follow, with all that is known only here: the colour space in
-    /// force, and the values of spectra that are in files.
+    /// Reads the parameters that follow, and adds the colour space in force and the values of spectra from
+    /// files.
     fn params(&mut self, directive: &str) -> Result<ParamList, SceneError> {
         let mut params = ParamList::read(&mut self.stream)?;
         let named = params.items.iter().filter_map(|param| input_file(directive, param));
@@ -272,8 +272,8 @@ impl Parser {
         self.apply(word, &name, &name_at, &name_at)
     }
 
-    /// Reads the parameters of a directive, and does what it says. Where all that is wrong is
-    /// to be found, the directive is tried again without a parameter that is not.
+    /// Reads the parameters of a directive, and executes the directive. If all errors are collected, the
+    /// directive is tried again without each parameter that is not supported.
     fn apply(&mut self, word: &str, name: &str, name_at: &Location, at: &Location) -> Result<(), SceneError> {
         let mut params = self.params(word)?;
         if !self.scene.collects_errors() {
@@ -284,7 +284,7 @@ impl Parser {
             let outcome = self.perform(word, name, params.clone(), name_at, at);
             let place = match &outcome {
                 Err(SceneError::Unsupported { location, .. }) => location,
-                // Perhaps for want of what was taken away.
+                // The error may follow from a parameter that was removed.
                 Err(SceneError::Invalid { .. }) if !has_all => return Ok(()),
                 _ => return outcome,
             };
@@ -315,7 +315,7 @@ impl Parser {
             "Sampler" => scene.sampler(name, params, name_at),
             "Integrator" => scene.integrator(name, params, name_at),
             "PixelFilter" => scene.filter(name, params, name_at),
-            // It finds the same surfaces, sooner or later.
+            // An accelerator changes the time to find a surface, not the surface.
             "Accelerator" => Ok(()),
             "Shape" => scene.shape(name, params, name_at, at),
             "LightSource" => scene.light(name, params, name_at),
@@ -367,8 +367,8 @@ impl Parser {
         self.apply(word, &name, &name_at, at)
     }
 
-    /// The file to continue with: its text, its name, and what it is. The name is relative to
-    /// the folder of the scene file, not to that of the including file: as in pbrt.
+    /// Returns the text, name and identity of the file that a directive names. As in pbrt, the name is
+    /// relative to the folder of the scene file, not to that of the including file.
     fn named_text(&mut self, word: &str, at: &Location) -> Result<((String, Held), String, PathBuf), SceneError> {
         let (name, name_at) = self.stream.string(&format!("the name of a file after {word}"))?;
         let path = self.scene.directory().join(&name);

@@ -1,5 +1,5 @@
-//! Scene text with meshes in place of bodies of revolution. All else stays as it is,
-//! comments and blanks included, but for the names of files that are then elsewhere.
+//! Scene text with meshes in place of bodies of revolution. All other text is kept, comments and blanks
+//! included, except that names of files are adapted to the new text's folder.
 
 use std::ops::Range;
 use std::path::Path;
@@ -9,29 +9,28 @@ use crate::scene::format::kind::Kind;
 use crate::scene::format::lexer::{Token, TokenKind, TokenStream};
 use crate::scene::format::params::{Param, ParamList};
 
-/// What to write for a scene that was read without an error.
+/// The replacements in the text of a scene that was read without an error.
 pub(crate) struct Rewrite<'a> {
-    /// The meshes' file names, as the text is to have them: one for each `Shape "revolution"`,
-    /// in the order of the text; none where it is to stay.
+    /// File names of the meshes: one for each `Shape "revolution"`, in the order of the text; `None` where
+    /// the body is kept.
     pub meshes: Vec<Option<&'a str>>,
-    /// The folder of the scene, as seen from that of the new text; empty where it is the
-    /// same.
+    /// Path of the scene's folder relative to the folder of the new text; empty if both are the same.
     pub folder: &'a str,
 }
 
-/// The new text.
+/// The result of a rewrite: the new text, and the files that it names.
 #[derive(Debug, Default, PartialEq)]
 pub(crate) struct Rewritten {
     pub text: String,
-    /// The files that the text names, as the old text has them.
+    /// The files that the text names, with the names that the old text has.
     pub files: Vec<String>,
 }
 
 impl Rewrite<'_> {
-    /// Rewrites a scene's text, which includes no file any more.
+    /// Rewrites a scene's text. Included files must already be in it.
     ///
     /// # Errors
-    /// The text is no scene.
+    /// The text is not a valid scene.
     pub fn apply(&self, text: &str) -> Result<Rewritten, SceneError> {
         let mut stream = TokenStream::new(text.to_owned(), "", None);
         let mut edits = Edits { text, kept: 0, result: Rewritten::default() };
@@ -54,7 +53,8 @@ impl Rewrite<'_> {
                         self.edit(&params, &mut edits, &[]);
                     }
                 }
-                // Bodies have no use for them, but meshes would; no other shape has.
+                // Bodies ignore these parameters, but the new meshes would not. No other shape of a scene
+                // that was read without an error uses them.
                 "Attribute" if is(first, "shape") && !self.meshes.is_empty() => {
                     self.edit(&params, &mut edits, &["displacement", "displacement.edgelength"]);
                 }
@@ -64,7 +64,7 @@ impl Rewrite<'_> {
         Ok(edits.finish())
     }
 
-    /// Renames files, and takes unwanted parameters out.
+    /// Renames files and deletes unwanted parameters.
     fn edit(&self, params: &ParamList, edits: &mut Edits, unwanted: &[&str]) {
         for param in &params.items {
             if unwanted.contains(&&*param.name) {
@@ -83,10 +83,10 @@ impl Rewrite<'_> {
     }
 }
 
-/// The new text as it grows.
+/// The new text during the rewrite.
 struct Edits<'a> {
     text: &'a str,
-    /// How many bytes of the old text have been dealt with.
+    /// Number of bytes of the old text that have been copied or replaced.
     kept: usize,
     result: Rewritten,
 }
@@ -98,7 +98,7 @@ impl Edits<'_> {
         self.kept = span.end;
     }
 
-    /// Takes text out, with the blanks before it; what was apart stays so.
+    /// Deletes text and the blanks before it. Tokens that were apart stay apart.
     fn delete(&mut self, span: &Range<usize>) {
         let before = self.text[self.kept..span.start].trim_end_matches([' ', '\t']).len();
         let apart = self.text[span.end..].starts_with([' ', '\t', '\n', '\r']);
@@ -111,8 +111,8 @@ impl Edits<'_> {
     }
 }
 
-/// How many strings stand before the parameters of a directive that may name files; 0 for
-/// others. A film's file is an output, in the working directory.
+/// Returns the number of strings between a directive and its parameters, for directives that may name
+/// files; 0 for others. A film's file is an output, in the working directory.
 fn name_count(directive: &str) -> usize {
     match directive {
         "AreaLightSource" | "Attribute" | "LightSource" | "MakeNamedMaterial" | "MakeNamedMedium" | "Material"
@@ -122,16 +122,16 @@ fn name_count(directive: &str) -> usize {
     }
 }
 
-/// The file that a directive reads by a parameter, if it names one. A film's file is an output.
+/// Returns the name of the file that a directive reads by a parameter, if any. A film's file is an output.
 pub(in crate::scene) fn input_file<'a>(directive: &str, param: &'a Param) -> Option<&'a str> {
     file_name(param).filter(|_| directive != "Film")
 }
 
-/// The file that a parameter names, if it names one.
+/// Returns the name of the file that a parameter names, if any.
 fn file_name(param: &Param) -> Option<&str> {
     let names_file = |value: &&str| match param.kind {
         Kind::String => matches!(param.name.as_str(), "filename" | "normalmap"),
-        // No spectrum that pbrt knows has a dot in its name.
+        // No name of pbrt's built-in spectra has a dot.
         Kind::Spectrum => value.contains('.'),
         _ => false,
     };
@@ -142,7 +142,7 @@ fn is(token: &Token, name: &str) -> bool {
     matches!(&token.kind, TokenKind::Text(text) if text == name)
 }
 
-/// A string as scene text has it.
+/// Returns a string in quotes, with escapes, as in scene text.
 fn quoted(text: &str) -> String {
     let mut quoted = String::from("\"");
     for c in text.chars() {

@@ -1,9 +1,8 @@
-//! Spectra to linear RGB, as pbrt's images show them.
+//! Conversion of spectra to linear RGB, as pbrt's images show them.
 //!
-//! A reflectance becomes the colour that it has under D65, where white is
-//! (1, 1, 1): the white that pbrt's `rgb` lights have. A light becomes its
-//! colour at luminance 1, because pbrt scales every light spectrum that is not
-//! `rgb` to luminance 1 before it applies `scale` and `power`.
+//! A reflectance becomes its colour under D65, where white is (1, 1, 1): the white of pbrt's `rgb` lights.
+//! A light becomes its colour at luminance 1, because pbrt scales every light spectrum that is not `rgb` to
+//! luminance 1 before it applies `scale` and `power`.
 
 pub(in crate::scene) mod color_space;
 mod data;
@@ -18,24 +17,24 @@ use crate::scene::model::Rgb;
 use crate::scene::spectrum::color_space::ColorSpace;
 use crate::scene::spectrum::data::{DAYLIGHT, FIRST, GLASSES, Glass, LAST, METALS, OBSERVER, SAMPLES};
 
-/// A spectrum that a parameter gives.
+/// The spectrum of a parameter.
 #[derive(Clone, Debug)]
 pub(in crate::scene) enum Spectrum {
-    /// Linear RGB, as it is.
+    /// Linear RGB in the sRGB primaries.
     Rgb(Rgb),
-    /// RGB of another colour space.
+    /// Linear RGB of another colour space.
     OtherRgb(Rgb, ColorSpace),
-    /// Wavelengths in nm, ascending, and values; zero beyond the ends.
+    /// Pairs of a wavelength in nm, ascending, and a value; the spectrum is 0 outside of the table.
     Table(Vec<[f64; 2]>),
     /// One of the two optical constants of a metal.
     Metal(&'static [f64; SAMPLES]),
     /// A glass's index of refraction.
     Glass(&'static Glass),
-    /// A black body of this temperature, in K.
+    /// A black body with this temperature, in K.
     Blackbody(f64),
     /// CIE illuminant D65.
     Daylight,
-    /// Daylight of another phase.
+    /// Daylight of another colour temperature.
     DaylightPhase(DaylightPhase),
 }
 
@@ -44,7 +43,7 @@ const NAMES: &str = "\"glass-BK7\", -BAF10, -FK51A, -LASF9, -F5, -F10, -F11, \
     \"stdillum-A\", -D50, -D65, \"illum-acesD60\", a file of pairs of wavelength and value, or such pairs";
 
 impl Spectrum {
-    /// The spectrum that a parameter of type rgb, spectrum or blackbody holds.
+    /// Returns the spectrum of a parameter of type rgb, spectrum or blackbody.
     pub fn from_param(param: &Param) -> Result<Self, SceneError> {
         match (param.kind, param.text()) {
             (Kind::Rgb, _) => match (param.one()?, param.color_space) {
@@ -65,11 +64,11 @@ impl Spectrum {
         }
     }
 
-    /// A spectrum of those that pbrt has by name.
+    /// Returns the spectrum that pbrt has under a name, or `None` if goblet does not have it.
     pub fn named(name: &str) -> Option<Self> {
         match name {
             "stdillum-D65" => return Some(Spectrum::Daylight),
-            // The nominal temperatures are on an older scale of temperature.
+            // The nominal temperatures are on an older temperature scale.
             "stdillum-D50" => return Some(Spectrum::DaylightPhase(DaylightPhase::new(5000.0 * NEW_KELVIN))),
             "illum-acesD60" => return Some(Spectrum::DaylightPhase(DaylightPhase::new(6000.0 * NEW_KELVIN))),
             "stdillum-A" => return Some(Spectrum::Blackbody(ILLUMINANT_A)),
@@ -98,7 +97,7 @@ impl Spectrum {
         Ok(Spectrum::Table(pairs))
     }
 
-    /// The value at a wavelength in nm; for RGB, the mean of the channels.
+    /// Returns the value at a wavelength in nm; for RGB, the mean of the channels.
     fn at(&self, nm: f64) -> f64 {
         match self {
             Spectrum::Rgb(rgb) | Spectrum::OtherRgb(rgb, _) => rgb.element_sum() / 3.0,
@@ -116,8 +115,8 @@ impl Spectrum {
         }
     }
 
-    /// The colour of a reflectance. RGB that is none stays as it is, for the caller to refuse;
-    /// what lies out of the gamut of sRGB is brought to its surface.
+    /// Returns the colour of a reflectance. RGB outside of [0, 1] is returned unchanged, for the caller to
+    /// refuse; other colours outside of sRGB's gamut are clamped to it.
     pub fn reflectance(&self) -> Rgb {
         match self {
             Spectrum::Rgb(rgb) => *rgb,
@@ -127,7 +126,7 @@ impl Spectrum {
         }
     }
 
-    /// The colour of a light, which pbrt takes to luminance 1 if it is not RGB.
+    /// Returns the colour of a light, at luminance 1 if it is not RGB, as in pbrt.
     pub fn light(&self) -> Rgb {
         match self {
             Spectrum::Rgb(rgb) => *rgb,
@@ -146,7 +145,7 @@ impl Spectrum {
         }
     }
 
-    /// Optical constants per channel, where they are given as such.
+    /// Returns optical constants per channel, if they are given as RGB.
     fn channels(&self) -> Option<Rgb> {
         match self {
             Spectrum::Rgb(rgb) => Some(*rgb),
@@ -155,7 +154,7 @@ impl Spectrum {
         }
     }
 
-    /// The mean over daylight as the eye weighs it.
+    /// Returns the mean under daylight, weighted by the luminous efficiency of the eye.
     pub fn photopic_mean(&self) -> f64 {
         let weighted = response(|nm| self.at(nm) * daylight(nm)).luminance;
         weighted / response_of_daylight().luminance
@@ -179,14 +178,14 @@ fn interpolate(pairs: &[[f64; 2]], nm: f64) -> f64 {
     }
 }
 
-/// Daylight at a colour temperature, as CIE 15 makes it from three measured components.
+/// Daylight at a colour temperature, by CIE 15 from three measured components.
 #[derive(Clone, Copy, Debug)]
 pub(in crate::scene) struct DaylightPhase {
     weights: [f64; 2],
 }
 
 impl DaylightPhase {
-    /// From 4000 K to 7000 K.
+    /// Returns the daylight of a temperature from 4000 K to 7000 K.
     fn new(kelvin: f64) -> Self {
         let x = 0.244_063 + 0.099_11e3 / kelvin + 2.967_8e6 / kelvin.powi(2) - 4.607_0e9 / kelvin.powi(3);
         let y = -3.0 * x * x + 2.87 * x - 0.275;
@@ -201,12 +200,13 @@ impl DaylightPhase {
     }
 }
 
-/// What a temperature became when the second radiation constant did: 1.438 cm K, then 1.4388.
+/// Factor of temperatures that results from the change of the second radiation constant from 1.438 cm K to
+/// 1.4388 cm K.
 const NEW_KELVIN: f64 = 1.4388 / 1.438;
-/// CIE illuminant A, K; it was 2848 K at a radiation constant of 1.435 cm K.
+/// Temperature of CIE illuminant A, K: 2848 K at a radiation constant of 1.435 cm K.
 const ILLUMINANT_A: f64 = 2848.0 * 1.4388 / 1.435;
 
-/// Planck's law over its largest value, at Wien's wavelength: as in pbrt.
+/// Returns Planck's law divided by its largest value, at Wien's wavelength, as in pbrt.
 fn blackbody(kelvin: f64, nm: f64) -> f64 {
     const HC_OVER_K: f64 = 1.438_776_877e7; // nm K
     const WIEN: f64 = 2.897_771_955e6; // nm K
@@ -218,14 +218,15 @@ fn daylight(nm: f64) -> f64 {
     Spectrum::Daylight.at(nm)
 }
 
-/// What the standard observer makes of a spectrum.
+/// The response of the standard observer to a spectrum.
 struct Response {
-    /// Linear sRGB; channels may be negative.
+    /// Colour in linear sRGB; channels may be negative.
     rgb: Rgb,
     luminance: f64,
 }
 
-/// Every nm, so that narrow lines are not lost, with what the observer sees.
+/// Returns the wavelengths in steps of 1 nm, so that narrow lines are not lost, with the observer's
+/// response (x, y, z).
 fn wavelengths() -> impl Iterator<Item = (f64, Rgb)> {
     let steps = (LAST - FIRST) as u32;
     (0..=steps).map(|step| {
@@ -234,7 +235,7 @@ fn wavelengths() -> impl Iterator<Item = (f64, Rgb)> {
     })
 }
 
-/// Linear between samples that are 10 nm apart, from [`FIRST`] to [`LAST`].
+/// Interpolates linearly between samples that are 10 nm apart, from [`FIRST`] to [`LAST`].
 fn interpolated(nm: f64, sample: impl Fn(usize) -> Rgb) -> Rgb {
     let place = (nm - FIRST) / 10.0;
     let low = (place as usize).min(OBSERVER.len() - 2);
@@ -258,26 +259,26 @@ fn response_of_daylight() -> Response {
     response(daylight)
 }
 
-/// The colour of a reflectance under D65; not clamped.
+/// Returns the colour of a reflectance under D65, not clamped.
 fn under_daylight(reflectance: impl Fn(f64) -> f64) -> Rgb {
     response(|nm| reflectance(nm) * daylight(nm)).rgb / response_of_daylight().rgb
 }
 
-/// pbrt's bound below a reflectance of 1, where the absorption would be infinite.
+/// pbrt's upper bound of the reflectance: at 1 the absorption would be infinite.
 const MAX_REFLECTANCE: f64 = 0.9999;
 
-/// Optical constants (eta, k) of a metal of which only the reflectance is known.
+/// Returns optical constants (eta, k) of a metal of which only the reflectance is known.
 pub(in crate::scene) fn conductor_from_reflectance(reflectance: Rgb) -> (Rgb, Rgb) {
     let r = reflectance.clamp(Rgb::ZERO, Rgb::splat(MAX_REFLECTANCE));
     let k = |r: f64| 2.0 * r.sqrt() / (1.0 - r).sqrt();
     (Rgb::ONE, Rgb::new(k(r.x), k(r.y), k(r.z)))
 }
 
-/// Optical constants (eta, k) per channel of a metal with spectral constants.
+/// Returns optical constants (eta, k) per channel of a metal with spectral constants.
 ///
-/// The eye sees the mean of the reflectance, which the reflectance of the mean
-/// constants is not. So eta is the mean over what the channel sees, and k is
-/// solved for so that the reflectance at normal incidence is right.
+/// The eye sees the mean of the reflectance, which differs from the reflectance of the mean constants. So
+/// eta is the mean over the channel's response, and k is solved for so that the reflectance at normal
+/// incidence is right.
 pub(in crate::scene) fn conductor(eta: &Spectrum, k: &Spectrum) -> (Rgb, Rgb) {
     if let (Some(eta), Some(k)) = (eta.channels(), k.channels()) {
         return (eta, k);
@@ -286,7 +287,7 @@ pub(in crate::scene) fn conductor(eta: &Spectrum, k: &Spectrum) -> (Rgb, Rgb) {
     let mut weighted = Rgb::ZERO;
     let mut weights = Rgb::ZERO;
     for (nm, xyz) in wavelengths() {
-        // Lobes that a channel subtracts would make a mean that no metal has.
+        // Negative weights of a channel could give a mean that no metal has.
         let weight = (rgb_from_xyz(xyz) * daylight(nm)).max(Rgb::ZERO);
         weighted += weight * eta.at(nm);
         weights += weight;
@@ -301,7 +302,7 @@ fn normal_reflectance(eta: f64, k: f64) -> f64 {
     ((eta - 1.0).powi(2) + k * k) / ((eta + 1.0).powi(2) + k * k)
 }
 
-/// The k that gives reflectance `r` at this eta; where none does, eta gives way.
+/// Returns (eta, k) with reflectance `r`: k for this eta, or another eta if there is no such k.
 fn solve_k(eta: f64, r: f64) -> (f64, f64) {
     let squared = (r * (eta + 1.0).powi(2) - (eta - 1.0).powi(2)) / (1.0 - r);
     if squared >= 0.0 {
@@ -311,12 +312,12 @@ fn solve_k(eta: f64, r: f64) -> (f64, f64) {
     ((1.0 + root) / (1.0 - root), 0.0)
 }
 
-/// The spectrum of a parameter, or `None` where it is absent.
+/// Returns the spectrum of a parameter, or `None` if the parameter is absent.
 pub(in crate::scene) fn optional(param: Option<&Param>) -> Result<Option<Spectrum>, SceneError> {
     param.map(Spectrum::from_param).transpose()
 }
 
-/// The constants of copper, which pbrt's conductors are made of by default.
+/// Returns the optical constants (eta, k) of copper, pbrt's default for conductors.
 pub(in crate::scene) fn copper(location: &Location) -> Result<(Spectrum, Spectrum), SceneError> {
     let constant = |name| Spectrum::named(name).ok_or_else(|| location.invalid("copper's constants are missing"));
     Ok((constant("metal-Cu-eta")?, constant("metal-Cu-k")?))
@@ -341,7 +342,7 @@ mod tests {
     fn daylight_is_white() {
         let white = response(daylight);
         let xyz_y = white.luminance;
-        // The tables are coarse, and straight between their points.
+        // The tables are coarse, and linear between their points.
         near(white.rgb / xyz_y, [1.0; 3], 0.004);
         near(under_daylight(|_| 1.0), [1.0; 3], 1e-12);
     }
@@ -401,7 +402,7 @@ mod tests {
         assert!(white.min_element() > 0.9 && white.max_element() <= 1.0, "{white}");
     }
 
-    /// The green line of mercury, narrower than the tables are.
+    /// The green line of mercury is narrower than the spacing of the tables.
     #[test]
     fn narrow_lines_are_seen() {
         let line = Spectrum::Table(vec![[545.0, 0.0], [546.0, 1.0], [547.0, 0.0]]).light();

@@ -1,22 +1,22 @@
-//! A scene together with all that is wrong with it.
+//! A scene together with all of its errors.
 
 use crate::scene::format::error::SceneError;
 use crate::scene::model::Scene;
 
-/// What a scene file holds, as far as it can be told.
+/// The result of reading a scene file to its end in spite of errors.
 #[derive(Debug)]
 pub struct Survey {
-    /// The scene without what is wrong, if that makes one.
+    /// The scene without the directives that have errors; `None` if no scene is left.
     pub scene: Option<Scene>,
-    /// What is not supported; the first [`MOST_FAULTS`](Self::MOST_FAULTS) of it.
+    /// Unsupported features: at most the first [`MOST_FAULTS`](Self::MOST_FAULTS).
     pub unsupported: Vec<SceneError>,
-    /// What else is wrong; as many.
+    /// Other errors: at most the first [`MOST_FAULTS`](Self::MOST_FAULTS).
     pub errors: Vec<SceneError>,
-    /// How much more is wrong or not supported.
+    /// Number of errors and unsupported features that are not listed.
     pub more: u64,
 }
 
 impl Survey {
-    /// Faults of either kind that are kept.
+    /// Maximum number of listed entries of either kind.
     pub const MOST_FAULTS: usize = 100;
 }

@@ -1,4 +1,4 @@
-//! Whole scenes in, resolved scenes or complaints out.
+//! Tests of whole scenes: their resolved form, or the error.
 
 use std::f64::consts::PI;
 use std::fs;
@@ -38,7 +38,7 @@ fn parse(text: &str) -> Result<Scene, SceneError> {
     Scene::parse(text, "t.pbrt", "")
 }
 
-/// A scene with one line of `world` in a world that is complete without it.
+/// Returns a scene with one line of `world` in a world that is complete without it.
 fn in_world(world: &str) -> Result<Scene, SceneError> {
     parse(&format!("WorldBegin\n{world}\nLightSource \"infinite\"\nShape \"sphere\"\n"))
 }

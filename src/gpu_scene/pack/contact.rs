@@ -1,9 +1,10 @@
-//! Which surfaces of different bodies are in contact: they coincide within the error of positions,
-//! as the underside of a glass and the table that it stands on. `shaders/include/geometry/contact.glsl`
-//! has rays meet them in an order that no rounding decides; this gives each of them its layer.
+//! Detection of surfaces of different bodies that are in contact: they coincide within the error of
+//! positions, such as the underside of a glass and the table below it.
+//! `shaders/include/geometry/contact.glsl` makes rays meet such surfaces in an order that does not depend
+//! on rounding; this module assigns a layer to each of them.
 //!
-//! Only contacts whose order can be seen count: of dielectrics, lamps, and surfaces that let light
-//! pass with anything, and of open sheets with other sheets, such as a decal on a wall.
+//! Only contacts with a visible order count: contacts of dielectrics, lamps and surfaces that let light
+//! pass with any surface, and of open sheets with other sheets, such as a decal on a wall.
 
 mod body;
 mod finder;
@@ -22,31 +23,31 @@ use crate::kernels::{
 use crate::scene::Shape;
 use finder::Finder;
 
-/// Where surfaces are in contact, render units.
+/// Contacts of surfaces; lengths are in render units.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Contacts {
-    /// Lower corner of a box around all such places.
+    /// Lower corner of a box around all contacts.
     pub lower: [f32; 3],
-    /// Its upper corner.
+    /// Upper corner of the box.
     pub upper: [f32; 3],
-    /// The largest error of a position on surfaces in contact; 0 where there are none.
+    /// Largest error of a position on surfaces in contact; 0 if there are no contacts.
     pub error: f32,
-    /// Pairs of primitives of one dielectric body that are nearer to each other than rays can
-    /// tell: a wall too thin.
+    /// Number of pairs of primitives of one dielectric body that are nearer to each other than rays can
+    /// distinguish: walls that are too thin.
     pub too_thin: u32,
-    /// Bodies that have found no layer of their own.
+    /// Number of bodies without a layer of their own.
     pub without_layer: u32,
-    /// Whether not all surfaces were compared, of so many that are near to each other.
+    /// Whether some surfaces were not compared, because too many are near to each other.
     pub gave_up: bool,
 }
 
 impl Contacts {
-    /// Whether there are any.
+    /// Returns true if there are contacts.
     pub fn exist(&self) -> bool {
         self.error > 0.0
     }
 
-    /// What rays cannot decide, one line each.
+    /// Returns warnings about contacts that rays may meet in the wrong order, one line each.
     pub fn warnings(&self) -> Vec<String> {
         let thin = (self.too_thin > 0).then(|| {
             format!(
@@ -66,19 +67,20 @@ impl Contacts {
     }
 }
 
-/// How a shape's surface may hide or pass light, in the order in which coinciding ones are met.
+/// Role of a shape's surface in hiding or passing light, in the order in which rays meet coinciding
+/// surfaces.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 enum Role {
-    /// Light passes without an inside: panes, sheets, cut-outs.
+    /// A surface that light passes without an inside: a pane, a sheet, a cut-out.
     Passing,
-    /// It emits.
+    /// An emitting surface.
     Lamp,
     Opaque,
     /// The boundary of a dielectric.
     Boundary,
 }
 
-/// A shape as it was packed.
+/// The ranges of the arrays that a shape was packed to.
 #[derive(Clone, Debug)]
 pub(super) struct Part {
     pub triangles: Range<usize>,
@@ -94,16 +96,17 @@ impl Part {
 
     fn references(&self) -> impl Iterator<Item = u32> + use<> {
         let kind = |kind: u32, range: &Range<usize>| range.clone().map(move |index| kind << KIND_SHIFT | index as u32);
-        // A sphere's and a disk's references differ; the index of a quadric is enough here.
+        // References of spheres and disks differ in kind; here DISK stands for both, with the quadric's
+        // index.
         kind(TRIANGLE, &self.triangles).chain(kind(DISK, &self.quadrics)).chain(kind(REVOLUTION, &self.revolutions))
     }
 }
 
-/// What of a part may be told apart: a body of it.
+/// A body: the index of a part, and a number that distinguishes the connected meshes in it.
 type Body = (usize, u32);
 
 impl Packer {
-    /// Finds what is in contact, and writes layers to the primitives' materials.
+    /// Finds the surfaces in contact, and adds their layers to the primitives' materials.
     pub(super) fn find_contacts(&mut self, placed: &Placed, bvh: &Bvh) -> Contacts {
         let nothing = Contacts {
             lower: [f32::INFINITY; 3],

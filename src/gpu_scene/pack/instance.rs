@@ -1,8 +1,8 @@
-//! Objects, and the places where they stand.
+//! Objects and their instances.
 //!
-//! An object has a hierarchy in a space of its own, made as render space is, and each of its
-//! instances is one primitive of the scene. Where that saves next to nothing, its shapes are
-//! copied instead: kernels without instances are faster.
+//! An object has a hierarchy in a space of its own, which is constructed like render space, and each of its
+//! instances is one primitive of the scene. If that saves little memory, the object's shapes are copied
+//! instead: kernels without instances are faster.
 
 use std::borrow::Cow;
 use std::collections::BTreeMap;
@@ -17,18 +17,18 @@ use crate::gpu_scene::bvh::{Bvh, OBJECT_DEPTH};
 use crate::kernels::{INSTANCE, Instance, KIND_SHIFT, MAX_BVH_DEPTH};
 use crate::scene::{Geometry, Scene, Shape};
 
-/// Objects that stand once are copied, and those of which all copies together have no more
-/// primitives than this.
+/// Maximum number of primitives of all copies of an object that is copied. An object with one instance is
+/// always copied.
 const MAX_COPIED: usize = 4096;
-/// Bounds of an instance are those of its hierarchy's nodes so far below the root.
+/// Number of levels below the root of an object's hierarchy at which the boxes are that bound an instance.
 const COVER_LEVELS: u32 = 5;
 /// Half a unit in the last place of 1, for f32.
 const ROUNDING: f64 = 0.5 * f32::EPSILON as f64;
 
-/// The surfaces of a scene where they stand.
+/// The surfaces of a scene, and their transforms.
 #[derive(Default)]
 pub(super) struct Placed<'a> {
-    /// Those in the world itself, copies included.
+    /// Shapes in the world itself, copies included.
     shapes: Vec<Cow<'a, Shape>>,
     objects: Vec<Object<'a>>,
 }
@@ -42,7 +42,7 @@ struct Object<'a> {
 }
 
 impl<'a> Placed<'a> {
-    /// Decides what to copy.
+    /// Returns the placed shapes of a scene, after the decision which objects to copy.
     pub fn of(scene: &'a Scene) -> Result<Self, PackError> {
         let mut placed = Self { shapes: Vec::new(), objects: Vec::new() };
         let mut places = BTreeMap::<usize, Vec<DAffine3>>::new();
@@ -73,26 +73,26 @@ impl<'a> Placed<'a> {
         }
         let mut bounds = Bounds::default();
         shapes.iter().for_each(|shape| bounds.add_shape(shape));
-        // Without an extent, nothing of it can be seen.
+        // An object without an extent is invisible.
         let Some(space) = RenderSpace::of(&bounds)? else { return Ok(()) };
         let shapes = shapes.into_iter().map(Cow::Borrowed).collect();
         self.objects.push(Object { shapes, world_from_instance, bounds, space });
         Ok(())
     }
 
-    /// All shapes, each of an object once.
+    /// Returns all shapes; shapes of objects once, not per instance.
     pub fn shapes_mut(&mut self) -> impl Iterator<Item = &mut Cow<'a, Shape>> {
         self.shapes.iter_mut().chain(self.objects.iter_mut().flat_map(|object| &mut object.shapes))
     }
 
-    /// All shapes in the order in which they are packed: those of objects first.
+    /// Returns all shapes in the order in which they are packed: shapes of objects first.
     pub fn shapes_as_packed(&self) -> impl Iterator<Item = &Shape> {
         let of_objects = self.objects.iter().flat_map(|object| &object.shapes);
         of_objects.chain(&self.shapes).map(|shape| &**shape)
     }
 
-    /// The number of shapes that are packed for objects, and for each instance the places of its
-    /// own among them.
+    /// Returns the number of shapes of objects, and for each instance the range of its object's shapes in
+    /// the order of packing.
     pub fn parts_of_objects(&self) -> (usize, Vec<Range<usize>>) {
         let (mut first, mut parts) = (0, Vec::new());
         for object in &self.objects {
@@ -103,7 +103,7 @@ impl<'a> Placed<'a> {
         (first, parts)
     }
 
-    /// Bounds of everything, in world space.
+    /// Returns the bounds of all surfaces in world space.
     pub fn bounds(&self) -> Bounds {
         let mut bounds = Bounds::default();
         self.shapes.iter().for_each(|shape| bounds.add_shape(shape));
@@ -121,10 +121,10 @@ fn primitives(shape: &Shape) -> usize {
     }
 }
 
-/// A shape of an object as one of the world.
+/// Returns a copy of an object's shape as a shape of the world.
 fn copy(shape: &Shape, world_from_instance: &DAffine3) -> Shape {
-    // Mirroring a quadric or a body in its own transform turns its normal, as in pbrt; that of
-    // an instance does not.
+    // As in pbrt, a mirroring transform of a quadric or a body reverses its normal; a mirroring transform
+    // of an instance does not.
     let is_mesh = matches!(shape.geometry, Geometry::Mesh(_));
     let turns = !is_mesh && world_from_instance.matrix3.determinant() < 0.0;
     Shape {
@@ -136,7 +136,7 @@ fn copy(shape: &Shape, world_from_instance: &DAffine3) -> Shape {
 }
 
 impl Packer {
-    /// Adds all surfaces; gives the hierarchies over them, that of the scene first.
+    /// Adds all surfaces, and returns their hierarchies as one array, the scene's hierarchy first.
     pub(super) fn add_surfaces(&mut self, placed: &Placed) -> Result<Bvh, PackError> {
         let mut hierarchies = Vec::new();
         let mut places = Vec::new();
@@ -159,7 +159,7 @@ impl Packer {
         if self.boxes.is_empty() {
             return Ok(Bvh { pairs: Vec::new(), primitives: Vec::new(), depth: 0 });
         }
-        // A ray has its way through an object on the stack above that through the scene.
+        // The stack of a ray in an object lies above its stack in the scene, so the depths add up.
         let deepest = hierarchies.iter().map(|hierarchy| hierarchy.depth).max().unwrap_or(0);
         let mut all = self.build_hierarchy(MAX_BVH_DEPTH as usize - deepest)?;
         let roots: Vec<u32> = hierarchies.into_iter().map(|hierarchy| all.append(hierarchy)).collect();
@@ -169,7 +169,7 @@ impl Packer {
         Ok(all)
     }
 
-    /// Adds an object's shapes, in its own space.
+    /// Adds an object's shapes in its own space, and returns their hierarchy.
     fn add_object(&mut self, object: &Object) -> Result<Bvh, PackError> {
         let render_from_world = std::mem::replace(&mut self.render_from_world, object.space.from_world());
         for shape in &object.shapes {
@@ -179,7 +179,7 @@ impl Packer {
         self.build_hierarchy(OBJECT_DEPTH)
     }
 
-    /// An instance and its box, by the boxes of what is in it.
+    /// Returns an instance and its box, which contains the boxes `cover` of the object.
     fn instance(&self, object: &Object, world_from_instance: &DAffine3, cover: &[Aabb]) -> (Instance, Aabb) {
         let render_from_object = self.render_from_world * *world_from_instance * object.space.from_world().inverse();
         let object_from_render = render_from_object.inverse();
@@ -205,22 +205,22 @@ impl Packer {
     }
 }
 
-/// How far transforms may move a point of a ray in render space that meets an object, whose
-/// box about the origin of its space has the half extent `half`.
+/// Returns a bound of the error, in render units, that transforms cause in a hit point on an object. The
+/// object's box about the origin of its space has the half extent `half`.
 fn transform_error(render_from_object: &DAffine3, object_from_render: &DAffine3, half: DVec3) -> f64 {
     let place = render_from_object.translation.abs();
     let extent = times_sizes(render_from_object, half);
-    // A point takes seven roundings, at most four of them in a row, and one of the matrix; a
-    // direction one less, on a way across the box.
+    // A point takes seven roundings, of which at most four follow each other, and one of the matrix. A
+    // direction, of a length across the box, takes one less.
     let origin = times_sizes(object_from_render, place + extent) + object_from_render.translation.abs();
     let way = times_sizes(object_from_render, 2.0 * extent);
     let inward = times_sizes(render_from_object, 5.0 * origin + 4.0 * way);
-    // The way out, and the offset that is added to it.
+    // Roundings of the transform back, and of the offset that is added.
     let outward = 5.0 * (extent + place) + 2.0 * (extent + place);
     ROUNDING * (inward + outward).max_element()
 }
 
-/// A vector times the sizes of a transform's elements.
+/// Returns the product of a vector and the absolute values of a transform's linear part.
 fn times_sizes(transform: &DAffine3, v: DVec3) -> DVec3 {
     let linear = transform.matrix3;
     linear.x_axis.abs() * v.x + linear.y_axis.abs() * v.y + linear.z_axis.abs() * v.z
@@ -259,8 +259,8 @@ mod tests {
             bytemuck::cast_slice::<_, u8>(&a.arrays.triangles),
             bytemuck::cast_slice::<_, u8>(&b.arrays.triangles)
         );
-        // A mirror in the instance's transform leaves a sphere's normal as it is, one in the
-        // sphere's own turns it.
+        // A mirroring transform of the instance keeps a sphere's normal; one of the sphere itself reverses
+        // it.
         let flipped = |packed: &PackedScene| packed.arrays.quadrics.iter().map(|q| q.flipped).collect::<Vec<_>>();
         assert_eq!((flipped(&a), flipped(&b)), (vec![0, 0, 0], vec![0, 1, 1]));
         assert!(a.features.is_flat && !a.features.has_instances);

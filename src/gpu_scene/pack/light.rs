@@ -1,4 +1,4 @@
-//! Lights to the arrays of the GPU, and the tables that choose one.
+//! Packing of lights, and the tables that choose a light.
 
 use std::f64::consts::PI;
 
@@ -10,7 +10,7 @@ use crate::kernels::{self, AliasEntry, DISTANT, GONIOMETRIC, INFINITE, NONE, POI
 use crate::scene::{Light, LightImage, Rgb};
 
 impl Packer {
-    /// Adds all lights that are no surface, skies first.
+    /// Adds all lights that are not surfaces, skies first.
     pub fn add_lights(&mut self, lights: &[Light], space: &RenderSpace) {
         let is_sky = |light: &&Light| matches!(light, Light::Sky { .. });
         let (skies, others): (Vec<&Light>, Vec<&Light>) = lights.iter().partition(is_sky);
@@ -73,7 +73,7 @@ impl Packer {
         self.push_light(packed, power);
     }
 
-    /// The place of an image, and the mean colour by which its light's power goes.
+    /// Adds an image, and returns its index and the mean colour by which the light's power is multiplied.
     fn add_light_image(&mut self, image: &LightImage, window: Option<DVec2>) -> (u32, Rgb) {
         let (packed, colour) = light_image::pack(image, window, &mut self.light_texels);
         self.light_images.push(packed);
@@ -86,10 +86,11 @@ impl Packer {
         self.lights.len() as u32 - 1
     }
 
-    /// The tables that choose lights by power, for photons and for next-event estimation.
+    /// Returns the alias tables that choose lights by power: for photons, and for next-event estimation.
+    /// Sets the probabilities of the lights.
     pub fn choose_lights(&mut self) -> (Vec<AliasEntry>, Vec<AliasEntry>) {
         let all: Vec<u32> = (0..self.lights.len() as u32).collect();
-        // Constant infinite light is found along the bsdf's own directions.
+        // Constant infinite light is only found by sampling the BSDF.
         let located: Vec<u32> =
             all.iter().copied().filter(|index| self.lights[*index as usize].kind != INFINITE).collect();
         let located_powers: Vec<f64> = located.iter().map(|index| self.powers[*index as usize]).collect();

@@ -1,4 +1,4 @@
-//! Images of lights, and tables that choose texels by the power that comes through them.
+//! Packing of images of lights, with tables that choose texels by power.
 
 use glam::DVec2;
 
@@ -7,8 +7,8 @@ use crate::gpu_scene::alias;
 use crate::kernels::{self, LightTexel};
 use crate::scene::{LightImage, Rgb, window_cosine};
 
-/// Appends an image's rows and texels. A projector has a window, whose places are weighed by
-/// their solid angle. Also the weighed mean of the texels' colours.
+/// Appends an image's rows and texels to `texels`, and returns the packed image and the weighted mean of
+/// the texels' colours. A projector has a window, whose texels are weighted by solid angle.
 pub fn pack(image: &LightImage, window: Option<DVec2>, texels: &mut Vec<LightTexel>) -> (kernels::LightImage, Rgb) {
     let (width, height) = (image.pixels.width, image.pixels.height);
     let size = DVec2::new(width.into(), height.into());
@@ -49,8 +49,8 @@ pub fn pack(image: &LightImage, window: Option<DVec2>, texels: &mut Vec<LightTex
     (packed, average)
 }
 
-/// An alias table in 32 bits an entry: the alias above, below it the threshold times 2^16. What
-/// that rounds off is less than what random numbers of 24 bits do where sides are long.
+/// Returns an alias table with 32 bits per entry: the alias in the upper 16 bits, the threshold times 2^16
+/// in the lower ones. For long sides this rounding is smaller than that of random numbers of 24 bits.
 fn choices(weights: &[f64]) -> Vec<u32> {
     let indices: Vec<u32> = (0..weights.len() as u32).collect();
     let table = alias::table(weights, &indices);

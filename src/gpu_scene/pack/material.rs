@@ -1,4 +1,4 @@
-//! Materials as kernels read them.
+//! Packing of materials.
 
 use super::PackError;
 use super::texture::PackedTextures;
@@ -8,9 +8,10 @@ use crate::kernels::{
 };
 use crate::scene::{Coat, Input, Material, Metal, Rgb, Roughness};
 
-/// Beyond it, facets stand on end: rougher ones look the same.
+/// Maximum alpha: rougher surfaces look the same.
 const MOST_ALPHA: f64 = 100.0;
-/// Metals of larger optical constants reflect as much; their fourth powers would overflow fp32.
+/// Maximum optical constant: metals with larger ones have the same reflectance, and their fourth powers
+/// would overflow fp32.
 const MOST_INDEX: f64 = 1e9;
 
 /// Packs all materials of a scene, and the textures that they use.
@@ -21,7 +22,7 @@ pub(super) fn pack_materials(
     let pack = |material| pack_material(material, textures);
     let mut packed = materials.iter().map(pack).collect::<Result<Vec<_>, _>>()?;
     for (i, material) in materials.iter().enumerate() {
-        // What a mix is of stands before it.
+        // The materials of a mix come before it.
         if let Material::Mix { materials: [first, second], .. } = material {
             packed[i].flags = (packed[*first].flags | packed[*second].flags) & HAS_LAMBERTIAN;
         }
@@ -46,7 +47,7 @@ fn pack_material(material: &Material, textures: &mut PackedTextures) -> Result<k
         Material::Diffuse { reflectance } => {
             with_color(kernels::Material { flags: HAS_LAMBERTIAN, ..zero }, reflectance, textures)?
         }
-        // No shape is of it.
+        // No shape has this material.
         Material::Interface => zero,
         Material::DiffuseTransmission { reflectance, transmittance, scale } => {
             let sheet = kernels::Material { kind: DIFFUSE_TRANSMISSION, flags: HAS_LAMBERTIAN, ..zero };
@@ -120,10 +121,10 @@ fn with_metal(
     })
 }
 
-/// What stands for a roughness that a texture gives: not 0, which would be smooth.
+/// Placeholder for a roughness from a texture: not 0, which would be smooth.
 const SOME_ALPHA: f64 = 0.5;
 
-/// GGX's alpha along both directions, and the textures that give them.
+/// Returns GGX's alpha along both directions, and the textures that give it.
 fn roughness_of(roughness: &Roughness, textures: &mut PackedTextures) -> Result<([f32; 2], [u32; 2]), PackError> {
     let (u_texture, u) = textures.number(&roughness.u)?;
     let (v_texture, v) = textures.number(&roughness.v)?;
@@ -164,8 +165,8 @@ fn with_coat(
     })
 }
 
-/// Reflectance of a boundary between dielectrics for unpolarised light; eta: the far side over
-/// the near side.
+/// Returns the reflectance of a boundary between dielectrics for unpolarised light; `eta` is the index of
+/// the far side over that of the near side.
 fn fresnel(cos_i: f64, eta: f64) -> f64 {
     let sin2_t = (1.0 - cos_i * cos_i) / (eta * eta);
     if sin2_t >= 1.0 {
@@ -179,12 +180,12 @@ fn fresnel(cos_i: f64, eta: f64) -> f64 {
 
 const STEPS: u32 = 512;
 
-/// The mean of `value` over quantiles.
+/// Returns the mean of `value` over quantiles in [0, 1], by the midpoint rule.
 fn mean_over(value: impl Fn(f64) -> f64) -> f64 {
     (0..STEPS).map(|i| value((f64::from(i) + 0.5) / f64::from(STEPS))).sum::<f64>() / f64::from(STEPS)
 }
 
-/// What part of the light that a Lambertian surface sends up through a coat comes back to it.
+/// Returns the fraction of the light from a Lambertian surface that its coat reflects back to it.
 fn sent_back_diffusely(coat: &Coat) -> f64 {
     mean_over(|quantile| {
         let cos = quantile.sqrt();
@@ -192,7 +193,8 @@ fn sent_back_diffusely(coat: &Coat) -> f64 {
     })
 }
 
-/// The same for facets that are lit straight from above (Walter and others 2007, eq. 35).
+/// Returns the fraction of the light from microfacets, lit perpendicularly, that their coat reflects back
+/// (Walter and others 2007, eq. 35).
 fn sent_back_by_facets(coat: &Coat, alpha: f64) -> f64 {
     mean_over(|quantile| {
         let cos2 = (1.0 - quantile) / (1.0 - quantile + alpha * alpha * quantile);
@@ -204,7 +206,7 @@ fn sent_back_by_facets(coat: &Coat, alpha: f64) -> f64 {
     })
 }
 
-/// What kernels need to know of a scene's materials.
+/// Returns the features that a scene's materials require of kernels.
 pub(super) fn specialize(materials: &[kernels::Material]) -> MaterialFeatures {
     let has = |kind| materials.iter().any(|material| material.kind == kind);
     let has_coats = has(COATED_DIFFUSE) || has(COATED_CONDUCTOR);
@@ -239,8 +241,8 @@ mod tests {
         Coat { eta, thickness, roughness: Roughness::SMOOTH }
     }
 
-    /// What a Lambertian hemisphere loses at an index: the mean over the outside of 1 - F is
-    /// eta² times the mean over the inside, since both are the same beams.
+    /// Checks the loss of Lambertian light at a boundary: the mean over the outside of 1 - F is eta² times
+    /// the mean over the inside, because both are the same beams.
     #[test]
     fn a_coat_sends_back_what_reciprocity_says() {
         for eta in [1.0, 1.33, 1.5, 2.5] {

@@ -1,5 +1,5 @@
-//! Whole segments of profiles, for the classical solver of bodies of revolution.
-//! `shaders/include/revolution/newton.glsl` says what it does with them.
+//! Packing of whole segments of profiles, for the classical solver of bodies of revolution in
+//! `shaders/include/revolution/newton.glsl`.
 
 use std::fmt;
 use std::ops::RangeInclusive;
@@ -13,18 +13,18 @@ use crate::base::names::named;
 use crate::geometry::bezier::Curve;
 use crate::kernels::{KIND_SHIFT, NEWTON_COEFFICIENTS, NewtonStart, REVOLUTION, RevolutionPiece, RevolutionSegment};
 
-/// How rays are intersected with bodies of revolution.
+/// Method of intersection of rays and bodies of revolution.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum RevolutionSolver {
-    /// Every root of every piece of the profile, by interval bounds.
+    /// Certified roots: every root of every piece of the profile, by interval bounds.
     #[default]
     Certified,
-    /// The classical method, which misses roots: Newton's on one polynomial of twice the
-    /// profile's degree, with deflation. For comparison only.
+    /// The classical method, which misses roots: Newton's method on one polynomial of twice the profile's
+    /// degree, with deflation. For comparison only.
     Newton {
-        /// Pieces of each approximation of a segment, in [`RevolutionSolver::SEGMENTS`].
+        /// Number of pieces of each approximation of a segment, in [`RevolutionSolver::SEGMENTS`].
         segments: u32,
-        /// What Newton's method starts from.
+        /// The approximations that give Newton's method its start values.
         envelopes: Envelopes,
     },
 }
@@ -52,14 +52,14 @@ named! {
 }
 
 impl RevolutionSolver {
-    /// Pieces that an approximation of a segment may have.
+    /// Permitted numbers of pieces of an approximation of a segment.
     pub const SEGMENTS: RangeInclusive<u32> = 1..=64;
-    /// Pieces of an approximation by default.
+    /// Default number of pieces of an approximation.
     pub const DEFAULT_SEGMENTS: u32 = 16;
-    /// Newton's method with its default settings.
+    /// The classical method with its default settings.
     pub const NEWTON: Self = Self::Newton { segments: Self::DEFAULT_SEGMENTS, envelopes: Envelopes::Both };
 
-    /// Whether the number of pieces is in range.
+    /// Returns true if the number of pieces is in range.
     pub(crate) fn is_valid(self) -> bool {
         match self {
             Self::Certified => true,
@@ -69,8 +69,8 @@ impl RevolutionSolver {
 }
 
 impl Packer {
-    /// Adds the segments of the body added last, whose pieces begin at `first_piece`, as
-    /// the primitives that rays meet.
+    /// Adds the segments of the body added last, whose pieces begin at `first_piece`, as the primitives
+    /// that rays meet.
     pub(super) fn add_segments(
         &mut self,
         curves: &[Curve],
@@ -107,7 +107,8 @@ impl Packer {
     }
 }
 
-/// Coefficients of the squares of radius and height, and of both, by powers of t.
+/// Returns the coefficients of powers of t of the squared radius, the squared height, the radius and the
+/// height.
 fn powers(curve: &Curve) -> [[f32; 4]; NEWTON_COEFFICIENTS as usize] {
     let mut powers = [[0.0; 4]; NEWTON_COEFFICIENTS as usize];
     let point = curve.powers();
@@ -125,7 +126,7 @@ fn powers(curve: &Curve) -> [[f32; 4]; NEWTON_COEFFICIENTS as usize] {
     powers
 }
 
-/// The vertices of the approximations of a segment, one after the other.
+/// Returns the vertices of the approximations of a segment, one approximation after the other.
 fn starts(curve: &Curve, segments: u32, envelopes: Envelopes) -> Vec<NewtonStart> {
     let mut starts = Vec::new();
     if envelopes != Envelopes::Tangent {
@@ -149,8 +150,8 @@ fn start(curve: &Curve, t: f64) -> NewtonStart {
     NewtonStart { point: curve.at(t).as_vec2().to_array(), t: t as f32, pad: 0.0 }
 }
 
-/// Where the tangents at two parameters meet, if between them: they do not where the curve
-/// is straight, has a point of inflection or stands still.
+/// Returns the point where the tangents at two parameters intersect, if it is between them. There is none
+/// if the curve is straight, has a point of inflection or has a zero derivative.
 fn tangents_meet(curve: &Curve, ends: [f64; 2]) -> Option<DVec2> {
     let [from, to] = ends.map(|t| curve.at(t));
     let derivative = Curve { points: curve.hodograph() };
@@ -187,8 +188,8 @@ mod tests {
             });
             let p = curve.at(t);
             for (i, expected) in [p.x * p.x, p.y * p.y, p.x, p.y].into_iter().enumerate() {
-                // Each coefficient is rounded to f32, by half a unit of its last place; they
-                // alternate in sign, so that they may be millions where their sum is below one.
+                // Each coefficient is rounded to f32, by half a unit of its last place. Coefficients
+                // alternate in sign: they may be millions although their sum is below one.
                 let size: f64 = powers.iter().map(|power| f64::from(power[i].abs())).sum();
                 let rounding = 0.5 * f64::from(f32::EPSILON) * size + 1e-6;
                 prop_assert!((sum[i] - expected).abs() < rounding, "{} is not {expected}", sum[i]);
@@ -215,7 +216,7 @@ mod tests {
         }
     }
 
-    /// A quarter of an arc: the corners lie outside, by at most the sagitta of half a piece.
+    /// A quarter of a circle: the corners lie outside, by at most the sagitta of half a piece.
     #[test]
     fn tangents_of_a_convex_profile_lie_outside() {
         let points = [(1.0, 0.0), (1.0, 0.5523), (0.5523, 1.0), (0.0, 1.0)];

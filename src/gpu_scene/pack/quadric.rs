@@ -1,4 +1,4 @@
-//! Spheres and disks.
+//! Packing of spheres and disks.
 
 use glam::{DAffine3, DMat3, DVec2, DVec3, Vec3A};
 use obvhs::aabb::Aabb;
@@ -7,7 +7,8 @@ use super::rows;
 use crate::kernels::{DISK, NONE, Quadric};
 use crate::scene::Shape;
 
-/// A quadric of a kind with this transform from its unit object space.
+/// Returns a quadric of a kind (SPHERE or DISK); `render_from_object` is the transform from its unit object
+/// space.
 pub(super) fn quadric(shape: &Shape, render_from_object: DAffine3, kind: u32) -> Quadric {
     let determinant = render_from_object.matrix3.determinant();
     Quadric {
@@ -15,7 +16,7 @@ pub(super) fn quadric(shape: &Shape, render_from_object: DAffine3, kind: u32) ->
         render_from_object: rows(&render_from_object),
         material: shape.material as u32,
         light: NONE,
-        // pbrt reverses the normal of a mirrored quadric, and so do we.
+        // As in pbrt, the normal of a mirrored quadric is reversed.
         flipped: u32::from(shape.reverse_orientation ^ (determinant < 0.0)),
         z_min: -1.0,
         z_max: 1.0,
@@ -28,7 +29,7 @@ pub(super) fn quadric(shape: &Shape, render_from_object: DAffine3, kind: u32) ->
     }
 }
 
-/// Length of the longest row of a transform's linear part.
+/// Returns the length of the longest row of a transform's linear part.
 pub fn longest_row(transform: &DAffine3) -> f32 {
     let rows = transform.matrix3.transpose();
     rows.x_axis.length().max(rows.y_axis.length()).max(rows.z_axis.length()) as f32
@@ -42,8 +43,8 @@ fn linear_part(quadric: &Quadric) -> DMat3 {
     DMat3::from_cols(row(0), row(1), row(2)).transpose()
 }
 
-/// Area of a quadric in render units. An affine sphere has no closed form: the growth of
-/// area is averaged over directions, exactly for similarities.
+/// Returns the area of a quadric in square render units. An affine sphere has no closed form: the factor of
+/// area is averaged over directions, which is exact for similarities.
 pub(super) fn quadric_area(quadric: &Quadric) -> f64 {
     let linear = linear_part(quadric);
     let (phi, z_min, z_max) = (f64::from(quadric.phi_max), f64::from(quadric.z_min), f64::from(quadric.z_max));
@@ -65,7 +66,7 @@ pub(super) fn quadric_area(quadric: &Quadric) -> f64 {
     sum / f64::from(steps * steps) * phi * (z_max - z_min)
 }
 
-/// The box around a transformed unit sphere or disk, widened by rounding.
+/// Returns the box around a transformed unit sphere or disk, widened for rounding.
 pub(super) fn quadric_bounds(quadric: &Quadric) -> Aabb {
     let extent = |row: [f32; 4]| {
         let z = if quadric.kind == DISK { 0.0 } else { row[2] };

@@ -1,5 +1,5 @@
-//! Bodies of revolution: profiles in unit space, cut into the pieces that are intersected.
-//! `shaders/include/revolution/revolution.glsl` says what each number is for.
+//! Packing of bodies of revolution: profiles in unit space, cut into the pieces that rays are intersected
+//! with. `shaders/include/revolution/revolution.glsl` describes the use of each number.
 
 use bytemuck::Zeroable;
 use glam::{DAffine3, DVec2, DVec3, Vec3A};
@@ -11,12 +11,13 @@ use crate::gpu_scene::bvh::PADDING;
 use crate::kernels::{GROUP, KIND_SHIFT, MAX_PIECES, NONE, REVOLUTION, Revolution, RevolutionPiece};
 use crate::scene::{AreaLight, Geometry, Profile, Scene, Shape};
 
-/// Pieces per unit of a segment's parameter. More have more rings to test, fewer more intervals to judge.
+/// Number of pieces per unit of a segment's parameter. With more pieces there are more rings to test, with
+/// fewer there are more intervals to examine.
 const PIECES_PER_UNIT: f64 = 8.0;
-/// Bounds are widened by this part of themselves, for their rounding to f32.
+/// Relative widening of bounds, for their rounding to f32.
 const WIDENING: f64 = 1e-6;
 
-/// The highest degree of a scene's profiles; at least 1.
+/// Returns the highest degree of a scene's profiles; at least 1.
 pub(super) fn degree(scene: &Scene) -> u32 {
     let degree = |shape: &Shape| match &shape.geometry {
         Geometry::Revolution(profile) => profile.segments.iter().map(Curve::degree).max().unwrap_or(1),
@@ -34,7 +35,7 @@ impl Packer {
             unit_from_render: rows(&render_from_unit.inverse()),
             render_from_unit: rows(&render_from_unit),
             material: shape.material as u32,
-            // As quadrics do: a mirrored body turns its normal.
+            // As for quadrics, the normal of a mirrored body is reversed.
             flipped: u32::from(shape.reverse_orientation ^ (determinant < 0.0)),
             determinant: determinant.abs() as f32,
             ..Revolution::zeroed()
@@ -68,7 +69,7 @@ impl Packer {
         }
     }
 
-    /// Adds a body with some of its pieces.
+    /// Adds a body with some of the pieces of a profile.
     fn add_part(&mut self, body: Revolution, pieces: &mut [RevolutionPiece], render_from_unit: &DAffine3) {
         let index = self.revolutions.len() as u32;
         let mut whole = Aabb::empty();
@@ -91,8 +92,8 @@ impl Packer {
     }
 }
 
-/// Where a body has radii in (1/2, 1] at most, and heights in [-1, 1] with an extreme
-/// outside [-1/2, 1/2]. Both factors are powers of two, so that profiles stay as they are.
+/// The unit space of a body: the largest radius is in (1/2, 1], and heights are in [-1, 1] with an extreme
+/// outside of [-1/2, 1/2]. Both factors are powers of two, so that scaling rounds nothing.
 struct UnitSpace {
     middle: f64,
     radius: f64,
@@ -108,7 +109,7 @@ impl UnitSpace {
         let power_of_two = |size: f64| size.log2().ceil().exp2();
         let radius = power_of_two(widest);
         let half = 0.5 * (upper - lower);
-        // A flat body has no height to go by, nor has one that is only rounding.
+        // The factor of a flat body is the one of its radius; a height below the bound is rounding.
         let height = if half > 1e-12 * widest { power_of_two(half) } else { radius };
         Self { middle: lower + half, radius, height }
     }
@@ -118,7 +119,7 @@ impl UnitSpace {
             * DAffine3::from_scale(DVec3::new(self.radius, self.radius, self.height))
     }
 
-    /// The segments of a profile, in unit space.
+    /// Returns the segments of a profile in unit space.
     fn curves(&self, profile: &Profile) -> Vec<Curve> {
         let into = |point: &DVec2| DVec2::new(point.x / self.radius, (point.y - self.middle) / self.height);
         let curve = |segment: &Curve| Curve { points: segment.points.iter().map(into).collect() };
@@ -126,7 +127,7 @@ impl UnitSpace {
     }
 }
 
-/// The pieces of a profile's segments.
+/// Returns the pieces of a profile's segments.
 fn pieces(curves: &[Curve]) -> Vec<RevolutionPiece> {
     let mut pieces: Vec<RevolutionPiece> = Vec::new();
     for (i, curve) in curves.iter().enumerate() {
@@ -139,13 +140,13 @@ fn pieces(curves: &[Curve]) -> Vec<RevolutionPiece> {
     pieces
 }
 
-/// A piece that begins where the last one ended, to the bit.
+/// Returns a piece that begins exactly where the previous one ended, at `begin`.
 fn piece(stretch: &Stretch, begin: Option<[f32; 2]>, along: [f32; 2]) -> RevolutionPiece {
     let points = &stretch.curve.points;
     let single = |point: DVec2| point.as_vec2().to_array();
     let [u0, v0] = begin.unwrap_or(single(points[0]));
     let [u1, v1] = single(points[points.len() - 1]);
-    // By x = 2 t - 1, second derivatives are a quarter.
+    // The parameter is x = 2 t - 1, so second derivatives are a quarter of those by t.
     let hodograph = stretch.curve.hodograph();
     let bend = stretch.curve.degree() as f64 - 1.0;
     let curvature =
@@ -167,19 +168,19 @@ fn piece(stretch: &Stretch, begin: Option<[f32; 2]>, along: [f32; 2]) -> Revolut
     }
 }
 
-/// The ring that a piece with these ends turns in. Rounding moves a ray by less than it is
-/// widened.
+/// Returns the ring that contains a rotating piece with these ends, widened by more than the rounding of a
+/// ray.
 fn ring([u0, v0, u1, v1]: [f64; 4]) -> [f32; 4] {
     let square = |radius: f64, sign: f64| radius * radius * (1.0 + sign * 1e-5) + sign * 1e-6;
     [v0.min(v1) - 1e-6, v0.max(v1) + 1e-6, square(u0.min(u1), -1.0), square(u0.max(u1), 1.0)].map(|x| x as f32)
 }
 
-/// The ring around two.
+/// Returns the ring around two rings.
 fn unite(a: [f32; 4], b: [f32; 4]) -> [f32; 4] {
     [a[0].min(b[0]), a[1].max(b[1]), a[2].min(b[2]), a[3].max(b[3])]
 }
 
-/// Area of a piece, by the midpoint rule in both parameters.
+/// Returns the area of a piece in square render units, by the midpoint rule in both parameters.
 fn area(piece: &RevolutionPiece, render_from_unit: &DAffine3) -> f64 {
     let linear = render_from_unit.matrix3;
     let cofactors = linear.inverse().transpose() * linear.determinant().abs();
@@ -206,7 +207,7 @@ fn area(piece: &RevolutionPiece, render_from_unit: &DAffine3) -> f64 {
     sum * 2.0 * std::f64::consts::TAU / f64::from(along * around)
 }
 
-/// The box around a piece, widened by the rounding of its evaluation.
+/// Returns the box around a piece in render space, widened by the rounding of its evaluation.
 pub(super) fn bounds(piece: &RevolutionPiece, render_from_unit: &DAffine3) -> Aabb {
     let [u0, v0, u1, v1] = piece.ends.map(f64::from);
     let (widest, middle, half) = (u0.max(u1), 0.5 * (v0 + v1), 0.5 * (v1 - v0).abs());

@@ -1,32 +1,32 @@
-//! Where render space is, and what bounds a shape.
+//! Render space, and bounds of shapes.
 
 use glam::{DAffine3, DVec3};
 
 use super::PackError;
 use crate::scene::Shape;
 
-/// The largest radius of a scene's bounding sphere, scene units: squares of lengths must
-/// stay finite in every product of f64.
+/// Maximum radius of a scene's bounding sphere, in scene units: squares of lengths must stay finite in
+/// every product of f64.
 pub(super) const MAX_EXTENT: f64 = 1e30;
 
 /// The map from world space to render space.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct RenderSpace {
-    /// The world point that becomes the origin.
+    /// Origin of render space, in world space.
     pub center: DVec3,
     /// Render units per scene unit, a power of two.
     pub scale: f64,
-    /// Radius of the scene's bounding sphere, render units, in (1/2, 1].
+    /// Radius of the scene's bounding sphere, in render units, in (1/2, 1].
     pub radius: f64,
-    /// Half the edges of the scene's bounding box about the origin, render units; widened.
+    /// Half extents of the scene's bounding box about the origin, in render units, widened for rounding.
     pub half_extent: DVec3,
 }
 
-/// So much rounding cannot move a surface, render units.
+/// Widening of the bounding box in render units: more than rounding moves a surface.
 const PADDING: f64 = 1e-5;
 
 impl RenderSpace {
-    /// Around what is in some bounds; nothing where that has no extent.
+    /// Returns the render space of bounds; `None` if they have no extent. Fails if they are too large.
     pub(super) fn of(bounds: &Bounds) -> Result<Option<Self>, PackError> {
         let half_diagonal = bounds.half_extent().length();
         if bounds.is_empty() || half_diagonal == 0.0 {
@@ -38,7 +38,7 @@ impl RenderSpace {
         Ok(Some(Self::around(bounds.center(), bounds.half_extent())))
     }
 
-    /// Around a box, in scene units.
+    /// Returns the render space of a box with a centre and half extents in scene units.
     pub(super) fn around(center: DVec3, half_extent: DVec3) -> Self {
         let half_diagonal = half_extent.length();
         let scale = (-half_diagonal.log2().ceil()).exp2();
@@ -46,30 +46,29 @@ impl RenderSpace {
         Self { center, scale, radius: half_diagonal * scale, half_extent }
     }
 
-    /// Area of the scene's bounding box as light that travels along a unit vector sees it, render
-    /// units squared.
+    /// Returns the projected area of the scene's bounding box along a unit vector, in square render units.
     pub fn shown_to(&self, direction: DVec3) -> f64 {
         self.faces().dot(direction.abs())
     }
 
-    /// The mean of that over all directions: a quarter of the surface (Cauchy).
+    /// Returns the mean projected area over all directions: a quarter of the surface (Cauchy).
     pub fn mean_shown(&self) -> f64 {
         0.5 * self.faces().element_sum()
     }
 
-    /// Areas of the faces across each axis.
+    /// Returns the areas of the faces perpendicular to each axis.
     fn faces(&self) -> DVec3 {
         let e = self.half_extent;
         4.0 * DVec3::new(e.y * e.z, e.z * e.x, e.x * e.y)
     }
 
-    /// The transform from world space.
+    /// Returns the transform from world space to render space.
     pub fn from_world(&self) -> DAffine3 {
         DAffine3::from_scale(DVec3::splat(self.scale)) * DAffine3::from_translation(-self.center)
     }
 }
 
-/// A box, of nothing at first.
+/// A bounding box; empty by default.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Bounds {
     lower: DVec3,
@@ -95,12 +94,12 @@ impl Bounds {
         0.5 * (self.upper - self.lower)
     }
 
-    /// The box between two corners.
+    /// Returns the box between two corners.
     pub fn of(lower: DVec3, upper: DVec3) -> Self {
         Self { lower, upper }
     }
 
-    /// The box around points.
+    /// Returns the box around points.
     pub fn around(points: &[DVec3]) -> Self {
         let mut bounds = Self::default();
         points.iter().for_each(|point| bounds.add(*point));
@@ -115,33 +114,33 @@ impl Bounds {
         self.upper
     }
 
-    /// What two boxes have in common.
+    /// Returns the intersection of two boxes; `None` if it is empty.
     pub fn common(&self, other: &Self) -> Option<Self> {
         let common = Self { lower: self.lower.max(other.lower), upper: self.upper.min(other.upper) };
         (!common.is_empty()).then_some(common)
     }
 
-    /// Widens it by another one.
+    /// Extends the box to contain another one.
     pub fn unite(&mut self, other: &Self) {
         *self = Self { lower: self.lower.min(other.lower), upper: self.upper.max(other.upper) };
     }
 
-    /// A box that reaches further on each side.
+    /// Returns the box with each side moved outwards by `by`.
     pub fn widened(&self, by: f64) -> Self {
         Self { lower: self.lower - by, upper: self.upper + by }
     }
 
-    /// Widens it by a point.
+    /// Extends the box to contain a point. A NaN makes the box infinite.
     pub fn add(&mut self, point: DVec3) {
         if point.is_nan() {
-            // Transformed beyond all numbers; `min` and `max` would pass over it.
+            // A transform has overflowed; `min` and `max` would ignore a NaN.
             *self = Self { lower: DVec3::NEG_INFINITY, upper: DVec3::INFINITY };
         }
         self.lower = self.lower.min(point);
         self.upper = self.upper.max(point);
     }
 
-    /// Widens it by a shape in world space.
+    /// Extends the box to contain a shape in world space.
     pub fn add_shape(&mut self, shape: &Shape) {
         let transform = &shape.world_from_object;
         shape.geometry.hull_all(|point| {
@@ -150,7 +149,7 @@ impl Bounds {
         });
     }
 
-    /// Widens it by another one that is transformed.
+    /// Extends the box to contain another one after a transform.
     pub fn add_bounds(&mut self, transform: &DAffine3, bounds: &Bounds) {
         self.add_box(transform, bounds.lower, bounds.upper);
     }

@@ -1,5 +1,5 @@
-//! Textures as runs of nodes, and materials that use them. `shaders/include/material/texture.glsl` runs
-//! the nodes.
+//! Packing of textures as runs of nodes, and of the materials that use them.
+//! `shaders/include/material/texture.glsl` evaluates the nodes.
 
 use std::collections::HashMap;
 use std::sync::Arc;
@@ -20,29 +20,29 @@ use crate::kernels::{
 };
 use crate::scene::{AreaLight, EmissionImage, ImageTexture, Input, Mapping, Rgb, Scene, Texture, TextureKind, Wrap};
 
-/// Nodes of one texture, at most: what is used twice is there twice.
+/// Maximum number of nodes of one texture; a texture that is used twice in it has its nodes twice.
 const MAX_NODES: usize = 1024;
-/// Textures within textures, at most.
+/// Maximum depth of nested textures.
 const MAX_DEPTH: usize = 64;
 
-/// pbrt's texture coordinates of a triangle that has none.
+/// pbrt's texture coordinates of a triangle without any.
 const DEFAULT_UVS: [DVec2; 3] = [DVec2::ZERO, DVec2::X, DVec2::ONE];
 
-/// The textures that something uses.
+/// The packed textures: those that a material or a shape uses.
 #[derive(Default)]
 pub(super) struct PackedTextures {
     pub nodes: Vec<TextureNode>,
-    /// Two in each, of four half floats.
+    /// Two texels in each element, of four half floats each.
     pub texels: Vec<[u32; 4]>,
     world_from_render: DAffine3,
     scene: Vec<Texture>,
-    /// Of the scene's memory.
+    /// The scene's budget of memory.
     budget: Arc<Budget>,
-    /// The first node of each texture that is there.
+    /// First node of each packed texture.
     first: HashMap<usize, u32>,
-    /// The node of each constant opacity, by its bits.
+    /// Node of each constant opacity, by its bits.
     constants: HashMap<u64, u32>,
-    /// The first texel of each image, by its address.
+    /// First texel of each image, by its address.
     images: HashMap<*const Image, u32>,
 }
 
@@ -56,7 +56,7 @@ impl PackedTextures {
         }
     }
 
-    /// A texture's first node, or NONE and the constant.
+    /// Returns a texture's first node and black, or NONE and the constant.
     pub fn color(&mut self, input: &Input<Rgb>) -> Result<(u32, [f32; 3]), PackError> {
         match *input {
             Input::Constant(value) => Ok((NONE, value.as_vec3().to_array())),
@@ -64,7 +64,7 @@ impl PackedTextures {
         }
     }
 
-    /// The same for numbers.
+    /// Returns a texture's first node and `None`, or NONE and the constant.
     pub fn number(&mut self, input: &Input<f64>) -> Result<(u32, Option<f64>), PackError> {
         match *input {
             Input::Constant(value) => Ok((NONE, Some(value))),
@@ -72,7 +72,7 @@ impl PackedTextures {
         }
     }
 
-    /// The first node of a texture, which is added if it is not there.
+    /// Returns the first node of a texture, and adds the texture if it is not packed yet.
     fn texture(&mut self, index: usize) -> Result<u32, PackError> {
         if let Some(first) = self.first.get(&index) {
             return Ok(*first);
@@ -88,11 +88,11 @@ impl PackedTextures {
         Ok(first)
     }
 
-    /// The first node of an opacity; NONE where it is 0 or 1.
+    /// Returns the first node of an opacity; NONE if it is 0 or 1.
     fn opacity(&mut self, alpha: &Input<f64>) -> Result<u32, PackError> {
         let nodes = &mut self.nodes;
         match *alpha {
-            // What is not there at all, no ray meets.
+            // No ray meets a shape with an opacity of 0.
             Input::Constant(0.0 | 1.0) => Ok(NONE),
             Input::Constant(value) => Ok(*self.constants.entry(value.to_bits()).or_insert_with(|| {
                 nodes.push(TextureNode { last: 1, ..node(TEXTURE_CONSTANT, [Rgb::splat(value); 4]) });
@@ -102,7 +102,7 @@ impl PackedTextures {
         }
     }
 
-    /// Adds the nodes of an input.
+    /// Adds the nodes of an input, and returns the first one.
     fn run(&mut self, input: Input<Rgb>) -> Result<u32, Limit> {
         let first = self.nodes.len();
         let mut run = Run { textures: self, first, height: 0 };
@@ -128,7 +128,7 @@ impl PackedTextures {
         first
     }
 
-    /// Whether a texture needs a stack.
+    /// Returns true if a texture needs a stack.
     pub fn has_trees(&self) -> bool {
         self.nodes.iter().any(|node| node.last == 0)
     }
@@ -138,22 +138,22 @@ impl PackedTextures {
     }
 }
 
-/// The largest number that is a half float.
+/// The largest half float.
 const HALF_MAX: f32 = 65504.0;
 
-/// Why nodes could not be added.
+/// The reason why nodes could not be added.
 enum Limit {
-    /// A texture has too many, or needs too large a stack.
+    /// A texture has too many nodes, or needs too large a stack.
     Nodes,
     /// All textures together take too much memory.
     Memory(OverBudget),
 }
 
-/// A texture as its nodes are added: each after those whose values it takes.
+/// A texture during packing: each node comes after the nodes whose values it uses.
 struct Run<'a> {
     textures: &'a mut PackedTextures,
     first: usize,
-    /// Of the stack, after the nodes so far.
+    /// Height of the stack after the nodes so far.
     height: u32,
 }
 
@@ -221,7 +221,7 @@ impl Run<'_> {
         }
     }
 
-    /// Two inputs by a node's weight: in the node itself if both are constant.
+    /// Adds the mix of two inputs by a node's weight; a single node if both inputs are constant.
     fn blend(&mut self, inputs: [Input<Rgb>; 2], mut weight: TextureNode, depth: usize) -> Result<(), Limit> {
         if let [Input::Constant(a), Input::Constant(b)] = inputs {
             weight.values = [a, b, a, b].map(four);
@@ -274,9 +274,8 @@ fn four(value: Rgb) -> [f32; 4] {
 }
 
 impl Packer {
-    /// Packs materials and the textures that something uses; gives shapes the places of their
-    /// packed materials, and of the images that they show. A material is there once more for each
-    /// opacity that something made of it has.
+    /// Packs materials and the textures in use, and sets the shapes' indices of packed materials and of
+    /// emission images. A material is packed once more for each opacity of the shapes that have it.
     pub(super) fn dress(&mut self, scene: &Scene, placed: &mut Placed) -> Result<(), PackError> {
         self.materials = pack_materials(&scene.materials, &mut self.textures)?;
         let mut places: HashMap<(usize, u32), usize> = HashMap::new();
@@ -300,7 +299,7 @@ impl Packer {
         Ok(())
     }
 
-    /// Adds the texture coordinates of a triangle, if anything asks for them.
+    /// Adds the texture coordinates of a triangle, if a texture or a material needs them.
     pub(super) fn add_uvs(&mut self, uvs: &[DVec2], corners: [usize; 3], order: [usize; 3]) {
         if self.keeps_uvs {
             let uv = |i: usize| {

@@ -1,4 +1,4 @@
-//! Scene text in, packed arrays out.
+//! Tests of the packed arrays of scene texts.
 
 mod reading;
 mod texture;

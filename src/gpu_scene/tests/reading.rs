@@ -1,4 +1,4 @@
-//! Where pbrt-v4 accepts more than one would think: what it makes of it.
+//! Tests of unusual input that pbrt-v4 accepts, against its interpretation.
 
 use std::fs;
 
@@ -11,7 +11,7 @@ fn parse(text: &str) -> Result<Scene, SceneError> {
     Scene::parse(text, "t.pbrt", "")
 }
 
-/// A scene with some text in a world that is complete without it.
+/// Returns a scene with some text in a world that is complete without it.
 fn in_world(world: &str) -> Scene {
     parse(&format!("WorldBegin\nLightSource \"infinite\"\nShape \"sphere\"\n{world}")).unwrap()
 }
@@ -24,7 +24,7 @@ fn assert_warned(scene: &Scene, expected: &str) {
     assert!(scene.warnings.iter().any(|warning| warning.starts_with(expected)), "{expected}: {:#?}", scene.warnings);
 }
 
-/// A triangle with normals at its three vertices; one with bad ones is as one without.
+/// A triangle with normals at its three vertices. One with an invalid normal equals one without normals.
 #[test]
 fn normals_that_are_none_leave_the_triangle_its_own() {
     let folder = tempfile::tempdir().unwrap();
@@ -51,7 +51,7 @@ fn normals_that_are_none_leave_the_triangle_its_own() {
         }
         let packed = pack_with(["0 0 0"; 3], before);
         assert!(packed.arrays.triangle_normals.is_empty(), "no direction at all");
-        // pbrt's sum of the others has a direction.
+        // The sum of the other normals, which pbrt uses, has a direction.
         assert_eq!(pack_with(["0 0 0", "0 0 1", "0 0 1"], before).arrays.triangle_normals.len(), 1);
     }
 }
@@ -83,7 +83,7 @@ fn transforms_that_cannot_be_inverted_matter_only_to_what_needs_them() {
     assert_eq!(unused.warnings.len(), plain.warnings.len());
     let undone = in_world(&format!("{singular} Identity Shape \"disk\""));
     assert_eq!(undone.shapes.len(), 2);
-    // No ray meets a quadric there, in pbrt either.
+    // No ray meets a flattened quadric, as in pbrt.
     for shape in
         ["sphere", "disk", "cylinder", "revolution\" \"integer degree\" 1 \"point2 P\" [ 1 0 0 1 ] \"float alpha"]
     {
@@ -95,13 +95,13 @@ fn transforms_that_cannot_be_inverted_matter_only_to_what_needs_them() {
     let instance = in_world(&format!("ObjectBegin \"o\" Shape \"disk\" ObjectEnd {singular}\nObjectInstance \"o\""));
     assert!(instance.instances.is_empty());
     assert_warned(&instance, "t.pbrt:5:1: its transform takes it to a plane");
-    // A mesh is its points; normals have no images.
+    // A flattened mesh keeps its points; normals have no transform.
     let mesh = "Shape \"trianglemesh\" \"point3 P\" [0 0 0 0 1 0 0 0 1] \"normal N\" [1 0 0 1 0 0 1 0 0]";
     let scene = packed(&in_world(&format!("{singular} {mesh}")));
     assert_eq!((scene.arrays.triangles.len(), scene.arrays.triangle_normals.len()), (1, 0));
     let light = in_world(&format!("{singular} LightSource \"point\" \"point3 from\" [3 4 5]"));
     assert!(matches!(light.lights[1], Light::Point { position, .. } if position == DVec3::new(2.0, 4.0, 5.0)));
-    // A texture is mapped from the surface wherever it is declared.
+    // The place of a texture's declaration does not change a map from the surface.
     let texture = |mapping: &str| {
         let made =
             format!("{singular} Texture \"t\" \"float\" \"checkerboard\" \"string mapping\" \"{mapping}\" Identity");
@@ -112,7 +112,7 @@ fn transforms_that_cannot_be_inverted_matter_only_to_what_needs_them() {
     assert!(error.contains("a texture in a space that cannot be inverted"), "{error}");
 }
 
-/// A transform may be finite and take points beyond all numbers.
+/// A transform may be finite and still move points to infinity.
 #[test]
 fn points_that_are_no_numbers_are_refused() {
     let huge = "Transform [ 1e100 1e100 0 0  -1e100 -2e100 0 0  0 0 1 0  0 0 0 1 ] Shape \"trianglemesh\" \"point3 P\"";
@@ -176,7 +176,7 @@ fn coats_take_the_means_of_textures() {
         warnings.iter().any(|w| w.contains("\"texture thickness\" is rendered as its mean, 0.0200")),
         "{warnings:#?}"
     );
-    // 0.3 is the mean of the corners 1, 0, 0, 0.2; light that is scattered is not lost.
+    // 0.3 is the mean of the corners 1, 0, 0, 0.2; scattered light is not lost.
     let (scattering, warnings) = coat("\"float thickness\" 0.1 \"texture albedo\" \"b\"");
     assert!((scattering.thickness - 0.1 * 0.7).abs() < 1e-15, "{}", scattering.thickness);
     assert!(warnings.iter().any(|w| w.contains("is taken to go straight on")), "{warnings:#?}");
@@ -199,7 +199,7 @@ fn black_bodies_are_spectra_like_others() {
     assert!(matches!(scene.materials[2], Material::Dielectric { eta, .. } if (0.9..1.0).contains(&eta)));
 }
 
-/// Whatever the order in which they stand, the scene is the same.
+/// The order of declarations does not change the scene.
 #[test]
 fn textures_may_be_declared_after_what_names_them() {
     let textures = [

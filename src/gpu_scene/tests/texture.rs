@@ -1,4 +1,4 @@
-//! Scenes with textures in, resolved textures or complaints out.
+//! Tests of scenes with textures: the resolved textures, or the error.
 
 use std::fs;
 
@@ -9,7 +9,7 @@ use crate::image::file;
 use crate::image::film::Image;
 use crate::scene::*;
 
-/// A scene with one line of `world` in a world that is complete without it.
+/// Returns a scene with one line of `world` in a world that is complete without it.
 fn in_world(world: &str) -> Result<Scene, SceneError> {
     let text = format!("WorldBegin\n{world}\nLightSource \"infinite\"\nShape \"sphere\"\n");
     Scene::parse(&text, "t.pbrt", "")
@@ -184,7 +184,7 @@ fn what_is_not_there_is_left_out_unless_it_shines() {
     assert_eq!(count("AttributeBegin AreaLightSource \"diffuse\" Shape \"disk\" \"float alpha\" 0 AttributeEnd"), 2);
 }
 
-/// A texture that is used twice at every level would be there 2^40 times.
+/// A texture that is used twice at every level would be packed 2^40 times.
 #[test]
 fn textures_of_too_many_textures_are_refused() {
     let first = "Texture \"0\" \"spectrum\" \"checkerboard\"\n".to_string();

@@ -1,4 +1,4 @@
-//! `Camera`.
+//! The `Camera` directive.
 
 use glam::{DAffine3, DMat4, DVec3};
 
@@ -14,11 +14,11 @@ const SCREEN_WINDOW: ParamSpec = full("screenwindow", FLOAT);
 const FRAME_ASPECT_RATIO: ParamSpec = full("frameaspectratio", FLOAT);
 const LENS_RADIUS: ParamSpec = full("lensradius", FLOAT);
 const FOCAL_DISTANCE: ParamSpec = full("focaldistance", FLOAT);
-// Nothing moves, but the time that the shutter is open exposes the film.
+// Motion is ignored, but the time that the shutter is open is a factor of the exposure.
 const SHUTTER_OPEN: ParamSpec = full("shutteropen", FLOAT);
 const SHUTTER_CLOSE: ParamSpec = full("shutterclose", FLOAT);
 
-/// The focal distance of pbrt by default, scene units.
+/// pbrt's default focal distance, in scene units.
 const FAR: f64 = 1e6;
 
 /// The cameras of pbrt.
@@ -57,7 +57,8 @@ pub(in crate::scene) const FAMILY: Family = Family {
     ],
 };
 
-/// Makes a camera from parameters that [`FAMILY`] has checked.
+/// Returns a camera from parameters that [`FAMILY`] has checked. `resolution` gives the default aspect
+/// ratio.
 pub(in crate::scene) fn camera(
     name: &str,
     params: &ParamList,
@@ -86,12 +87,12 @@ pub(in crate::scene) fn camera(
 }
 
 impl Camera {
-    /// A pinhole camera at `eye` that looks at the point `target`, with the direction `up` upwards in
-    /// the image; all in world space, scene units. `fov` is the field of view along the shorter side of
-    /// the image, in radians, between 0 and π. `resolution` is the image's width and height in pixels.
+    /// Returns a pinhole camera at `eye` that looks at the point `target`, with the direction `up` upwards
+    /// in the image; all in world space, in scene units. `fov` is the field of view along the shorter side
+    /// of the image, in radians, between 0 and π. `resolution` is the image's width and height in pixels.
     ///
-    /// `None` if `target` is `eye`, `up` is parallel to the line of sight, a number is not finite, or
-    /// `fov` or `resolution` is out of range.
+    /// Returns `None` if `target` is `eye`, `up` is parallel to the line of sight, a number is not finite,
+    /// or `fov` or `resolution` is out of range.
     pub fn looking_at(eye: DVec3, target: DVec3, up: DVec3, fov: f64, resolution: [u32; 2]) -> Option<Self> {
         let [width, height] = resolution.map(f64::from);
         let is_seen = fov > 0.0 && fov < std::f64::consts::PI && width > 0.0 && height > 0.0;
@@ -105,7 +106,7 @@ impl Camera {
         })
     }
 
-    /// The directives that make this camera, for a film of so many pixels.
+    /// Returns the directives that give this camera, for a film of `width` x `height` pixels.
     pub fn to_text(&self, [width, height]: [u32; 2]) -> String {
         let mut text = self.transform_text();
         let (name, fov) = match self.projection {
@@ -132,7 +133,7 @@ impl Camera {
         text + "\n"
     }
 
-    /// `LookAt` where that is all there is to it.
+    /// Returns a `LookAt` if that gives the camera's transform, and a `Transform` otherwise.
     fn transform_text(&self) -> String {
         let DAffine3 { matrix3, translation: eye } = self.world_from_camera;
         let (look, up) = (eye + matrix3.z_axis, matrix3.y_axis);
@@ -148,7 +149,7 @@ impl Camera {
     }
 }
 
-/// The screen window where the scene says none: ±1 along the shorter axis.
+/// Returns the default screen window for an aspect ratio: ±1 along the shorter axis.
 pub(crate) fn default_window(aspect: f64) -> [f64; 4] {
     if aspect > 1.0 { [-aspect, aspect, -1.0, 1.0] } else { [-1.0, 1.0, -1.0 / aspect, 1.0 / aspect] }
 }
@@ -168,7 +169,7 @@ fn projection(name: &str, params: &ParamList) -> Result<Projection, SceneError> 
     }
 }
 
-/// How long the shutter is open, 1 by default.
+/// Returns the time that the shutter is open, 1 by default.
 pub(in crate::scene) fn exposure_time(params: &ParamList) -> Result<f64, SceneError> {
     let open = params.float("shutteropen")?.unwrap_or(0.0);
     let close = params.float("shutterclose")?.unwrap_or(1.0);
@@ -232,7 +233,7 @@ mod tests {
                     super::Projection::Perspective { tan_half_fov } => tan_half_fov,
                     _ => 0.0,
                 };
-                // Of no matter without a lens.
+                // The focal distance does not matter without a lens.
                 let focus = if camera.lens_radius > 0.0 { camera.focal_distance } else { 0.0 };
                 [a, b, c, d, fov, camera.lens_radius, focus]
             };

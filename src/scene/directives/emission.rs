@@ -1,11 +1,11 @@
-//! Parameters that all lights have.
+//! Parameters that several kinds of lights have.
 
 use crate::scene::format::error::SceneError;
 use crate::scene::format::params::ParamList;
 use crate::scene::model::Rgb;
 use crate::scene::spectrum::{Spectrum, optional};
 
-/// The light's colour, `scale` included.
+/// Returns the light's colour, `scale` included. `name` is the colour's parameter; white is the default.
 pub(in crate::scene) fn emitted(params: &ParamList, name: &str) -> Result<Rgb, SceneError> {
     let rgb = optional(params.get(name))?.map_or(Rgb::ONE, |s: Spectrum| s.light());
     if let Some(param) = params.get(name).filter(|_| rgb.min_element() < 0.0) {
@@ -18,7 +18,7 @@ pub(in crate::scene) fn emitted(params: &ParamList, name: &str) -> Result<Rgb, S
     }
 }
 
-/// pbrt takes a value of 0 or less for none at all.
+/// Returns a parameter's value if it is above 0. As in pbrt, a value of 0 or less counts as absent.
 pub(in crate::scene) fn positive(params: &ParamList, name: &str) -> Result<Option<f64>, SceneError> {
     Ok(params.float(name)?.filter(|value| *value > 0.0))
 }

@@ -1,4 +1,4 @@
-//! `Film`, `PixelFilter`, `Sampler` and `Integrator`.
+//! The `Film`, `PixelFilter`, `Sampler` and `Integrator` directives.
 
 use glam::DVec2;
 
@@ -14,14 +14,14 @@ const FILM: &[ParamSpec] = &[
     full("xresolution", SIZE),
     full("yresolution", SIZE),
     full("filename", &[Kind::String]),
-    // "cie1931" exactly; others with a warning, as if they were it.
+    // "cie1931" is exact; other sensors are rendered as "cie1931", with a warning.
     full("sensor", &[Kind::String]),
     full("iso", &[Kind::Float]),
     full("exposuretime", &[Kind::Float]),
     full("cropwindow", &[Kind::Float]),
     full("pixelbounds", SIZE),
     later("whitebalance", &[Kind::Float]),
-    // Bounds single samples; pbrt's photon mapper takes no notice of it either.
+    // Bounds single samples; pbrt's photon mapper ignores it, too.
     ignored("maxcomponentvalue", &[Kind::Float]),
     ignored("diagonal", &[Kind::Float]),
     ignored("savefp16", &[Kind::Bool]),
@@ -31,7 +31,7 @@ const FILM: &[ParamSpec] = &[
     ignored("lambdamax", &[Kind::Float]),
 ];
 
-/// The films of pbrt. A `gbuffer` and a `spectral` one have the pixels of `rgb`, and more layers.
+/// The films of pbrt. `gbuffer` and `spectral` films have the pixels of an `rgb` film, and more layers.
 pub(in crate::scene) const FILM_FAMILY: Family = Family {
     directive: "Film",
     types: &[supported("rgb", FILM), supported("gbuffer", FILM), supported("spectral", FILM)],
@@ -55,7 +55,7 @@ pub(in crate::scene) const FILTER_FAMILY: Family = Family {
 const SAMPLER: &[ParamSpec] =
     &[full("pixelsamples", SIZE), ignored("randomization", &[Kind::String]), ignored("seed", SIZE)];
 
-/// The samplers of pbrt. Goblet has its own, so that only their number counts.
+/// The samplers of pbrt. Goblet uses its own sampler, and takes only the number of samples.
 pub(in crate::scene) const SAMPLER_FAMILY: Family = Family {
     directive: "Sampler",
     types: &[
@@ -119,11 +119,11 @@ pub(in crate::scene) const INTEGRATOR_FAMILY: Family = Family {
     ],
 };
 
-/// The most pixels along one side; a device's memory is checked later.
+/// Maximum number of pixels along one side; a device's memory is checked later.
 const MAX_RESOLUTION: u32 = 65_536;
 
-/// Makes a film from parameters that [`FILM_FAMILY`] has checked. Its exposure is that of
-/// ISO 100 for 1 s, as `exposure_time` is the camera's.
+/// Returns a film from parameters that [`FILM_FAMILY`] has checked. Its exposure is relative to ISO 100 for
+/// 1 s; `exposure_time` is the camera's.
 pub(in crate::scene) fn film(params: &ParamList, filter: PixelFilter, exposure_time: f64) -> Result<Film, SceneError> {
     let resolution = [
         params.integer("xresolution", 1, MAX_RESOLUTION)?.unwrap_or(1280),
@@ -142,11 +142,11 @@ pub(in crate::scene) fn film(params: &ParamList, filter: PixelFilter, exposure_t
     })
 }
 
-/// Beyond them, pixels may not fit an f32.
+/// Permitted exposures: pixels with others may not fit in an f32.
 const EXPOSURES: std::ops::RangeInclusive<f64> = 1e-12..=1e12;
 
-/// The part of the image that is rendered. As in pbrt, the crop window is stronger than
-/// the pixel bounds, and either may reach beyond the image.
+/// Returns the part of the image that is rendered, as fractions of the resolution. As in pbrt, the crop
+/// window takes precedence over the pixel bounds, and both may extend beyond the image.
 fn window(params: &ParamList, resolution: [u32; 2]) -> Result<[f64; 4], SceneError> {
     let (param, window) = match (params.get("cropwindow"), params.get("pixelbounds")) {
         (Some(param), _) => (param, param.one::<4>()?),
@@ -167,7 +167,7 @@ fn window(params: &ParamList, resolution: [u32; 2]) -> Result<[f64; 4], SceneErr
     Ok(window)
 }
 
-/// Makes a filter from parameters that [`FILTER_FAMILY`] has checked.
+/// Returns a filter from parameters that [`FILTER_FAMILY`] has checked.
 pub(in crate::scene) fn filter(name: &str, params: &ParamList) -> Result<PixelFilter, SceneError> {
     let (kind, radius) = match name {
         "box" => (FilterKind::Box, 0.5),
@@ -187,7 +187,7 @@ pub(in crate::scene) fn filter(name: &str, params: &ParamList) -> Result<PixelFi
     Ok(PixelFilter { kind, radius: DVec2::new(side("xradius")?, side("yradius")?) })
 }
 
-/// The number of iterations that a sampler asks for.
+/// Returns the number of iterations that a sampler asks for.
 pub(in crate::scene) fn iterations(name: &str, params: &ParamList) -> Result<u32, SceneError> {
     if name == "stratified" {
         let x = params.integer("xsamples", 1, 65_535)?.unwrap_or(4);
@@ -201,12 +201,12 @@ pub(in crate::scene) fn iterations(name: &str, params: &ParamList) -> Result<u32
 /// pbrt's default number of samples per pixel.
 const DEFAULT_ITERATIONS: u32 = 16;
 
-/// What applies where the scene has no `Integrator` or `Sampler`.
+/// The values for a scene without `Integrator` and `Sampler`.
 pub(in crate::scene) const DEFAULT_INTEGRATOR: Integrator =
     Integrator { max_depth: 5, photons_per_iteration: None, radius: None, seed: 0, iterations: DEFAULT_ITERATIONS };
 
-/// Makes an integrator from parameters that [`INTEGRATOR_FAMILY`] has checked.
-/// What it does not say is that of `default`.
+/// Returns an integrator from parameters that [`INTEGRATOR_FAMILY`] has checked. Values that the scene does
+/// not give are those of `default`.
 pub(in crate::scene) fn integrator(
     name: &str,
     params: &ParamList,
@@ -218,7 +218,7 @@ pub(in crate::scene) fn integrator(
         integrator.photons_per_iteration = photons(params)?;
         integrator.seed = params.integer("seed", 0, u32::MAX)?.unwrap_or(default.seed);
         if params.get("radius").is_some() {
-            // Its square must be a number that the device can hold.
+            // The square of the radius must fit in the device's numbers.
             let expected = "a length from 1e-15 to 1e15";
             let accept = |v: f64| (1e-15..=1e15).contains(&v);
             integrator.radius = Some(params.float_in("radius", 1.0, accept, expected)?);
@@ -232,7 +232,7 @@ fn photons(params: &ParamList) -> Result<Option<u64>, SceneError> {
         return Ok(None);
     };
     match param.one()? {
-        // pbrt's own way to ask for one photon per pixel.
+        // In pbrt, -1 stands for one photon per pixel.
         [-1.0] => Ok(None),
         [count] if count >= 1.0 => Ok(Some(count as u64)),
         _ => Err(param.bad_value("at least 1, or -1 for one per pixel")),

@@ -1,10 +1,9 @@
-//! `LightSource` and `AreaLightSource`, with pbrt-v4's units.
+//! The `LightSource` and `AreaLightSource` directives, with pbrt-v4's units.
 //!
-//! pbrt scales the spectrum of every light to luminance 1 and then multiplies by
-//! `scale`; for an `rgb` spectrum it is the white behind the RGB that has
-//! luminance 1, so the RGB reaches the film as it is written. A `power` or
-//! `illuminance` that is positive then multiplies as if the light were white 1.
-//! `light_image` says the same of lights with images.
+//! pbrt scales the spectrum of every light to luminance 1 and then multiplies it by `scale`. The spectrum
+//! of an `rgb` light is a white of luminance 1 times the RGB, so the RGB reaches the film unchanged. A
+//! positive `power` or `illuminance` then gives a factor that is computed as if the light were white with
+//! value 1. `light_image` describes lights with images.
 
 use std::f64::consts::PI;
 use std::path::Path;
@@ -57,7 +56,7 @@ pub(in crate::scene) const FAMILY: Family = Family {
                 SCALE,
                 ILLUMINANCE,
                 FILENAME,
-                // It hides what of the image is not seen through it.
+                // A portal hides the parts of the image that are not visible through it.
                 later("portal", &[Kind::Point3]),
             ],
         ),
@@ -82,8 +81,8 @@ pub(in crate::scene) const AREA_FAMILY: Family = Family {
     )],
 };
 
-/// Makes a light from parameters that [`FAMILY`] has checked. Its image file is looked for where
-/// others of the scene are.
+/// Returns a light from parameters that [`FAMILY`] has checked. The name of its image file is relative to
+/// the directory of `files`.
 pub(in crate::scene) fn light(
     name: &str,
     params: &ParamList,
@@ -107,7 +106,7 @@ pub(in crate::scene) fn light(
             }
         }
         "infinite" if params.get("filename").is_none() => Light::Infinite {
-            // A constant sky of radiance 1 lights an upward patch with π.
+            // A constant sky of radiance 1 gives a patch that faces up an irradiance of π.
             radiance: emitted(params, "L")? * positive(params, "illuminance")?.map_or(1.0, |e| e / PI),
         },
         _ => {
@@ -136,7 +135,7 @@ pub(in crate::scene) fn light(
     Ok(light)
 }
 
-/// Intensity, irradiance or radiance, whichever the light has; the largest of an image.
+/// Returns the light's intensity, irradiance or radiance; with an image, the maximum over the image.
 pub(in crate::scene) fn emission(light: &Light) -> Rgb {
     match light {
         Light::Point { intensity, .. } | Light::Spot { intensity, .. } => *intensity,
@@ -160,7 +159,7 @@ fn spot(params: &ParamList, world_from_light: DAffine3, location: &Location) -> 
     )?;
     let one_minus_cos = |angle: f64| 2.0 * (0.5 * angle.to_radians()).sin().powi(2);
     let [falloff_start, falloff_end] = [end - delta, end].map(one_minus_cos);
-    // The integral over directions of the cone with its smooth edge.
+    // The integral over directions of the cone with its smooth falloff.
     let cone = PI * (falloff_start + falloff_end);
     let (from, to) = (from(params)?, to(params)?);
     if !transform::is_invertible(&world_from_light) {
@@ -175,7 +174,7 @@ fn spot(params: &ParamList, world_from_light: DAffine3, location: &Location) -> 
     })
 }
 
-/// Makes an area light from parameters that [`AREA_FAMILY`] has checked.
+/// Returns an area light from parameters that [`AREA_FAMILY`] has checked.
 pub(in crate::scene) fn area_light(
     params: &ParamList,
     textures: &mut Textures,
@@ -183,7 +182,7 @@ pub(in crate::scene) fn area_light(
 ) -> Result<AreaLight, SceneError> {
     let image = emission_image(params, textures, directory)?;
     let power = positive(params, "power")?;
-    // The power is that of the image, were it spread evenly.
+    // The power is that of an emitter with the image's mean luminance everywhere.
     let luminance = image.filter(|_| power.is_some()).map(|image| image.mean.dot(Rgb::from(LUMINANCE)));
     Ok(AreaLight {
         radiance: emitted(params, "L")? / luminance.filter(|luminance| *luminance > 0.0).unwrap_or(1.0),
@@ -216,7 +215,7 @@ fn to(params: &ParamList) -> Result<DVec3, SceneError> {
     Ok(params.point("to")?.unwrap_or(DVec3::Z))
 }
 
-/// Unit length, world space.
+/// Returns the direction of `axis` in world space, of unit length.
 fn direction(axis: DVec3, world_from_light: DAffine3, location: &Location) -> Result<DVec3, SceneError> {
     let axis = axis
         .try_normalize()
@@ -225,7 +224,8 @@ fn direction(axis: DVec3, world_from_light: DAffine3, location: &Location) -> Re
     turned.ok_or_else(|| location.invalid("the transform takes the light's direction to 0; expected another one"))
 }
 
-/// The factor that takes a light of intensity 1 to the `power` asked for.
+/// Returns the factor that scales a light of intensity 1 to the parameter `power`; `directions` is the
+/// light's power at intensity 1. Returns 1 without that parameter.
 fn power(params: &ParamList, directions: f64) -> Result<f64, SceneError> {
     Ok(positive(params, "power")?.map_or(1.0, |power| power / directions))
 }

@@ -1,14 +1,13 @@
-//! Lights that show an image: skies, goniometric lights and projectors, as in pbrt-v4.
+//! Lights with an image: skies, goniometric lights and projectors, as in pbrt-v4.
 //!
-//! Images of skies and goniometric lights are square, by the equal-area map of `octahedral`:
-//! +z of the light's space is up in a sky, +y is up in a goniometric light. A sky of twice the
-//! width, with longitude and latitude, is resampled with the axes of pbrt's own converter: +z is
-//! the top row, and the azimuth from +x to +y grows from left to right; no texel's power changes
-//! (see `longitudes`). The colour of a direction is that of the texel it falls into, without
-//! interpolation.
+//! Images of skies and goniometric lights are square, by the equal-area map of
+//! [`crate::geometry::equal_area`]: +z of the light's space is up in a sky, +y is up in a goniometric
+//! light. A sky of twice the width, with longitude and latitude, is resampled with the axes of pbrt's own
+//! converter: +z is the top row, and the azimuth from +x to +y grows from left to right; no texel's power
+//! changes (see `longitudes`). The colour of a direction is that of its texel, without interpolation.
 //!
-//! The RGB of a file reaches the film as it is, times `scale`. A `power` is the one of all that
-//! a light emits, by luminance (goniometric lights are grey: by the mean of channels).
+//! The RGB of a file reaches the film unchanged, times `scale`. A `power` is the light's total power, by
+//! luminance (goniometric lights are grey: by the mean of channels).
 
 mod longitudes;
 
@@ -29,12 +28,13 @@ use crate::scene::format::error::{Location, SceneError};
 use crate::scene::format::params::{Param, ParamList};
 use crate::scene::model::{Light, LightImage, Rgb};
 
-/// The most texels of a light that a device can hold, 512 MiB: 8192 x 4096, or 5792 x 5792.
+/// Maximum number of texels of a light that a device can hold, 512 MiB: 8192 x 4096, or 5792 x 5792.
 const MAX_TEXELS: usize = 1 << 25;
-/// The longest side: alias tables name a texel of a row in 16 bits.
+/// Maximum side of an image: alias tables store the index of a texel in its row in 16 bits.
 const MAX_SIDE: u32 = 1 << 16;
 
-/// Reads the file that a light names: no channel is negative or infinite.
+/// Reads the image file that a light names. Negative channels become 0; channels that are not finite are
+/// errors.
 pub(in crate::scene) fn read(
     name: &str,
     params: &ParamList,
@@ -71,7 +71,7 @@ pub(in crate::scene) fn read(
                 "{file} is taken for longitude and latitude, with +z of the light's space at the top, \
                  and is resampled to a square; pbrt would refuse it"
             ));
-            // In its place comes one of about as many pixels.
+            // The resampled image has about as many pixels.
             let bytes = size_of_val(&image.pixels[..]) as u64;
             files.budget.check(bytes).map_err(param.location.over())?;
             Ok(Arc::new(longitudes::equal_area(&image)))
@@ -84,7 +84,7 @@ fn not_square(param: &Param, image: &Image) -> SceneError {
     param.bad_value(&format!("a square image, by pbrt's equal-area map; it has {}x{}", image.width, image.height))
 }
 
-/// Reads an image as light shows it; its pixels are taken from the budget.
+/// Reads an image of a light; its pixels are charged to the budget.
 fn read_image(path: &Path, budget: &Budget, param: &Param) -> Result<Image, SceneError> {
     let layers = read_layers(path, Transfer::Srgb, Use::Light, budget).map_err(|error| match error {
         ImageError::Read { path, reason } => {
@@ -92,13 +92,13 @@ fn read_image(path: &Path, budget: &Budget, param: &Param) -> Result<Image, Scen
         }
         other => param.location.invalid(other.to_string()),
     })?;
-    // No light shows it.
+    // Lights do not use alpha.
     budget.give_back(layers.alpha.as_ref().map_or(0, |alpha| size_of_val(&alpha[..]) as u64));
     Ok(layers.image)
 }
 
-/// A sky; `illuminance` is what a patch that looks along +z of the light's space receives. As
-/// in pbrt, it is counted as if a texel were half as large as it is.
+/// Returns a sky. `illuminance` is the irradiance of a patch that faces +z of the light's space. As in
+/// pbrt, it is computed as if a texel had half its solid angle.
 pub(in crate::scene) fn sky(
     pixels: Arc<Image>,
     params: &ParamList,
@@ -113,7 +113,7 @@ pub(in crate::scene) fn sky(
     Ok(Light::Sky { image: oriented(pixels, world_from_light.matrix3, location)?, radiance })
 }
 
-/// A light whose intensity an image gives for each direction.
+/// Returns a light whose intensity in each direction is given by an image.
 pub(in crate::scene) fn goniometric(
     pixels: Arc<Image>,
     params: &ParamList,
@@ -131,7 +131,7 @@ pub(in crate::scene) fn goniometric(
     Ok(Light::Goniometric { position, image: oriented(pixels, axes, location)?, intensity })
 }
 
-/// A light that projects an image along its +z; the image's top is at +y.
+/// Returns a light that projects an image along its +z axis; the image's top is at +y.
 pub(in crate::scene) fn projection(
     pixels: Arc<Image>,
     params: &ParamList,
@@ -139,7 +139,7 @@ pub(in crate::scene) fn projection(
     location: &Location,
 ) -> Result<Light, SceneError> {
     let fov = params.float_in("fov", 90.0, |v| v > 0.0 && v < 180.0, "an angle above 0 and below 180°")?;
-    // The angle is that of the shorter side.
+    // `fov` is the angle of the shorter side.
     let size = DVec2::new(pixels.width.into(), pixels.height.into());
     let half_extent = size / size.min_element() * (0.5 * fov.to_radians()).tan();
     let mut intensity = Rgb::splat(params.not_negative("scale", 1.0)?);
@@ -153,18 +153,19 @@ pub(in crate::scene) fn projection(
     Ok(Light::Projection { position, image: oriented(pixels, axes, location)?, intensity, half_extent })
 }
 
-/// Cosine to the axis of a projector of the ray through a place of its image. Its cube is the
-/// ratio of solid angle to area on the window.
+/// Returns the cosine of the angle between a projector's axis and the ray through `place`, in [0, 1]², of
+/// its image. Its cube is the ratio of solid angle to area on the window.
 pub(crate) fn window_cosine(half_extent: DVec2, place: DVec2) -> f64 {
     ((2.0 * place - 1.0) * half_extent).extend(1.0).length().recip()
 }
 
-/// The factor that takes `emitted` to `wanted`; of a black image, which has none, 0.
+/// Returns the factor from `emitted` to `wanted`; 0 for a black image, for which `emitted` is 0.
 fn over(wanted: f64, emitted: f64) -> f64 {
     if emitted > 0.0 { wanted / emitted } else { 0.0 }
 }
 
-/// The mean luminance over an image, each place weighed.
+/// Returns the mean over an image of luminance times `weight`; the argument of `weight` is the pixel's
+/// centre in [0, 1]².
 fn mean(image: &Image, weight: impl Fn(DVec2) -> f64) -> f64 {
     let size = DVec2::new(image.width.into(), image.height.into());
     let weighed = image.pixels.iter().enumerate().map(|(i, pixel)| {
@@ -175,7 +176,7 @@ fn mean(image: &Image, weight: impl Fn(DVec2) -> f64) -> f64 {
     weighed.sum::<f64>() / image.pixels.len() as f64
 }
 
-/// The largest of each channel.
+/// Returns the maximum of each channel over the image.
 pub(in crate::scene) fn brightest(image: &Image) -> Rgb {
     image.pixels.iter().fold(Rgb::ZERO, |most, pixel| most.max(Rgb::from(pixel.map(f64::from))))
 }

@@ -1,4 +1,4 @@
-//! `Material` and `MakeNamedMaterial`.
+//! The `Material` and `MakeNamedMaterial` directives.
 
 use crate::scene::directives::texture::Textures;
 use crate::scene::format::error::{Location, SceneError};
@@ -21,7 +21,7 @@ const U_ROUGHNESS: ParamSpec = full("uroughness", NUMBER);
 const V_ROUGHNESS: ParamSpec = full("vroughness", NUMBER);
 const REMAP_ROUGHNESS: ParamSpec = full("remaproughness", &[Kind::Bool]);
 const REFLECTANCE: ParamSpec = full("reflectance", TEXTURED);
-/// Coats are followed in closed form: what little they scatter inside goes straight on.
+/// Coats are computed in closed form; the little light that they scatter inside continues straight.
 const ALBEDO: ParamSpec = full("albedo", TEXTURED);
 const PHASE: ParamSpec = ignored("g", NUMBER);
 const THICKNESS: ParamSpec = full("thickness", NUMBER);
@@ -51,7 +51,7 @@ pub(in crate::scene) const FAMILY: Family = Family {
             "dielectric",
             &[
                 full("eta", INDEX),
-                // Goblet's own: pbrt's dielectrics are untinted.
+                // An extension of the format: pbrt's dielectrics are untinted.
                 full("transmittance", &[Kind::Rgb]),
                 ROUGHNESS,
                 U_ROUGHNESS,
@@ -115,13 +115,12 @@ pub(in crate::scene) const FAMILY: Family = Family {
     ],
 };
 
-/// What surfaces are made of where no `Material` is in force.
+/// Returns the material of surfaces for which no `Material` is in force.
 pub(in crate::scene) fn default() -> Material {
     Material::Diffuse { reflectance: Input::Constant(Rgb::splat(0.5)) }
 }
 
-/// Makes a material, other than a mix, from parameters that [`FAMILY`] has checked; also gives
-/// warnings.
+/// Returns a material, other than a mix, from parameters that [`FAMILY`] has checked, and warnings.
 pub(in crate::scene) fn material(
     name: &str,
     params: &ParamList,
@@ -161,7 +160,7 @@ pub(in crate::scene) fn material(
     Ok((material, warnings))
 }
 
-/// The names of the two materials that a mix is of, and the chance of the second.
+/// Returns the names of the two materials of a mix, and the probability of the second.
 pub(in crate::scene) fn mix(
     params: &ParamList,
     textures: &Textures,
@@ -185,7 +184,7 @@ fn number(params: &ParamList, name: &str, textures: &Textures, default: f64) -> 
     params.get(name).map_or(Ok(Input::Constant(default)), |param| textures.number(param))
 }
 
-/// A colour with channels from 0 to 1.
+/// Returns a colour with channels from 0 to 1; `None` if the parameter is absent.
 fn fraction(params: &ParamList, name: &str) -> Result<Option<Rgb>, SceneError> {
     let Some(param) = params.get(name) else {
         return Ok(None);
@@ -197,7 +196,7 @@ fn fraction(params: &ParamList, name: &str) -> Result<Option<Rgb>, SceneError> {
     Ok(Some(rgb))
 }
 
-/// One value for both directions, unless they have their own.
+/// Returns the roughness of parameters with a prefix: `roughness` for both directions, or separate values.
 fn roughness(params: &ParamList, prefix: &str, textures: &Textures) -> Result<Roughness, SceneError> {
     let along = |name: &str| {
         let name = format!("{prefix}{name}");
@@ -217,8 +216,8 @@ fn roughness(params: &ParamList, prefix: &str, textures: &Textures) -> Result<Ro
     })
 }
 
-/// A metal by its reflectance or its optical constants, copper's if it has none; inside of
-/// something with the index `outside`.
+/// Returns a metal from its reflectance or its optical constants, which are copper's by default. `outside`
+/// is the index of refraction of the medium outside.
 fn metal(
     params: &ParamList,
     constants: [&str; 2],
@@ -248,7 +247,7 @@ fn metal(
     Ok(Metal::Index { eta: eta / outside, k: k / outside })
 }
 
-/// An index of refraction.
+/// Returns an index of refraction from 0.1 to 10; 1.5 if the parameter is absent.
 fn index(params: &ParamList, name: &str) -> Result<f64, SceneError> {
     let eta = match params.get(name) {
         Some(param) if param.kind != Kind::Float => Spectrum::from_param(param)?.photopic_mean(),
@@ -263,16 +262,16 @@ fn index(params: &ParamList, name: &str) -> Result<f64, SceneError> {
 fn dielectric(params: &ParamList, roughness: Roughness) -> Result<Material, SceneError> {
     let eta = index(params, "eta")?;
     let transmittance = fraction(params, "transmittance")?.unwrap_or(Rgb::ONE);
-    // Without a difference of index there is nothing to see of the facets.
+    // Without a difference of index, microfacets have no effect.
     let roughness = if eta == 1.0 { Roughness::SMOOTH } else { roughness };
     Ok(Material::Dielectric { eta, transmittance, roughness })
 }
 
-/// The most that a coat may scatter: its albedo times its optical thickness. Up to that, it
-/// matters little where the scattered light goes.
+/// Maximum fraction of light that a coat may scatter: its albedo times its optical thickness. Up to this
+/// bound the direction of the scattered light matters little.
 const MOST_SCATTERED: f64 = 0.1;
 
-/// A coat; textures of its inside are taken for their means.
+/// Returns a coat. Textures of its thickness and albedo are replaced by their means.
 fn coat(
     (params, location): (&ParamList, &Location),
     eta: &str,
@@ -295,7 +294,7 @@ fn coat(
     let albedo = params.get("albedo").map_or(Ok(Input::Constant(Rgb::ZERO)), |param| textures.color(param))?;
     let (albedo, is_texture) = textures.mean_color(albedo, location)?;
     mean_of("albedo", is_texture.then_some(albedo));
-    // Nothing comes of it, but a texture must be there.
+    // `g` has no effect, but a texture that it names must exist.
     number(params, "g", textures, 0.0)?;
     let scattered = mean * albedo.element_sum() / 3.0;
     if let Some(param) = params.get("albedo").filter(|_| scattered > 0.0) {

@@ -1,4 +1,4 @@
-//! What each directive of a scene file means: parameters to parts of the model.
+//! The directives of a scene file: conversion of parameters to parts of the model.
 
 pub(in crate::scene) mod camera;
 mod emission;

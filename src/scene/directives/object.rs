@@ -1,4 +1,4 @@
-//! `ObjectBegin`, `ObjectEnd` and `ObjectInstance`.
+//! The `ObjectBegin`, `ObjectEnd` and `ObjectInstance` directives.
 
 use std::collections::HashMap;
 use std::sync::Arc;
@@ -9,20 +9,21 @@ use crate::scene::format::error::{Location, SceneError};
 use crate::scene::format::lexer::shorten;
 use crate::scene::model::{Instance, Shape};
 
-/// Named groups of shapes, and where they are to stand.
+/// Named groups of shapes, and their instances.
 #[derive(Debug, Default)]
 pub(in crate::scene) struct Objects {
     named: HashMap<Arc<str>, usize>,
-    /// The one that shapes are added to.
+    /// The object that shapes are added to, if one is open.
     open: Option<Open>,
-    /// Names are looked up at the end: a scene may use an object before it defines it.
+    /// Instances: name of the object, place in the file, and transform. Names are looked up at the end,
+    /// because a scene may use an object before it defines it.
     uses: Vec<(Arc<str>, Location, DAffine3)>,
 }
 
 #[derive(Debug)]
 struct Open {
     index: usize,
-    /// There was a warning of light in it.
+    /// Whether a warning about an emitting shape was given.
     warned: bool,
 }
 
@@ -45,12 +46,12 @@ impl Objects {
         self.open = None;
     }
 
-    /// The object that shapes belong to now.
+    /// Returns the index of the object that is open.
     pub fn open(&self) -> Option<usize> {
         self.open.as_ref().map(|open| open.index)
     }
 
-    /// Whether a shape that would emit is the first such in the open object.
+    /// Returns true for the first call per open object: for its first shape with an area light.
     pub fn is_first_emitter(&mut self) -> bool {
         self.open.as_mut().is_some_and(|open| !std::mem::replace(&mut open.warned, true))
     }
@@ -64,13 +65,13 @@ impl Objects {
         if self.open.is_some() {
             return Err(location.invalid("ObjectInstance stands in an object; expected it after ObjectEnd"));
         }
-        // Most uses are of an object that is there already: they share its name.
+        // Most instances are of an object that is already defined, and share its name.
         let name = self.named.get_key_value(name).map_or_else(|| name.into(), |(known, _)| Arc::clone(known));
         self.uses.push((name, location.clone(), world_from_instance));
         Ok(())
     }
 
-    /// The instances of objects that have shapes, and what is wrong with others.
+    /// Returns the instances of objects that have shapes, and the errors of other instances.
     pub fn resolve(self, shapes: &[Shape]) -> (Vec<Instance>, Vec<SceneError>) {
         let mut boxes: Vec<Option<[DVec3; 2]>> = vec![None; self.named.len()];
         for (shape, object) in shapes.iter().filter_map(|shape| Some((shape, shape.object?))) {
@@ -102,8 +103,8 @@ impl Objects {
     }
 }
 
-/// Whether all that is in a box, and any transform that takes something there, stays finite under
-/// a further one.
+/// Returns true if the images of all points of a box under `transform` are finite, and so is the product of
+/// `transform` with the transform of any shape in the box.
 fn stays_finite(transform: &DAffine3, corners: [DVec3; 2]) -> bool {
     let most = corners[0].abs().max(corners[1].abs());
     let linear = transform.matrix3;

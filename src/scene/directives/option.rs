@@ -1,4 +1,4 @@
-//! `Option`: how pbrt itself is to run. Most of it is of no matter here.
+//! The `Option` directive: options of pbrt itself, most of which have no effect in goblet.
 
 use crate::scene::directives::state::Options;
 use crate::scene::format::error::{Location, SceneError};
@@ -21,7 +21,7 @@ const OPTIONS: &[(&str, Kind)] = &[
     ("wavefront", Kind::Bool),
 ];
 
-/// Reads what follows `Option`, and does what it says: a bare name and one value, as
+/// Reads the rest of an `Option` directive and executes it. An option is a bare name and one value, as
 /// `"seed" 42`, or a declared parameter, as `"integer seed" [ 42 ]`.
 pub(in crate::scene) fn read(stream: &mut TokenStream, options: &mut Options) -> Result<(), SceneError> {
     let (name, location) = stream.string("the name of an option")?;
@@ -45,7 +45,7 @@ fn declared(stream: &mut TokenStream, declaration: &str, location: Location) -> 
     Ok(option)
 }
 
-/// As in pbrt, neither case nor `-` and `_` matter.
+/// Finds an option by its name. As in pbrt, case, `-` and `_` do not matter.
 fn find(name: &str) -> Option<&'static (&'static str, Kind)> {
     let plain: String =
         name.trim().chars().filter(|c| !matches!(c, '-' | '_')).map(|c| c.to_ascii_lowercase()).collect();
@@ -74,7 +74,7 @@ fn apply(option: Param, options: &mut Options) -> Result<(), SceneError> {
     Ok(())
 }
 
-/// Seeds are numbers of 32 bits. pbrt's may be negative.
+/// Returns the seed as 32 bits; pbrt's seeds may be negative.
 fn seed(option: &Param) -> Result<u32, SceneError> {
     let [value] = option.one()?;
     if !(f64::from(i32::MIN)..=f64::from(u32::MAX)).contains(&value) {

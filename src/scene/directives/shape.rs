@@ -1,4 +1,4 @@
-//! `Shape`.
+//! The `Shape` directive.
 
 mod bilinear;
 mod cylinder;
@@ -26,7 +26,7 @@ use crate::scene::model::{Geometry, Input, Mesh, Profile};
 const FLOAT: &[Kind] = &[Kind::Float];
 const ALPHA: ParamSpec = full("alpha", &[Kind::Float, Kind::Texture]);
 
-/// The shapes of pbrt, and goblet's own.
+/// The shapes of pbrt, and goblet's `revolution`.
 pub(in crate::scene) const FAMILY: Family = Family {
     directive: "Shape",
     types: &[
@@ -56,7 +56,7 @@ pub(in crate::scene) const FAMILY: Family = Family {
                 full("levels", &[Kind::Integer]),
                 full("indices", &[Kind::Integer]),
                 full("P", &[Kind::Point3]),
-                // There is no other.
+                // pbrt has only one scheme.
                 ignored("scheme", &[Kind::String]),
                 ALPHA,
             ],
@@ -82,7 +82,7 @@ pub(in crate::scene) const FAMILY: Family = Family {
                 full("P", &[Kind::Point3]),
                 full("N", &[Kind::Normal]),
                 full("uv", &[Kind::Point2]),
-                // Tangents and face numbers serve what is not supported yet.
+                // Tangents and face numbers are only used by features that are not supported yet.
                 ignored("S", &[Kind::Vector3]),
                 ignored("faceIndices", &[Kind::Integer]),
                 ALPHA,
@@ -92,10 +92,10 @@ pub(in crate::scene) const FAMILY: Family = Family {
     ],
 };
 
-/// Where meshes come from; each file is read once.
+/// Mesh files; each file is read once.
 #[derive(Debug)]
 pub(in crate::scene) struct MeshFiles {
-    /// Names are relative to it: the folder of the scene file, as in pbrt.
+    /// Directory that file names are relative to: the folder of the scene file, as in pbrt.
     pub directory: PathBuf,
     read: HashMap<PathBuf, Arc<Mesh>>,
     pub(in crate::scene) budget: Arc<Budget>,
@@ -124,7 +124,7 @@ impl MeshFiles {
     }
 }
 
-/// How much of a shape is there.
+/// Returns a shape's alpha, 0 to 1; 1 by default.
 pub(in crate::scene) fn alpha(params: &ParamList, textures: &Textures) -> Result<Input<f64>, SceneError> {
     let Some(param) = params.get("alpha") else {
         return Ok(Input::Constant(1.0));
@@ -135,7 +135,7 @@ pub(in crate::scene) fn alpha(params: &ParamList, textures: &Textures) -> Result
     }
 }
 
-/// Makes a shape's form from parameters that [`FAMILY`] has checked.
+/// Returns a shape's geometry from parameters that [`FAMILY`] has checked.
 pub(in crate::scene) fn geometry(
     name: &str,
     params: &ParamList,
@@ -165,18 +165,18 @@ pub(in crate::scene) fn geometry(
     }
 }
 
-/// Whether rays meet a shape that its transform has flattened: they meet a mesh, by its
-/// triangles alone.
+/// Returns true if rays can meet a shape that its transform has flattened: only the triangles of a mesh.
+/// Removes the mesh's normals.
 pub(in crate::scene) fn stays_when_flattened(geometry: &mut Geometry) -> bool {
     let Geometry::Mesh(mesh) = geometry else { return false };
-    // Normals have no images.
+    // A singular transform has no transform of normals.
     if !mesh.normals.is_empty() {
         Arc::make_mut(mesh).normals.clear();
     }
     true
 }
 
-/// Fails where a light's power is that of a shape which is made of several emitters here.
+/// Fails if a light has a power and its shape consists of several emitters in goblet.
 pub(in crate::scene) fn check_power(name: &str, geometry: &Geometry, location: &Location) -> Result<(), SceneError> {
     let is_cut = name == "bilinearmesh" || name == "cylinder" && matches!(geometry, Geometry::Mesh(_));
     if is_cut {
@@ -214,10 +214,10 @@ fn disk(params: &ParamList) -> Result<Geometry, SceneError> {
     })
 }
 
-/// Radii and heights of a profile, at most and at least: squares of them must be numbers.
+/// Minimum and maximum of radii and heights of a profile: their squares must be finite and not 0.
 const PROFILE_SIZES: [f64; 2] = [1e-30, 1e30];
 
-/// Bytes of a segment of a profile, without its points: here, and its pieces on the device.
+/// Bytes of a segment of a profile without its points: in the scene, and as pieces on the device.
 const SEGMENT_BYTES: usize = 1024;
 
 fn profile(params: &ParamList, budget: &Budget, location: &Location) -> Result<Profile, SceneError> {
@@ -251,7 +251,7 @@ fn profile(params: &ParamList, budget: &Budget, location: &Location) -> Result<P
     Ok(Profile { segments: (0..points.len() - 1).step_by(degree).map(segment).collect() })
 }
 
-/// Radians; more than a full turn is a full turn, as in pbrt.
+/// Returns the sweep in radians; as in pbrt, more than a full turn is a full turn.
 fn phi_max(params: &ParamList) -> Result<f64, SceneError> {
     let degrees = params.float_in("phimax", 360.0, |v| v > 0.0, "an angle above 0°")?;
     Ok(degrees.min(360.0).to_radians())
@@ -269,8 +269,8 @@ fn triangle_mesh(params: &ParamList, budget: &Budget, location: &Location) -> Re
     Ok(Mesh { positions, normals, uvs, triangles })
 }
 
-/// Fails where there is no memory for the arrays of a mesh beside its parameters, which take no
-/// less.
+/// Fails if the budget has no memory for the arrays of a mesh besides its parameters. The arrays take no
+/// more memory than the parameters.
 fn check_copies(params: &ParamList, budget: &Budget, location: &Location) -> Result<(), SceneError> {
     let numbers: usize = params.items.iter().map(|param| param.numbers().len()).sum();
     budget.check((numbers * size_of::<f64>()) as u64).map_err(location.over())
@@ -288,7 +288,7 @@ fn no_indices(shape: &str, vertices: usize, location: &Location) -> SceneError {
     location.invalid(format!("Shape \"{shape}\" has {vertices} vertices and no \"integer indices\"; expected indices"))
 }
 
-/// Normals and texture coordinates of vertices, or none.
+/// Returns normals and texture coordinates: one per vertex, or none.
 fn attributes(params: &ParamList, vertices: usize) -> Result<(Vec<DVec3>, Vec<DVec2>), SceneError> {
     let (normals, uvs) = (params.triples("N"), params.pairs("uv"));
     for (name, count) in [("N", normals.len()), ("uv", uvs.len())] {
@@ -301,7 +301,7 @@ fn attributes(params: &ParamList, vertices: usize) -> Result<(Vec<DVec3>, Vec<DV
     Ok((normals, uvs))
 }
 
-/// Faces of `N` corners each.
+/// Returns faces of `N` vertex indices each, all below `vertices`.
 fn faces<const N: usize>(param: &Param, vertices: usize) -> Result<Vec<[u32; N]>, SceneError> {
     let indices = param.numbers();
     if indices.is_empty() || !indices.len().is_multiple_of(N) {

@@ -1,4 +1,4 @@
-//! The graphics state, and the scene that grows under it.
+//! The graphics state, and the scene that directives build.
 
 mod options;
 mod place;
@@ -31,34 +31,33 @@ pub(in crate::scene) use options::Options;
 pub(in crate::scene) use place::ActiveTimes;
 pub(in crate::scene) use survey::Collected;
 
-/// What applies to the next shape or light.
+/// The attributes of the next shape or light.
 #[derive(Clone, Debug)]
 struct GraphicsState {
-    /// At the start time, as which all is rendered.
+    /// Transform at the start time, which is the one that is rendered.
     world_from_object: DAffine3,
-    /// At the end time.
+    /// Transform at the end time.
     world_from_object_at_end: DAffine3,
     active: ActiveTimes,
     color_space: ColorSpace,
     reverse_orientation: bool,
     material: MaterialRef,
     emission: Option<AreaLight>,
-    /// What `Attribute` has set.
+    /// Default parameters set by `Attribute`.
     shape_defaults: Arc<ParamList>,
     light_defaults: Arc<ParamList>,
     material_defaults: Arc<ParamList>,
     texture_defaults: Arc<ParamList>,
 }
 
-/// A material, by its place among all or by a name that is looked up at the end:
-/// a scene may name a material before it makes it.
+/// A material's slot, or its name, which is looked up at the end because a scene may define it later.
 #[derive(Clone, Debug)]
 enum MaterialRef {
     Slot(usize),
     Named(Arc<str>, Location),
 }
 
-/// A material, or two that are looked up at the end.
+/// A material, or a mix whose parts are looked up at the end.
 #[derive(Clone, Debug)]
 enum Made {
     Material(Material),
@@ -67,7 +66,7 @@ enum Made {
         amount: Input<f64>,
         location: Location,
     },
-    /// One that names a texture which is not there yet: its type and parameters, checked.
+    /// A material with a texture that is not defined yet: its type and checked parameters.
     Waiting {
         kind: String,
         params: ParamList,
@@ -75,43 +74,42 @@ enum Made {
     },
 }
 
-/// A shape, and what of it is looked up at the end.
+/// A shape, and its references that are resolved at the end.
 #[derive(Debug)]
 struct PendingShape {
     shape: Shape,
     material: MaterialRef,
-    /// The alpha, where it names a texture that is not there yet.
+    /// The alpha parameter, if it names a texture that is not defined yet.
     alpha: Option<ParamList>,
 }
 
-/// A material of the scene file. One that goblet cannot render is an error only
-/// once a shape is made of it.
+/// A material of the scene file. A material that goblet cannot render is an error only if a shape uses it.
 #[derive(Debug)]
 struct MaterialSlot {
     made: Result<Made, SceneError>,
-    /// Once a shape is made of it.
+    /// Set when the first shape that uses the material is resolved.
     used: Option<Used>,
 }
 
-/// Where a material that shapes are made of is.
+/// Place of a material in use.
 #[derive(Clone, Copy, Debug)]
 struct Used {
-    /// Its place in [`Scene::materials`].
+    /// Index into [`Scene::materials`].
     index: usize,
-    /// How many mixes are within each other.
+    /// Depth of nested mixes.
     depth: u32,
 }
 
-/// Mixes may be of mixes.
+/// Maximum depth of nested mixes.
 const MAX_MIX_DEPTH: u32 = 4;
 
-/// A state to return to.
+/// A saved state of an enclosing block.
 #[derive(Debug)]
 struct Saved {
     state: GraphicsState,
-    /// Where the block begins.
+    /// Place where the block begins.
     begin: Location,
-    /// The directive that ends it.
+    /// The directive that ends the block.
     end: &'static str,
 }
 
@@ -122,13 +120,13 @@ pub(in crate::scene) struct SceneBuilder {
     world: bool,
     state: GraphicsState,
     saved: Vec<Saved>,
-    /// Each at the start time and at the end time.
+    /// Transforms by name, at the start time and at the end time.
     coordinate_systems: HashMap<String, [DAffine3; 2]>,
     warned_of_motion: bool,
     slots: Vec<MaterialSlot>,
     named: HashMap<Arc<str>, usize>,
     shapes: Vec<PendingShape>,
-    /// How many `Shape "revolution"` there were so far.
+    /// Number of `Shape "revolution"` directives so far.
     revolutions: usize,
     objects: Objects,
     lights: Vec<Light>,
@@ -139,16 +137,15 @@ pub(in crate::scene) struct SceneBuilder {
     /// Every file that the scene reads besides its own.
     pub inputs: Vec<PathBuf>,
     warnings: Vec<String>,
-    /// Warnings that are not kept.
+    /// Number of warnings that are not kept.
     more_warnings: u64,
-    /// Of the scene's memory.
     budget: Arc<Budget>,
-    /// Set where everything that is wrong is to be found.
+    /// Errors so far, if all errors are collected.
     collected: Option<Collected>,
 }
 
 impl SceneBuilder {
-    /// File names in the scene are relative to `directory`.
+    /// Returns an empty scene. File names in the scene are relative to `directory`.
     pub fn new(directory: &Path, budget: &Arc<Budget>) -> Self {
         let default_material = MaterialSlot { made: Ok(Made::Material(material::default())), used: None };
         Self {
@@ -187,17 +184,15 @@ impl SceneBuilder {
         }
     }
 
-    /// The colour space of the values to come.
     pub fn set_color_space(&mut self, space: ColorSpace) {
         self.state.color_space = space;
     }
 
-    /// The colour space in force.
     pub fn color_space(&self) -> ColorSpace {
         self.state.color_space
     }
 
-    /// The folder of the scene file.
+    /// Returns the folder of the scene file.
     pub fn directory(&self) -> &Path {
         &self.files.directory
     }
@@ -210,21 +205,19 @@ impl SceneBuilder {
         }
     }
 
-    /// Takes memory for what a directive leaves behind: a value of a type, and so many bytes
-    /// that it refers to.
+    /// Charges the budget for a value of type `T` and the bytes that it refers to.
     fn keep<T>(&self, bytes: usize, location: &Location) -> Result<(), SceneError> {
         self.budget.take((size_of::<T>() + bytes) as u64).map_err(location.over())
     }
 
-    /// Fails unless `directive` stands after `WorldBegin`, or before it where
-    /// `world` is false.
+    /// Fails unless `directive` is after `WorldBegin`, or before it if `world` is false.
     pub fn require_world(&mut self, world: bool, directive: &str, location: &Location) -> Result<(), SceneError> {
         let (found, expected) = match (self.world, world) {
             (true, false) => ("after", "before"),
             (false, true) => ("before", "after"),
             _ => return Ok(()),
         };
-        // Said once of a missing WorldBegin, where all that is wrong is listed.
+        // A missing WorldBegin is reported once, even if all errors are collected.
         self.world = true;
         Err(location.invalid(format!("{directive} stands {found} WorldBegin; expected it {expected} WorldBegin")))
     }
@@ -290,14 +283,14 @@ impl SceneBuilder {
         self.state.reverse_orientation = !self.state.reverse_orientation;
     }
 
-    /// `Attribute`: parameters that later directives take unless they have them.
+    /// Executes `Attribute`: sets default parameters of later directives.
     pub fn attribute(&mut self, target: &str, params: ParamList, location: &Location) -> Result<(), SceneError> {
         let (defaults, families): (_, &[&Family]) = match target {
             "shape" => (&mut self.state.shape_defaults, &[&shape::FAMILY]),
             "light" => (&mut self.state.light_defaults, &[&light::FAMILY, &light::AREA_FAMILY]),
             "material" => (&mut self.state.material_defaults, &[&material::FAMILY]),
             "texture" => (&mut self.state.texture_defaults, &[&texture::FLOAT_FAMILY, &texture::SPECTRUM_FAMILY]),
-            // Media are not read, so neither are their defaults.
+            // Media are ignored, and so are their defaults.
             "medium" => return Ok(()),
             _ => {
                 return Err(location.invalid(format!(
@@ -307,14 +300,14 @@ impl SceneBuilder {
                 )));
             }
         };
-        // Of no use are those that no type has; so few remain, however many there are.
+        // Parameters that no type has are dropped, which bounds the number kept.
         let mut known = params.items;
         known.retain(|param| families.iter().any(|family| family.knows(&param.name)));
         ParamList::set_all(defaults, known)
     }
 
     pub fn material(&mut self, name: &str, params: ParamList, location: &Location) -> Result<(), SceneError> {
-        // pbrt's old name of it.
+        // pbrt's old name of "interface".
         let name = if name.is_empty() || name == "none" { "interface" } else { name };
         self.state.material = MaterialRef::Slot(self.make_material(name, params, location)?);
         Ok(())
@@ -335,7 +328,7 @@ impl SceneBuilder {
         };
         let made = self.make_material(kind, params, location);
         self.keep::<(Arc<str>, usize)>(name.len() + ENTRY_BYTES, location)?;
-        // Of one with a fault, only the fault is told, not that nothing is called so.
+        // An invalid material keeps its name, so that its use causes no second error.
         if self.named.insert(name.into(), *made.as_ref().unwrap_or(&0)).is_some() {
             return Err(
                 location.invalid(format!("a material \"{}\" exists already; expected a new name", shorten(name)))
@@ -357,7 +350,7 @@ impl SceneBuilder {
         {
             return made.map(|_| 0);
         }
-        // Each that is used is kept twice, as it was made and as it is used.
+        // A used material is stored twice: as it was made, and in the scene.
         self.keep::<[MaterialSlot; 2]>(0, location)?;
         self.slots.push(MaterialSlot { made, used: None });
         Ok(self.slots.len() - 1)
@@ -378,7 +371,7 @@ impl SceneBuilder {
         self.state.material = MaterialRef::Named(name.into(), location.clone());
     }
 
-    /// `Texture`, of a class that is named at `location`.
+    /// Executes `Texture`; `location` is the place of the class.
     pub fn texture(
         &mut self,
         name: String,
@@ -427,7 +420,7 @@ impl SceneBuilder {
         Ok(())
     }
 
-    /// A shape, its type named at `location`, in the directive at `directive`.
+    /// Adds a shape. `location` is the place of its type, `directive` the place of the directive.
     pub fn shape(
         &mut self,
         name: &str,
@@ -476,29 +469,28 @@ impl SceneBuilder {
             location: directive.to_string(),
         };
         let material = self.state.material.clone();
-        // The rest of them may be large.
+        // Other parameters may be large and are dropped.
         let alpha = params.take("alpha").filter(|_| waits).map(ParamList::of);
         self.shapes.push(PendingShape { shape, material, alpha });
         Ok(())
     }
 }
 
-/// What is said of a shape or an instance that its transform leaves no volume.
+/// The warning about a shape or an instance that its transform flattens.
 const FLATTENED: &str =
     "its transform takes it to a plane, a line or a point, where, as in pbrt, no ray meets it: it is left out";
 
-/// What is said where coordinates in world space are no numbers.
+/// The error about coordinates in world space that are not finite.
 const OVERFLOWS: &str = "coordinates overflow, by the shape's own or by its transform; expected smaller numbers";
 
-/// Warnings that are kept; more are counted.
+/// Maximum number of warnings that are kept; more are counted.
 const MOST_WARNINGS: usize = 1000;
-/// What an entry of a table takes besides its key and value, about.
+/// Approximate bytes of an entry of a table besides its key and value.
 const ENTRY_BYTES: usize = 64;
-/// What a shape takes besides [`PendingShape`]: its place in the text, and a copy of it where it
-/// is packed.
+/// Bytes of a shape besides [`PendingShape`]: its location, and a copy of it during packing.
 const SHAPE_BYTES: usize = size_of::<Shape>() + ENTRY_BYTES;
 
-/// Fails where a transform has become too large for numbers.
+/// Fails if a transform is not finite.
 fn check_finite(transform: &DAffine3, location: &Location) -> Result<(), SceneError> {
     if transform.is_finite() {
         return Ok(());

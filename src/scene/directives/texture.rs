@@ -1,4 +1,4 @@
-//! `Texture`, and the parameters that take one.
+//! The `Texture` directive, and parameters that may be textures.
 
 mod mean;
 mod named;
@@ -30,8 +30,8 @@ const V_DELTA: ParamSpec = full("vdelta", FLOAT);
 const V1: ParamSpec = full("v1", VECTOR);
 const V2: ParamSpec = full("v2", VECTOR);
 
-/// The textures of pbrt whose values are of the types `$fixed`, or of `$input` where they may
-/// be textures themselves.
+/// The family of pbrt's textures with values of the types `$fixed`, or `$input` for parameters that may be
+/// textures themselves.
 macro_rules! family {
     ($fixed:expr, $input:expr, $($unsupported:literal),*) => {
         Family {
@@ -79,12 +79,12 @@ macro_rules! family {
     };
 }
 
-/// Textures of numbers.
+/// The textures of numbers.
 pub(in crate::scene) const FLOAT_FAMILY: Family = family!(FLOAT, NUMBER, "dots", "fbm", "ptex", "windy", "wrinkled");
-/// Textures of colours.
+/// The textures of colours.
 pub(in crate::scene) const SPECTRUM_FAMILY: Family = family!(FIXED_COLOUR, COLOUR, "dots", "marble", "ptex");
 
-/// Makes one texture from parameters that its family has checked.
+/// Maker of one texture from parameters that its family has checked.
 struct Maker<'a> {
     textures: &'a mut Textures,
     place: &'a Declaration,
@@ -92,7 +92,7 @@ struct Maker<'a> {
 }
 
 impl Maker<'_> {
-    /// Makes a texture of a class.
+    /// Makes a texture of a class, and returns a constant if its value is one.
     fn make(&mut self, class: &str) -> Result<Input<Rgb>, SceneError> {
         let kind = match class {
             "constant" => return self.value("value", 1.0),
@@ -140,7 +140,7 @@ impl Maker<'_> {
         Ok(world_from_texture.inverse())
     }
 
-    /// A value of the texture's own type.
+    /// Returns a value of the texture's own type.
     fn value(&self, name: &str, default: f64) -> Result<Input<Rgb>, SceneError> {
         match (self.place.params.get(name), self.place.values) {
             (None, _) => Ok(Input::Constant(Rgb::splat(default))),
@@ -203,7 +203,7 @@ impl Maker<'_> {
         }
     }
 
-    /// One of some words; the first is the default.
+    /// Returns a parameter's value, one of `words`; the first one is the default.
     fn choice(&self, name: &str, words: &[&'static str]) -> Result<&'static str, SceneError> {
         let Some(param) = self.place.params.get(name) else {
             return Ok(words[0]);
@@ -249,7 +249,7 @@ impl Maker<'_> {
         })
     }
 
-    /// The encoding as it is written, and what it means.
+    /// Returns the encoding as written, and its transfer function.
     fn encoding(&self) -> Result<(String, Transfer), SceneError> {
         let text = self.place.params.string("encoding")?.unwrap_or("sRGB");
         let gamma = |text: &str| {

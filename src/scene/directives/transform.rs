@@ -2,7 +2,8 @@
 
 use glam::{DAffine3, DMat3, DMat4, DVec3};
 
-/// Camera from world, for a camera at `eye`: x right, y up, z forward.
+/// Returns the transform from world space to the space of a camera at `eye` that looks at `look`: x right,
+/// y up, z forward. `None` if the points coincide or `up` is parallel to their line.
 pub(in crate::scene) fn look_at(eye: DVec3, look: DVec3, up: DVec3) -> Option<DAffine3> {
     let forward = (look - eye).try_normalize()?;
     let right = up.try_normalize()?.cross(forward).try_normalize()?;
@@ -11,21 +12,20 @@ pub(in crate::scene) fn look_at(eye: DVec3, look: DVec3, up: DVec3) -> Option<DA
     Some(world_from_camera.inverse())
 }
 
-/// A rotation by `degrees` about `axis`.
+/// Returns the rotation by `degrees` about `axis`; `None` if `axis` is 0.
 pub(in crate::scene) fn rotate(degrees: f64, axis: DVec3) -> Option<DAffine3> {
     let axis = axis.try_normalize()?;
     Some(DAffine3::from_axis_angle(axis, degrees.to_radians()))
 }
 
-/// The matrix of `Transform`: its numbers go down the columns. `None` where it
-/// is not affine.
+/// Returns the matrix of `Transform`, whose numbers are in column order; `None` if it is not affine.
 pub(in crate::scene) fn from_numbers(numbers: [f64; 16]) -> Option<DAffine3> {
     let affine = [numbers[3], numbers[7], numbers[11], numbers[15]] == [0.0, 0.0, 0.0, 1.0];
     affine.then(|| DAffine3::from_mat4(DMat4::from_cols_array(&numbers)))
 }
 
-/// Whether the transform can be undone. The measure is free of scale: it is the
-/// volume that unit vectors along the axes' images span.
+/// Returns true if the transform is invertible. The criterion does not depend on scale: it is the volume
+/// spanned by unit vectors along the images of the axes.
 pub(in crate::scene) fn is_invertible(transform: &DAffine3) -> bool {
     const LEAST_VOLUME: f64 = 1e-12;
     let axes = transform.matrix3;
@@ -36,7 +36,8 @@ pub(in crate::scene) fn is_invertible(transform: &DAffine3) -> bool {
     DMat3::from_cols(x, y, z).determinant().abs() > LEAST_VOLUME && transform.inverse().is_finite()
 }
 
-/// Whether a cone stays round: the axes' images are orthogonal and of one length.
+/// Returns true if the transform keeps angles, so that a cone stays round: the images of the axes are
+/// orthogonal and of one length.
 pub(in crate::scene) fn keeps_angles(transform: &DAffine3) -> bool {
     let axes = transform.matrix3;
     let gram = axes.transpose() * axes;
@@ -53,7 +54,7 @@ mod tests {
         let camera = look_at(DVec3::new(0.0, 1.0, 5.0), DVec3::Y, DVec3::Y).unwrap();
         let near = |a: DVec3, b: DVec3| a.distance(b) < 1e-12;
         assert!(near(camera.transform_point3(DVec3::Y), DVec3::Z * 5.0));
-        // Who looks along -z sees the world's +x at the left.
+        // A camera that looks along -z sees the world's +x at the left.
         assert!(near(camera.transform_vector3(DVec3::X), -DVec3::X));
         assert!(near(camera.transform_vector3(DVec3::Y), DVec3::Y));
         assert!(look_at(DVec3::Y, DVec3::Y, DVec3::Y).is_none());

@@ -1,4 +1,4 @@
-//! What can go wrong while a scene is read, always with its place in the text.
+//! Errors of reading a scene, with their place in the text.
 
 use std::fmt;
 use std::io;
@@ -10,11 +10,11 @@ use crate::base::input::OverBudget;
 /// A place in a scene file; prints as `file:line:column`.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Location {
-    /// The file, as the user or the including file named it.
+    /// Name of the file, as the user or the including file gave it.
     pub file: Arc<str>,
-    /// Line, from 1.
+    /// Line number, from 1.
     pub line: u32,
-    /// Column in characters, from 1.
+    /// Column number in characters, from 1.
     pub column: u32,
 }
 
@@ -25,23 +25,24 @@ impl fmt::Display for Location {
 }
 
 impl Location {
-    /// The scene is wrong here.
+    /// Returns the error that the scene is invalid at this place.
     pub(in crate::scene) fn invalid(&self, message: impl Into<String>) -> SceneError {
         SceneError::Invalid { location: self.clone(), message: bounded(message.into()) }
     }
 
-    /// What stands here needs more memory than the scene may take.
+    /// Returns a function from an exceeded budget to the error that this place needs too much memory.
     pub(in crate::scene) fn over(&self) -> impl Fn(OverBudget) -> SceneError {
         |over| self.too_large("", over)
     }
 
-    /// The same, with what is too large: a noun and a verb.
+    /// Returns the error that this place needs too much memory. `what` names the object and its verb, with
+    /// a blank at the end, or is empty.
     pub(in crate::scene) fn too_large(&self, what: &str, over: OverBudget) -> SceneError {
         SceneError::TooLarge { location: self.clone(), message: format!("{what}too large: {over}") }
     }
 
-    /// The scene is right, but asks for what goblet cannot do; `what` starts the
-    /// sentence and `supported` lists the alternatives.
+    /// Returns the error that the scene is valid but needs an unsupported feature. `what` starts the
+    /// sentence, and `supported` lists the alternatives.
     pub(in crate::scene) fn unsupported(&self, what: &str, supported: &str) -> SceneError {
         SceneError::Unsupported {
             location: self.clone(),
@@ -50,31 +51,31 @@ impl Location {
     }
 }
 
-/// Why a scene could not be read.
+/// The reason why a scene could not be read.
 #[derive(Debug, thiserror::Error)]
 pub enum SceneError {
-    /// The scene is not a valid pbrt-v4 scene, or cannot be rendered by anyone.
+    /// The scene is not a valid pbrt-v4 scene, or no renderer could render it.
     #[error("{location}: {message}")]
     Invalid {
-        /// Where.
+        /// Place of the error.
         location: Location,
-        /// The offending text and what was expected.
+        /// The offending text, and the expected text.
         message: String,
     },
     /// The scene is valid but needs a feature that goblet does not have.
     #[error("{location}: {message}")]
     Unsupported {
-        /// Where.
+        /// Place of the error.
         location: Location,
-        /// What is missing, and what there is.
+        /// The missing feature, and the supported ones.
         message: String,
     },
-    /// The scene needs more memory than it may take.
+    /// The scene needs more memory than its budget.
     #[error("{location}: {message}")]
     TooLarge {
-        /// What it would be for.
+        /// Place of the directive or value that needs the memory.
         location: Location,
-        /// How much is needed, and how much may be taken.
+        /// The bytes needed, and the bytes permitted.
         message: String,
     },
     /// A file could not be opened or read.
@@ -82,14 +83,14 @@ pub enum SceneError {
     Unreadable {
         /// The file that could not be read.
         path: PathBuf,
-        /// The directive that names it; none for the scene file itself.
+        /// Place of the directive that names the file; `None` for the scene file itself.
         location: Option<Location>,
         /// The operating system's reason.
         source: io::Error,
     },
 }
 
-/// Keeps a message on a few screen lines, whatever names the scene has.
+/// Shortens a message to 2000 characters: names in a scene may have any length.
 pub(in crate::scene) fn bounded(mut message: String) -> String {
     const MOST: usize = 2000;
     if let Some((end, _)) = message.char_indices().nth(MOST) {

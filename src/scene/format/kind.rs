@@ -49,17 +49,17 @@ impl Kind {
     ];
 
     pub(in crate::scene) fn from_word(word: &str) -> Option<Kind> {
-        // Both spellings are found in scenes; pbrt itself has used either.
+        // Scenes contain both spellings; pbrt itself has used either.
         let word = if word == "normal3" { "normal" } else { word };
         Self::ALL.iter().find(|(_, name)| *name == word).map(|(kind, _)| *kind)
     }
 
-    /// The word that declares it in a scene file.
+    /// Returns the word that declares the type in a scene file.
     pub fn word(self) -> &'static str {
         Self::ALL.iter().find(|(kind, _)| *kind == self).map_or("", |(_, name)| name)
     }
 
-    /// Values come in groups of this many.
+    /// Returns the number of numbers in one value of the type: a list has a multiple of it.
     pub(in crate::scene) fn group(self) -> usize {
         match self {
             Kind::Point2 | Kind::Vector2 => 2,

@@ -1,4 +1,4 @@
-//! Text to tokens, across included files.
+//! Lexer: the tokens of a text, across included files.
 
 use std::fmt;
 use std::ops::Range;
@@ -8,12 +8,12 @@ use std::sync::Arc;
 use crate::base::input::{Budget, Held};
 use crate::scene::format::error::{Location, SceneError};
 
-/// One token and where it starts.
+/// A token and its place.
 #[derive(Clone, Debug, PartialEq)]
 pub(in crate::scene) struct Token {
     pub kind: TokenKind,
     pub location: Location,
-    /// Its bytes in the text of its file.
+    /// Byte range of the token in the text of its file.
     pub span: Range<usize>,
 }
 
@@ -23,7 +23,7 @@ pub(in crate::scene) enum TokenKind {
     Word(String),
     /// A quoted string, escapes resolved.
     Text(String),
-    /// A finite number; `integer` is set where it was written as one.
+    /// A finite number; `integer` is set if the number is written as an integer.
     Number { value: f64, integer: Option<i64>, written: Box<str> },
     /// `[`
     Open,
@@ -43,7 +43,8 @@ impl fmt::Display for Token {
     }
 }
 
-/// Keeps a message on one screen line, whatever the file holds.
+/// Shortens a text to 60 characters and replaces control characters, so that a message stays on one screen
+/// line.
 pub(crate) fn shorten(text: &str) -> String {
     const MOST: usize = 60;
     let mut short: String = text.chars().take(MOST).map(|c| if c.is_control() { '\u{fffd}' } else { c }).collect();
@@ -59,16 +60,16 @@ struct Lexer {
     text: String,
     /// Byte offset of the next character.
     at: usize,
-    /// Byte offset of what [`FlatText`] does not have yet.
+    /// Byte offset of the first byte that is not in [`FlatText`] yet.
     kept: usize,
     location: Location,
-    /// The file on disk, if there is one: how a cycle of includes is found.
+    /// Identity of the file on disk, if there is one; it detects cycles of includes.
     path: Option<PathBuf>,
-    /// The memory of the text, where it is from a file.
+    /// The memory that the text takes from the budget, if the text is from a file.
     _held: Option<Held>,
 }
 
-/// So many numbers are made room for at a time.
+/// Number of numbers for which memory is reserved at a time.
 const NUMBERS_AT_A_TIME: usize = 4096;
 
 impl Lexer {
@@ -115,22 +116,23 @@ impl Lexer {
         }
     }
 
-    /// What stands up to the next blank, quote or bracket.
+    /// Returns the text up to the next blank, quote or bracket.
     fn word_ahead(&self) -> &str {
         let rest = &self.text[self.at..];
         let end = rest.bytes().position(|byte| is_blank(byte) || matches!(byte, b'"' | b'[' | b']'));
         &rest[..end.unwrap_or(rest.len())]
     }
 
-    /// Goes past part of a line.
+    /// Advances within a line by a number of bytes, which are a number of characters.
     fn skip(&mut self, bytes: usize, characters: usize) {
         self.at += bytes;
         let characters = u32::try_from(characters).unwrap_or(u32::MAX);
         self.location.column = self.location.column.saturating_add(characters);
     }
 
-    /// Adds the numbers that stand here, up to the first that does not pass: most of a large
-    /// scene's text is lists of them, and tokens would take several times as long.
+    /// Appends the numbers at this place to `values`, up to the first word that `parse` refuses. Most of a
+    /// large scene's text is lists of numbers, and tokens would take several times as long. Fails if the
+    /// budget of memory is exhausted.
     fn numbers(
         &mut self,
         parse: fn(&str) -> Option<f64>,
@@ -230,7 +232,8 @@ impl Lexer {
     }
 }
 
-/// Whether a line ends with the byte at an offset: by LF, by CR LF, or by CR alone, as on old Macs.
+/// Returns true if a line ends with the byte at offset `at`: LF, or CR without a following LF, as on old
+/// Macs.
 fn ends_line(text: &[u8], at: usize) -> bool {
     text[at] == b'\n' || text[at] == b'\r' && text.get(at + 1) != Some(&b'\n')
 }
@@ -239,57 +242,56 @@ fn is_blank(byte: u8) -> bool {
     matches!(byte, b' ' | b'\t' | b'\n' | b'\r')
 }
 
-/// Whether a word is meant as a number.
+/// Returns true if a word starts like a number.
 fn is_number(word: &str) -> bool {
     word.starts_with(|c: char| c.is_ascii_digit() || matches!(c, '+' | '-' | '.'))
 }
 
-/// The tokens of a scene: of its file, and of each file included where it is
-/// included, as if the text stood there.
+/// The tokens of a scene: of its file, with the tokens of each included file at the place of its `Include`.
 #[derive(Debug)]
 pub(in crate::scene) struct TokenStream {
     files: Vec<Lexer>,
     ahead: Option<Token>,
-    /// Where the scene ends, once it has.
+    /// Place of the end of the last file that has ended.
     end: Location,
-    /// Set where the text is kept.
+    /// The text so far, if it is kept.
     flat: Option<FlatText>,
-    /// Of the scene's memory.
+    /// The scene's budget of memory.
     budget: Arc<Budget>,
-    /// Files that were included so far.
+    /// Number of files included so far.
     includes: u32,
 }
 
-/// The text of a scene with every included file where it is included.
+/// The text of a scene with the text of every included file in place of its `Include`.
 #[derive(Debug, Default)]
 pub(crate) struct FlatText {
     pub text: String,
-    /// The files that the text is from; the same for every way to name a file.
+    /// Identities of the files that the text is from: equal for all names of the same file.
     pub files: Vec<PathBuf>,
-    /// How long the text was before its last bare word.
+    /// Length of the text before its last bare word, in bytes.
     before_word: usize,
 }
 
 impl FlatText {
-    /// Adds what a file has up to a byte offset.
+    /// Appends the text of a file up to byte offset `end`.
     fn keep(&mut self, file: &mut Lexer, end: usize) {
         self.text.push_str(&file.text[file.kept..end]);
         file.kept = end;
     }
 }
 
-/// How deep `Include` may nest; deeper is certainly a mistake.
+/// Maximum depth of nested `Include`s; deeper nesting is a mistake.
 const MAX_INCLUDE_DEPTH: usize = 64;
-/// How many files may be included: each may include two others, and so on.
+/// Maximum number of included files: each may include two others, and so on.
 const MAX_INCLUDES: u32 = 1 << 16;
 
 impl TokenStream {
-    /// Of a text that takes no memory of a scene's.
+    /// Returns the tokens of a text that does not count towards a scene's budget.
     pub fn new(text: String, file: &str, path: Option<PathBuf>) -> Self {
         Self::within(Arc::default(), Lexer::new(text, file, path, None))
     }
 
-    /// Of a file's text; all that is read with it is within the budget.
+    /// Returns the tokens of a file's text. Included files and values are charged to `budget`.
     pub fn of_file((text, held): (String, Held), file: &str, path: PathBuf, budget: &Arc<Budget>) -> Self {
         Self::within(Arc::clone(budget), Lexer::new(text, file, Some(path), Some(held)))
     }
@@ -298,15 +300,15 @@ impl TokenStream {
         Self { end: lexer.location.clone(), files: vec![lexer], ahead: None, flat: None, budget, includes: 0 }
     }
 
-    /// The memory that the scene may take.
+    /// Returns the scene's budget of memory.
     pub fn budget(&self) -> &Arc<Budget> {
         &self.budget
     }
 
-    /// The same tokens, but their text is kept for [`flat_text`](Self::flat_text).
+    /// Returns the stream, which now keeps the text for [`flat_text`](Self::flat_text).
     ///
     /// # Errors
-    /// There is no memory for it.
+    /// The budget has no memory for the text.
     pub fn keeping_text(mut self) -> Result<Self, SceneError> {
         let files = self.files.iter().filter_map(|file| file.path.clone()).collect();
         let length = self.files.iter().map(|file| file.text.len() as u64).sum();
@@ -315,12 +317,13 @@ impl TokenStream {
         Ok(self)
     }
 
-    /// The text, if it was kept and `next` has returned `None`.
+    /// Returns the text if it was kept; complete after `next` has returned `None`.
     pub fn flat_text(&mut self) -> FlatText {
         self.flat.take().unwrap_or_default()
     }
 
-    /// Fails where including `path` from `location` would never end.
+    /// Fails if including `path` from `location` would recurse without end, or if too many files are
+    /// included.
     pub fn check_include(&mut self, path: &PathBuf, location: &Location) -> Result<(), SceneError> {
         self.includes += 1;
         if self.includes > MAX_INCLUDES {
@@ -342,11 +345,11 @@ impl TokenStream {
         Ok(())
     }
 
-    /// Continues with an included file; its end returns to the present one. The last
-    /// tokens were the directive and the file's name.
+    /// Continues with an included file, and returns to the present one at its end. The last tokens must be
+    /// the directive and the file's name.
     ///
     /// # Errors
-    /// The text is to be kept, and there is no memory for it.
+    /// The text is kept, and the budget has no memory for it.
     pub fn include(&mut self, (text, held): (String, Held), file: &str, path: PathBuf) -> Result<(), SceneError> {
         debug_assert!(self.ahead.is_none(), "a token would be taken out of order");
         if let (Some(flat), Some(outer)) = (&mut self.flat, self.files.last_mut()) {
@@ -359,8 +362,8 @@ impl TokenStream {
         Ok(())
     }
 
-    /// The same, with all of the file in an attribute block of its own, which the caller has
-    /// begun.
+    /// Continues with an included file in an attribute block of its own, which the caller has begun. Fails
+    /// as [`include`](Self::include) does.
     pub fn import(&mut self, (mut text, held): (String, Held), file: &str, path: PathBuf) -> Result<(), SceneError> {
         text.push_str("\nAttributeEnd\n");
         self.include((text, held), file, path)?;
@@ -370,7 +373,7 @@ impl TokenStream {
         Ok(())
     }
 
-    /// The next token, or `None` at the end of the scene.
+    /// Returns the next token, or `None` at the end of the scene.
     pub fn next(&mut self) -> Result<Option<Token>, SceneError> {
         if let Some(token) = self.ahead.take() {
             return Ok(Some(token));
@@ -386,7 +389,7 @@ impl TokenStream {
             self.end = file.location.clone();
             if let Some(flat) = &mut self.flat {
                 flat.keep(file, file.text.len());
-                // What follows an included file must not join its last word or comment.
+                // The text after an included file must not join its last word or comment.
                 if self.files.len() > 1 && !flat.text.ends_with('\n') {
                     flat.text.push('\n');
                 }
@@ -396,7 +399,7 @@ impl TokenStream {
         Ok(None)
     }
 
-    /// The next token, which `next` returns again.
+    /// Returns the next token without consuming it.
     pub fn peek(&mut self) -> Result<Option<&Token>, SceneError> {
         if self.ahead.is_none() {
             self.ahead = self.next()?;
@@ -404,11 +407,11 @@ impl TokenStream {
         Ok(self.ahead.as_ref())
     }
 
-    /// Adds the bare numbers that come next, up to the first that `parse` does not take.
-    /// What they take is held.
+    /// Appends the bare numbers that come next to `values`, up to the first word that `parse` refuses.
+    /// Their memory is added to `held`.
     ///
     /// # Errors
-    /// There is no memory for them.
+    /// The budget has no memory for them.
     pub fn number_list(
         &mut self,
         parse: fn(&str) -> Option<f64>,
@@ -421,12 +424,12 @@ impl TokenStream {
         }
     }
 
-    /// The next token; the scene may not end here.
+    /// Returns the next token; fails at the end of the scene.
     pub fn required(&mut self, expected: &str) -> Result<Token, SceneError> {
         self.next()?.ok_or_else(|| self.end.invalid(format!("the file ends here; expected {expected}")))
     }
 
-    /// A quoted string.
+    /// Reads a quoted string, and returns it with its place.
     pub fn string(&mut self, expected: &str) -> Result<(String, Location), SceneError> {
         let token = self.required(expected)?;
         match token.kind {
@@ -435,7 +438,7 @@ impl TokenStream {
         }
     }
 
-    /// `N` bare numbers, as `LookAt` and `Translate` have.
+    /// Reads `N` bare numbers, as `LookAt` and `Translate` have.
     pub fn numbers<const N: usize>(&mut self, of: &str) -> Result<[f64; N], SceneError> {
         let mut numbers = [0.0; N];
         for number in &mut numbers {
@@ -451,7 +454,7 @@ impl TokenStream {
         Ok(numbers)
     }
 
-    /// `[`, sixteen numbers, `]`.
+    /// Reads `[`, sixteen numbers and `]`.
     pub fn matrix(&mut self, of: &str) -> Result<[f64; 16], SceneError> {
         self.bracket(&TokenKind::Open, "`[` and 16 numbers", of)?;
         let numbers = self.numbers(of)?;
@@ -467,13 +470,13 @@ impl TokenStream {
         Err(token.location.invalid(format!("found {token} in {of}; expected {expected}")))
     }
 
-    /// Byte offset of the end of the last token, in its file; meaningful unless one was
+    /// Returns the byte offset of the end of the last token in its file; valid unless the next token was
     /// peeked at.
     pub fn at(&self) -> usize {
         self.files.last().map_or(0, |file| file.at)
     }
 
-    /// Where the scene ended; meaningful after `next` has returned `None`.
+    /// Returns the place where the scene ended; valid after `next` has returned `None`.
     pub fn end(&self) -> &Location {
         &self.end
     }

@@ -1,4 +1,4 @@
-//! Typed parameter lists.
+//! Parameter lists: declarations of a type and a name, with values.
 
 use std::collections::HashMap;
 use std::ops::Range;
@@ -13,21 +13,21 @@ use crate::scene::format::lexer::{Token, TokenKind, TokenStream, shorten};
 use crate::scene::format::version3;
 use crate::scene::spectrum::color_space::ColorSpace;
 
-/// One parameter as the file has it.
+/// A parameter as the file has it.
 #[derive(Clone, Debug)]
 pub(in crate::scene) struct Param {
     pub kind: Kind,
     pub name: String,
     pub location: Location,
-    /// Its bytes in the text, values included, where all are in one file.
+    /// Byte range of the parameter in the text, values included; valid if all of it is in one file.
     pub span: Range<usize>,
-    /// Shared by copies: what is inherited may be large.
+    /// Values, shared by copies: inherited ones may be large.
     content: Arc<Content>,
-    /// Of rgb values.
+    /// Colour space of rgb values.
     pub color_space: ColorSpace,
 }
 
-/// Values, and the memory that they and their parameter take.
+/// Values, and the memory that the parameter takes.
 #[derive(Debug)]
 struct Content {
     values: Values,
@@ -51,12 +51,12 @@ fn declaration(kind: Kind, name: &str) -> String {
     format!("\"{} {}\"", kind.word(), shorten(name))
 }
 
-/// What a parameter takes besides its values, about: names and lists are allocations.
+/// Approximate bytes of a parameter besides its values: names and lists are allocations.
 const PARAM_BYTES: usize = size_of::<Param>() + size_of::<Content>() + 64;
-/// The same of a string.
+/// Approximate bytes of a string besides its characters.
 const TEXT_BYTES: usize = size_of::<String>() + 32;
 
-/// Integers are kept as f64, which holds these exactly.
+/// Largest integer: integers are kept as f64, which holds them exactly up to 2^53.
 const MAX_INTEGER: u64 = 1 << 53;
 
 fn whole_number(word: &str) -> Option<f64> {
@@ -105,10 +105,10 @@ impl Param {
         Ok(reading.finish())
     }
 
-    /// Replaces its values by numbers.
+    /// Replaces the values by numbers.
     ///
     /// # Errors
-    /// There is no memory for them.
+    /// The budget has no memory for them.
     pub fn set_numbers(&mut self, numbers: Vec<f64>) -> Result<(), SceneError> {
         let bytes = PARAM_BYTES + size_of_val(&numbers[..]);
         let held = self.content.held.budget().hold(bytes as u64).map_err(self.location.over())?;
@@ -116,10 +116,10 @@ impl Param {
         Ok(())
     }
 
-    /// Counts it as read once more.
+    /// Counts the parameter's bytes as read once more.
     ///
     /// # Errors
-    /// More is read than may be.
+    /// The number of bytes read exceeds the budget.
     pub fn read_again(&self) -> Result<(), OverBudget> {
         self.content.held.read_again()
     }
@@ -128,7 +128,7 @@ impl Param {
         self.content.values.len()
     }
 
-    /// The numbers; empty where the parameter holds something else.
+    /// Returns the numbers; empty if the parameter holds other values.
     pub fn numbers(&self) -> &[f64] {
         match &self.content.values {
             Values::Numbers(values) => values,
@@ -136,7 +136,7 @@ impl Param {
         }
     }
 
-    /// The one string; none where the parameter holds something else.
+    /// Returns the string; `None` if the parameter does not hold exactly one.
     pub fn text(&self) -> Option<&str> {
         match &self.content.values {
             Values::Texts(values) if values.len() == 1 => Some(&values[0]),
@@ -144,7 +144,7 @@ impl Param {
         }
     }
 
-    /// The strings; empty where the parameter holds something else.
+    /// Returns the strings; empty if the parameter holds other values.
     pub fn texts(&self) -> Vec<String> {
         match &self.content.values {
             Values::Texts(values) => values.clone(),
@@ -152,7 +152,7 @@ impl Param {
         }
     }
 
-    /// Exactly one group of values, of `N` numbers.
+    /// Returns the numbers; fails if their count is not `N`.
     pub fn one<const N: usize>(&self) -> Result<[f64; N], SceneError> {
         <[f64; N]>::try_from(self.numbers()).map_err(|_| self.wrong_count(N))
     }
@@ -163,7 +163,7 @@ impl Param {
         self.location.invalid(format!("{self} has {count} values; expected {expected} value{s}"))
     }
 
-    /// A complaint about the value, in the form `"float radius" is -1; expected …`.
+    /// Returns an error about the value, in the form `"float radius" is -1; expected …`.
     pub fn bad_value(&self, expected: &str) -> SceneError {
         let value = match &self.content.values {
             Values::Numbers(v) if v.len() == 1 => v[0].to_string(),
@@ -211,7 +211,7 @@ impl Reading {
         let expected = format!("a value of {self}, or `]` to close the list");
         if let Values::Numbers(values) = &mut self.values {
             match self.kind {
-                // What follows may be names.
+                // These values may be words or strings.
                 Kind::Bool | Kind::String | Kind::Texture | Kind::Spectrum => {}
                 Kind::Integer => stream.number_list(whole_number, values, &mut self.held)?,
                 _ => stream.number_list(number, values, &mut self.held)?,
@@ -280,7 +280,7 @@ impl Values {
         }
     }
 
-    /// Appends, unless values of another sort came before.
+    /// Appends a value; returns false if it is of another sort than the previous ones.
     fn push(&mut self, token: &TokenKind) -> bool {
         if matches!(self, Values::Numbers(numbers) if numbers.is_empty()) {
             match token {
@@ -303,20 +303,20 @@ impl Values {
 #[derive(Clone, Debug, Default)]
 pub(in crate::scene) struct ParamList {
     pub items: Vec<Param>,
-    /// What the list takes, where it is a copy of one that is kept.
+    /// The memory of the list, if it is a copy.
     _copied: Option<Arc<Held>>,
 }
 
 impl ParamList {
-    /// Of one parameter.
+    /// Returns a list of one parameter.
     pub fn of(param: Param) -> Self {
         Self { items: vec![param], _copied: None }
     }
 
-    /// Sets parameters of a list that blocks share, of which this one may need its own.
+    /// Sets parameters of a list that blocks share. If another block uses the list, this block gets a copy.
     ///
     /// # Errors
-    /// There is no memory for a copy.
+    /// The budget has no memory for a copy.
     pub fn set_all(self: &mut Arc<Self>, params: Vec<Param>) -> Result<(), SceneError> {
         if let (Some(param), None) = (params.first(), Arc::get_mut(self)) {
             let bytes = (self.items.len() * PARAM_BYTES) as u64;
@@ -332,7 +332,7 @@ impl ParamList {
         Ok(())
     }
 
-    /// Reads parameters for as long as quoted strings follow; any of them may be there twice.
+    /// Reads parameters as long as quoted strings follow. The list may contain a parameter twice.
     pub fn read(stream: &mut TokenStream) -> Result<Self, SceneError> {
         let mut list = ParamList::default();
         while let Some(Token { kind: TokenKind::Text(_), span, .. }) = stream.peek()? {
@@ -345,10 +345,11 @@ impl ParamList {
         Ok(list)
     }
 
-    /// Takes out what is given again with the same type and name: the first counts.
+    /// Removes and returns the parameters that repeat the type and name of an earlier one: the first one
+    /// counts.
     ///
     /// # Errors
-    /// Something is given with two types.
+    /// A name is given with two types.
     pub fn take_repeated(&mut self) -> Result<Vec<Param>, SceneError> {
         let mut kinds = HashMap::with_capacity(self.items.len());
         let mut repeated = Vec::new();
@@ -384,7 +385,7 @@ impl ParamList {
         self.get(name).map(one).transpose()
     }
 
-    /// A number in a range; `default` where it is absent.
+    /// Returns a number that `accept` takes; `default` if the parameter is absent.
     pub fn float_in(
         &self,
         name: &str,
@@ -406,7 +407,7 @@ impl ParamList {
         self.float_in(name, default, |v| v >= 0.0, "0 or a number above it")
     }
 
-    /// A whole number from `low` to `high`.
+    /// Returns a whole number from `low` to `high`; `None` if the parameter is absent.
     pub fn integer(&self, name: &str, low: u32, high: u32) -> Result<Option<u32>, SceneError> {
         let Some(param) = self.get(name) else {
             return Ok(None);

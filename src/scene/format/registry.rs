@@ -1,4 +1,4 @@
-//! What each directive accepts: its types, and the parameters of each type.
+//! The type table: the types of each directive, and the parameters of each type.
 
 use crate::scene::format::error::{Location, SceneError};
 use crate::scene::format::kind::Kind;
@@ -6,77 +6,76 @@ use crate::scene::format::lexer::shorten;
 use crate::scene::format::params::{Param, ParamList};
 use crate::scene::format::version3;
 
-/// How far goblet goes along with something of the pbrt format.
+/// The support of goblet for a type or parameter of the pbrt format.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Support {
-    /// Does what pbrt does.
+    /// Supported as in pbrt.
     Full,
-    /// Accepted without effect: it cannot change the image.
+    /// Accepted without effect, because it cannot change the image.
     Ignored,
-    /// An error for now.
+    /// Not supported yet: an error.
     Later,
 }
 
 /// A parameter that some type accepts.
 #[derive(Clone, Copy, Debug)]
 pub struct ParamSpec {
-    /// Its name.
+    /// Name of the parameter.
     pub name: &'static str,
-    /// The types that it may be declared with.
+    /// Types that the parameter may be declared with.
     pub kinds: &'static [Kind],
-    /// Whether it does anything.
+    /// Support of the parameter.
     pub support: Support,
 }
 
-/// A type of a directive: `"sphere"` of `Shape`.
+/// A type of a directive, such as `"sphere"` of `Shape`.
 #[derive(Clone, Copy, Debug)]
 pub struct TypeSpec {
-    /// Its name.
+    /// Name of the type.
     pub name: &'static str,
-    /// Whether it can be rendered.
+    /// Support of the type.
     pub support: Support,
-    /// What it accepts; empty where it is not supported.
+    /// Parameters that the type accepts; empty if the type is not supported.
     pub parameters: &'static [ParamSpec],
 }
 
 /// A directive with a type and parameters, and all its types.
 #[derive(Clone, Copy, Debug)]
 pub struct Family {
-    /// The directive.
+    /// Name of the directive.
     pub directive: &'static str,
-    /// Its types.
+    /// Types of the directive.
     pub types: &'static [TypeSpec],
 }
 
-/// A parameter that does what pbrt does.
+/// Returns the entry of a parameter that is supported as in pbrt.
 pub(in crate::scene) const fn full(name: &'static str, kinds: &'static [Kind]) -> ParamSpec {
     ParamSpec { name, kinds, support: Support::Full }
 }
 
-/// A parameter that cannot change the image.
+/// Returns the entry of a parameter that cannot change the image.
 pub(in crate::scene) const fn ignored(name: &'static str, kinds: &'static [Kind]) -> ParamSpec {
     ParamSpec { name, kinds, support: Support::Ignored }
 }
 
-/// A parameter that is an error for now.
+/// Returns the entry of a parameter that is not supported yet.
 pub(in crate::scene) const fn later(name: &'static str, kinds: &'static [Kind]) -> ParamSpec {
     ParamSpec { name, kinds, support: Support::Later }
 }
 
-/// A type that can be rendered.
+/// Returns the entry of a type that is supported.
 pub(in crate::scene) const fn supported(name: &'static str, parameters: &'static [ParamSpec]) -> TypeSpec {
     TypeSpec { name, support: Support::Full, parameters }
 }
 
-/// A type that is an error for now.
+/// Returns the entry of a type that is not supported yet.
 pub(in crate::scene) const fn not_yet(name: &'static str) -> TypeSpec {
     TypeSpec { name, support: Support::Later, parameters: &[] }
 }
 
 impl Family {
-    /// Finds the type `name` and checks the parameters' names and types.
-    /// `defaults` come from `Attribute`; those that the type has no use for are
-    /// passed over, as pbrt does.
+    /// Finds the type `name`, and checks the names and types of the parameters. `defaults` come from
+    /// `Attribute`; defaults that the type does not accept are ignored, as in pbrt.
     pub(in crate::scene) fn check(
         &self,
         name: &str,
@@ -110,7 +109,7 @@ impl Family {
         Ok(spec)
     }
 
-    /// Whether any of the types has a parameter of that name.
+    /// Returns true if any of the types has a parameter of that name.
     pub(in crate::scene) fn knows(&self, name: &str) -> bool {
         self.types.iter().flat_map(|t| t.parameters).any(|parameter| parameter.name == name)
     }

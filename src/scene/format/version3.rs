@@ -1,15 +1,15 @@
-//! What pbrt-v3 had and pbrt-v4 has not, so that messages can tell how to convert a scene.
+//! Names that pbrt-v3 had and pbrt-v4 does not have, so that error messages can say how to convert a scene.
 
-/// What to do about it.
+/// The advice that is appended to error messages.
 const HINT: &str = "; this is of pbrt-v3: convert the scene with pbrt-v4's `pbrt --upgrade OLD.pbrt > NEW.pbrt`";
 
-/// Directives. The last ones are of pbrt-v2.
+/// Directives; the last ones are of pbrt-v2.
 const DIRECTIVES: &[&str] = &["WorldEnd", "Renderer", "SurfaceIntegrator", "Volume", "VolumeIntegrator"];
 
 /// Types of parameters.
 const PARAMETER_TYPES: &[&str] = &["color", "point", "vector", "xyz"];
 
-/// Types of directives.
+/// Directives and their types.
 const TYPES: &[(&str, &[&str])] = &[
     ("AreaLightSource", &["area"]),
     ("Camera", &["environment"]),
@@ -38,7 +38,7 @@ const TYPES: &[(&str, &[&str])] = &[
     ("Texture", &["uv"]),
 ];
 
-/// Parameters of a directive.
+/// Directives and their parameters.
 const PARAMETERS: &[(&str, &[&str])] = &[
     ("AreaLightSource", &["samples"]),
     ("Camera", &["aperturediameter_mm", "halffov", "simpleweighting"]),
@@ -52,32 +52,33 @@ const PARAMETERS: &[(&str, &[&str])] = &[
     ("Texture", &["aamode", "gamma", "trilinear"]),
 ];
 
-/// The hint for a directive of this name, or nothing.
+/// Returns the hint for a directive of this name, or an empty string.
 pub(in crate::scene) fn hint_at_directive(name: &str) -> &'static str {
     hint(DIRECTIVES.contains(&name))
 }
 
-/// The hint for a parameter that is declared with this type, or nothing.
+/// Returns the hint for a parameter that is declared with this type, or an empty string.
 pub(in crate::scene) fn hint_at_type(name: &str) -> &'static str {
     hint(PARAMETER_TYPES.contains(&name))
 }
 
-/// The hint for a directive with this type, as in `Film "image"`, or nothing.
+/// Returns the hint for a directive with this type, as in `Film "image"`, or an empty string.
 pub(in crate::scene) fn hint_at(directive: &str, name: &str) -> &'static str {
     hint(is_listed(TYPES, directive, name))
 }
 
-/// The hint for a parameter of this name of a directive, or nothing.
+/// Returns the hint for a parameter of this name of a directive, or an empty string.
 pub(in crate::scene) fn hint_at_parameter(directive: &str, name: &str) -> &'static str {
     hint(is_listed(PARAMETERS, directive, name))
 }
 
-/// The hint for a `Texture` of values of this type, or nothing.
+/// Returns the hint for a `Texture` of values of this type, or an empty string.
 pub(in crate::scene) fn hint_at_values(name: &str) -> &'static str {
     hint(name == "color")
 }
 
-/// The hint for a `blackbody` of so many values, or nothing: it had a scale, too.
+/// Returns the hint for a `blackbody` with this number of values, or an empty string: pbrt-v3 had a scale
+/// as the second value.
 pub(in crate::scene) fn hint_at_blackbody(values: usize) -> &'static str {
     hint(values == 2)
 }

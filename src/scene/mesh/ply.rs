@@ -1,7 +1,7 @@
 //! PLY meshes: ASCII and both binary byte orders, gzipped or not.
 //!
-//! The file is read as a stream, and memory is taken only for what has really
-//! been read: a header may claim any number of vertices.
+//! The file is read as a stream, and memory is allocated only for bytes that have been read: a header may
+//! claim any number of vertices.
 
 use std::io::{self, BufRead, BufReader};
 use std::path::Path;
@@ -18,20 +18,21 @@ mod header;
 #[cfg(test)]
 mod tests;
 
-/// Why a mesh could not be read.
+/// The reason why a mesh could not be read.
 #[derive(Debug)]
 pub(in crate::scene) enum PlyError {
     /// The file could not be opened or read.
     Unreadable(io::Error),
-    /// The file is not a mesh that can be rendered: the place in it, and why.
+    /// The file is not a mesh that can be rendered. The message contains the place in the file and the
+    /// reason.
     Invalid(String),
 }
 
-/// Deflate cannot shrink anything by more than this factor.
+/// Maximum compression ratio of deflate.
 const MAX_RATIO: u64 = 1032;
 
-/// Reads the mesh in the file at `path`. What is read counts, and the mesh must fit into what is
-/// left of the budget.
+/// Reads the mesh in the file at `path`. The bytes read count towards the budget, and the mesh must fit
+/// into the rest of it.
 pub(in crate::scene) fn read(path: &Path, budget: &Budget) -> Result<Mesh, PlyError> {
     let file = input::open(path).map_err(PlyError::Unreadable)?;
     let length = file.metadata().map_err(PlyError::Unreadable)?.len();
@@ -67,7 +68,7 @@ pub(in crate::scene) fn read_mesh(stream: &mut dyn BufRead, length: u64, budget:
     Ok(body.mesh)
 }
 
-/// The part after the header.
+/// The part of a file after the header.
 struct Body<'a> {
     source: Source<'a>,
     format: Format,
@@ -77,14 +78,14 @@ struct Body<'a> {
     budget: &'a Budget,
 }
 
-/// Faces between two looks at the memory that is left.
+/// Number of faces between two checks of the memory left.
 const FACES_AT_A_TIME: u64 = 1 << 16;
 
-/// Names of texture coordinates in use, in pbrt's order.
+/// Names of texture coordinates, in the order in which pbrt tries them.
 const UV_NAMES: [[&str; 2]; 4] = [["u", "v"], ["s", "t"], ["texture_u", "texture_v"], ["texture_s", "texture_t"]];
 
 impl Body<'_> {
-    /// Refuses a count that the rest of the file cannot hold.
+    /// Fails if the rest of the file is too short for an element's count.
     fn check_count(&self, element: &Element) -> Result<(), PlyError> {
         let left = self.source.length.saturating_sub(self.source.at);
         let least = element.least_size(self.format);
@@ -103,7 +104,7 @@ impl Body<'_> {
         Ok(())
     }
 
-    /// Fails where there is no memory for the mesh so far, and so many bytes more.
+    /// Fails if the budget has no memory for the mesh so far and `count` more entries of `bytes` bytes.
     fn check_memory(&self, count: u64, bytes: usize) -> Result<(), PlyError> {
         let more = count.saturating_mul(bytes as u64);
         self.budget.check(self.mesh.bytes().saturating_add(more)).map_err(|over| self.source.invalid(over))
@@ -112,7 +113,7 @@ impl Body<'_> {
     fn scalar(&mut self, scalar: Scalar, during: &str) -> Result<f64, PlyError> {
         if self.format == Format::Ascii {
             let word = self.source.word(during)?;
-            // As C libraries may write what is no number.
+            // C libraries may write a NaN as `nan(...)`.
             if word.trim_start_matches(['-', '+']).to_ascii_lowercase().starts_with("nan(") {
                 return Ok(f64::NAN);
             }
@@ -121,7 +122,7 @@ impl Body<'_> {
                 .map_err(|_| self.source.invalid(format!("`{}` is not a number, in {during}", shorten(&word))));
         }
         let big = self.format == Format::BigEndian;
-        // One arm per width: the bytes are put in the machine's order there.
+        // Each width has its own arm, which converts the byte order.
         macro_rules! number {
             ($type:ty) => {{
                 let bytes = self.source.exact(during)?;
@@ -172,7 +173,7 @@ impl Body<'_> {
         Ok(())
     }
 
-    /// For each property, the slot among x y z nx ny nz u v that it fills.
+    /// Returns, for each property, the index among x y z nx ny nz u v that it fills.
     fn vertex_slots(&self, element: &Element) -> Result<VertexSlots, PlyError> {
         let mut slots = vec![None; element.properties.len()];
         let mut fill = |names: &[&str], first: usize| {
@@ -208,7 +209,8 @@ impl Body<'_> {
                 }
             }
             let [x, y, z, nx, ny, nz, u, v] = values;
-            // Normals may be anything: one that is none leaves the surface its own.
+            // Normals need not be finite: a triangle with a normal that is not finite uses its geometric
+            // normal.
             if let Some(value) = [x, y, z, u, v].iter().find(|value| !value.is_finite()) {
                 return Err(self
                     .source
@@ -233,7 +235,8 @@ impl Body<'_> {
             return Err(self.source.invalid(what));
         };
         for face in 0..self.face_count {
-            // Of four vertices, a face is two triangles.
+            // The estimate is one triangle per face. A face of four vertices becomes two, so the check is
+            // repeated.
             if face.is_multiple_of(FACES_AT_A_TIME) {
                 self.check_memory(self.face_count - face, size_of::<[u32; 3]>())?;
             }
@@ -273,7 +276,7 @@ impl Body<'_> {
     }
 }
 
-/// Where the properties of a vertex go.
+/// Destinations of the properties of a vertex.
 struct VertexSlots {
     slots: Vec<Option<usize>>,
     normals: bool,

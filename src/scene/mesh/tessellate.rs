@@ -1,10 +1,10 @@
-//! Bodies of revolution as triangle meshes, for renderers that do not know the shape.
+//! Tessellation of bodies of revolution, for renderers that do not know the shape.
 //!
-//! Two errors are made, each at most half the tolerance. Along the profile, a stretch
-//! becomes a chord once its control points are near enough to that chord: the curve lies
-//! in their hull, and its projection covers the chord, so that neither strays from the
-//! other. Around, circles become polygons with the same corners at every height, so that
-//! nothing gapes; the widest one's sagitta is the error.
+//! The mesh has two errors, each at most half the tolerance. Along the profile, a stretch becomes a chord
+//! as soon as its control points are near enough to that chord: the curve lies in their hull, and its
+//! projection covers the chord, so that the distance between curve and chord is bounded in both directions.
+//! Around the axis, circles become polygons with the same number of corners at every height, so that the
+//! mesh has no gaps; the sagitta of the widest circle is the error.
 
 mod mesh;
 #[cfg(test)]
@@ -17,82 +17,84 @@ use crate::scene::Profile;
 
 pub use mesh::Vertex;
 
-/// The tolerances of [`Tessellation::new`], least and most.
+/// Minimum and maximum tolerance of [`Tessellation::new`], relative to the body's size.
 pub const TOLERANCES: [f64; 2] = [1e-7, 0.1];
-/// The most triangles of a mesh: about 1.3 GB as a file.
+/// Maximum number of triangles of a mesh: about 1.3 GB as a file.
 pub const MAX_TRIANGLES: u64 = 50_000_000;
 
-/// Fewer sectors would look cut, however thin a body is.
+/// Minimum number of sectors: fewer are visible as corners even on a thin body.
 const LEAST_SECTORS: u32 = 12;
-/// Cosine of the angle by which a chord's stretch may turn, 30°: its normals are interpolated.
+/// Cosine of the largest angle by which the profile may turn along a chord, 30°: normals are interpolated
+/// along it.
 const MOST_TURN: f64 = 0.866;
-/// What bends by less than this part of the size is straight; its directions are rounding.
+/// A stretch that bends by less than this fraction of the size is straight; changes of its direction are
+/// rounding.
 const STRAIGHT: f64 = 1e-12;
-/// Directions that differ by less than this, in radians, make no crease.
+/// Joints whose directions differ by less than this angle, in radians, are smooth.
 const SMOOTH: f64 = 1e-4;
-/// Control points nearer to an end than this part of the farthest coincide with it.
+/// A control point coincides with an end if its distance is below this fraction of the largest distance.
 const COINCIDENT: f64 = 1e-6;
-/// More halvings change nothing; no input must recurse without end.
+/// Maximum number of halvings: more of them change nothing, and the recursion must end for every input.
 const MAX_DEPTH: u32 = 40;
 
-/// A profile's mesh would have more than [`MAX_TRIANGLES`] triangles.
+/// The error that a profile's mesh would have more than [`MAX_TRIANGLES`] triangles.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[error(
     "a mesh within {tolerance:e} of the body's size has {triangles} triangles; expected at most {MAX_TRIANGLES}{}",
     .fitting.as_ref().map_or_else(String::new, |fitting| format!(", as a tolerance of {fitting} gives"))
 )]
 pub struct TooFine {
-    /// The tolerance that was asked for.
+    /// The requested tolerance.
     pub tolerance: f64,
-    /// The triangles that this takes.
+    /// Number of triangles that the tolerance requires.
     pub triangles: u64,
-    /// A tolerance that would do, if one of [`TOLERANCES`] does.
+    /// The smallest round tolerance that gives few enough triangles; `None` if no tolerance up to the
+    /// maximum of [`TOLERANCES`] does.
     pub fitting: Option<String>,
 }
 
 /// A mesh of a body of revolution, in the body's object space: rings of vertices, and the
 /// bands between them.
 ///
-/// Vertices are shared within a smooth stretch of the profile; a crease has them twice, each
-/// with its own normal, and so has the seam, for its texture coordinates. Where the profile
-/// meets the axis every sector has a vertex of its own.
+/// Vertices are shared within a smooth stretch of the profile. A crease has two vertices at each place,
+/// each with its own normal; the seam has two for its texture coordinates. Where the profile meets the
+/// axis, every sector has its own vertex.
 #[derive(Clone, Debug)]
 pub struct Tessellation {
-    /// Each a smooth stretch of the profile, of two rings or more.
+    /// Smooth stretches of the profile, each of two rings or more.
     strips: Vec<Vec<Ring>>,
-    /// Corners of every ring.
+    /// Number of sectors around the axis.
     sectors: u32,
-    /// The other side is out.
+    /// Whether normals and windings are reversed.
     inside_out: bool,
 }
 
 /// A circle of vertices.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Ring {
-    /// 0 where the profile is on the axis.
+    /// Radius; 0 if the profile is on the axis.
     radius: f64,
     height: f64,
-    /// Along the radius and the axis, unit length.
+    /// Normal along the radius and the axis, unit length.
     normal: DVec2,
-    /// Where on the whole profile, in [0, 1].
+    /// Position on the whole profile, in [0, 1].
     along: f64,
 }
 
-/// A stretch of the profile that is straight enough.
+/// A stretch of the profile that is approximated by a straight line.
 #[derive(Clone, Copy, Debug)]
 struct Chord {
     ends: [DVec2; 2],
-    /// How the profile runs at either end; unit length.
+    /// Direction of the profile at each end; unit length.
     directions: [DVec2; 2],
-    /// Where the ends are on the whole profile, in [0, 1].
+    /// Positions of the ends on the whole profile, in [0, 1].
     along: [f64; 2],
 }
 
 impl Tessellation {
-    /// A mesh of which no point is further than `tolerance` from the true surface, nor any
-    /// point of that from the mesh. The unit is the body's size, which is the larger of its
-    /// diameter and its height. A tolerance outside [`TOLERANCES`] is taken to its nearer
-    /// end. `inside_out` turns normals and windings over.
+    /// Returns a mesh whose distance from the true surface is at most `tolerance`, measured from either to
+    /// the other. The unit of `tolerance` is the body's size: the larger of its diameter and its height. A
+    /// tolerance outside of [`TOLERANCES`] is clamped. `inside_out` reverses normals and windings.
     ///
     /// # Errors
     /// The mesh would have more than [`MAX_TRIANGLES`] triangles.
@@ -116,14 +118,14 @@ impl Tessellation {
     }
 }
 
-/// A profile in stretches on which radius and height are monotone, so that none turns by
-/// more than a right angle, and cusps are at ends.
+/// A profile in stretches on which radius and height are monotone: a stretch turns by at most a right
+/// angle, and cusps are at its ends.
 struct Outline {
-    /// With the places on the whole profile where each begins and ends. Heights are from
-    /// `middle`, so that rounding is relative to the size and not to the height.
+    /// Stretches, with the positions on the whole profile where each begins and ends. Heights are relative
+    /// to `middle`, so that rounding is relative to the size and not to the height.
     stretches: Vec<(Curve, [f64; 2])>,
     middle: f64,
-    /// The larger of diameter and height.
+    /// Size of the body: the larger of diameter and height.
     size: f64,
 }
 
@@ -158,7 +160,7 @@ impl Outline {
         Tessellation { strips, sectors, inside_out }
     }
 
-    /// Cuts a stretch into chords that keep the bound, a length.
+    /// Cuts a stretch into chords whose distance from it is at most `bound`.
     fn halve(&self, curve: &Curve, along: [f64; 2], bound: f64, depth: u32, chords: &mut Vec<Chord>) {
         let bend = bend(curve);
         let directions = [direction(curve.points.iter()), -direction(curve.points.iter().rev())];
@@ -178,7 +180,8 @@ fn ends(curve: &Curve) -> [DVec2; 2] {
     [curve.points[0], curve.points[curve.degree()]]
 }
 
-/// How far the control points stray from the chord; so far at most does the curve.
+/// Returns the largest distance of the control points from the chord, an upper bound of the curve's
+/// distance.
 fn bend(curve: &Curve) -> f64 {
     let [start, end] = ends(curve);
     let chord = end - start;
@@ -190,8 +193,8 @@ fn bend(curve: &Curve) -> f64 {
     curve.points.iter().map(distance).fold(0.0, f64::max)
 }
 
-/// The way a curve leaves the first of its control points: towards the next that is
-/// elsewhere, which is the limit of the tangent even where the derivative vanishes.
+/// Returns the unit direction in which a curve leaves the first of its control points: towards the next one
+/// at another place, which is the limit of the tangent even if the derivative vanishes.
 fn direction<'a>(points: impl Iterator<Item = &'a DVec2> + Clone) -> DVec2 {
     let Some(start) = points.clone().next() else { return DVec2::ZERO };
     let steps = points.map(|point| *point - *start);
@@ -200,13 +203,13 @@ fn direction<'a>(points: impl Iterator<Item = &'a DVec2> + Clone) -> DVec2 {
     first.unwrap_or_default().normalize_or_zero()
 }
 
-/// Joins chords to smooth strips of rings.
+/// Joins chords into smooth strips of rings.
 fn strips(chords: &[Chord]) -> Vec<Vec<Ring>> {
     let mut strips: Vec<Vec<Ring>> = Vec::new();
-    // Where and in which direction the last strip ended, unless a gap follows it.
+    // End and direction of the last strip, unless a gap follows it.
     let mut joint: Option<(DVec2, DVec2)> = None;
     for chord in chords {
-        // Stretches begin where the last one ended, but for rounding.
+        // A stretch begins where the previous one ended, except for rounding.
         let start = joint.map_or(chord.ends[0], |(end, _)| end);
         if start == chord.ends[1] {
             continue;
@@ -233,12 +236,13 @@ fn ring(point: DVec2, direction: DVec2, along: f64) -> Ring {
     Ring { radius: point.x.max(0.0), height: point.y, normal: normal(direction), along }
 }
 
-/// To the right of travel.
+/// Returns the normal to the right of the direction of travel.
 fn normal(direction: DVec2) -> DVec2 {
     DVec2::new(direction.y, -direction.x)
 }
 
-/// Corners that keep the sagitta `r (1 - cos(π / n)) = 2 r sin²(π / 2n)` within the bound.
+/// Returns the number of sectors that keeps the sagitta `r (1 - cos(π / n)) = 2 r sin²(π / 2n)` within the
+/// bound.
 fn sectors(radius: f64, bound: f64) -> u32 {
     let half_angle = (bound / (2.0 * radius)).sqrt().min(1.0).asin();
     let least = (std::f64::consts::FRAC_PI_2 / half_angle).ceil();

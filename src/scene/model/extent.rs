@@ -1,11 +1,12 @@
-//! How far shapes reach, and how much memory they take.
+//! Extents of shapes, and the memory that they take.
 
 use glam::DVec3;
 
 use crate::scene::model::{Geometry, Mesh};
 
 impl Geometry {
-    /// Whether something holds for points whose convex hull has the shape in it, object space.
+    /// Returns true if `holds` is true for every point of a set whose convex hull contains the shape, in
+    /// object space.
     pub fn hull_all(&self, mut holds: impl FnMut(DVec3) -> bool) -> bool {
         let mut of_box = |lower: DVec3, upper: DVec3| {
             (0..8).all(|corner| {
@@ -21,7 +22,7 @@ impl Geometry {
             Self::Disk { height, radius, .. } => {
                 of_box(DVec3::new(-radius, -radius, *height), DVec3::new(*radius, *radius, *height))
             }
-            // Control points bound the curve, and so do their rings the body.
+            // The control points bound the curve, so their rings bound the body.
             Self::Revolution(profile) => profile
                 .segments
                 .iter()
@@ -30,11 +31,11 @@ impl Geometry {
         }
     }
 
-    /// Bytes that a shape of this form takes on the device, at least: each has triangles, normals
-    /// and lights of its own, even where shapes share a mesh.
+    /// Returns a lower bound of the bytes that a shape of this geometry takes on the device; `shines` if it
+    /// emits. Each shape has triangles, normals and lights of its own, even if shapes share a mesh.
     pub(in crate::scene) fn placed_bytes(&self, shines: bool) -> u64 {
         let Self::Mesh(mesh) = self else { return PACKED_PRIMITIVE };
-        // Vertices that no triangle has are packed in vain.
+        // The estimate also charges for vertices that no triangle uses.
         let triangles = mesh.triangles.len().max(mesh.positions.len() / 3) as u64;
         let light = if shines { PACKED_LIGHT } else { 0 };
         let normals = if mesh.normals.is_empty() { 0 } else { PACKED_TRIANGLE };
@@ -42,15 +43,15 @@ impl Geometry {
     }
 }
 
-/// Bytes of a triangle on the device, and of its normals.
+/// Bytes of a triangle on the device, and bytes of its normals.
 pub(crate) const PACKED_TRIANGLE: u64 = 48;
-/// Bytes of any other primitive, about.
+/// Approximate bytes of a primitive that is not a triangle.
 const PACKED_PRIMITIVE: u64 = 512;
-/// Bytes of a light, and of its places in tables.
+/// Bytes of a light and of its entries in tables.
 pub(crate) const PACKED_LIGHT: u64 = 160;
 
 impl Mesh {
-    /// Bytes that its arrays take.
+    /// Returns the number of bytes that the arrays take.
     pub fn bytes(&self) -> u64 {
         let Self { positions, normals, uvs, triangles } = self;
         let sizes = [

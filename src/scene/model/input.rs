@@ -2,14 +2,14 @@
 
 use glam::DVec3;
 
-/// Linear RGB, sRGB primaries.
+/// Linear RGB in the sRGB primaries.
 pub type Rgb = DVec3;
 
 /// A value that may vary over a surface.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Input<T> {
-    /// The same everywhere.
+    /// One value everywhere.
     Constant(T),
-    /// A texture: an index into [`crate::scene::Scene::textures`].
+    /// A value from a texture: the index into [`crate::scene::Scene::textures`].
     Texture(usize),
 }

@@ -1,6 +1,6 @@
-//! A warning of light that goblet does not find: rays of the eye go on from rough surfaces, where
-//! no photon is gathered, and no ray meets a point. So the light of such lamps is missing on rough
-//! surfaces wherever it comes by way of smooth glass, a mirror or a smooth coat.
+//! The warning about light that goblet cannot find: eye paths continue from rough surfaces, where no photon
+//! is gathered, and no ray meets a point light. So the light of such lamps is missing on rough surfaces if
+//! it arrives by way of smooth glass, a mirror or a smooth coat.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
@@ -9,12 +9,14 @@ use glam::DVec3;
 
 use crate::scene::model::{AreaLight, Coat, Geometry, Input, Light, Material, Roughness, Scene, Shape};
 
-/// Of each kind of thing, so many are named.
+/// Maximum number of names that the warning lists per kind.
 const NAMED: usize = 3;
-/// A lamp, what it shines on, what that lights, and the eye: segments of the shortest such path.
+/// Number of segments of the shortest such path: from a lamp to a smooth surface, to a rough surface, to
+/// the eye.
 const LEAST_DEPTH: u32 = 3;
 
-/// The warning, where such light is possible. `names` are those of materials, by their index.
+/// Returns the warning, or `None` if the scene has no such paths. `names` maps indices of materials to
+/// their names.
 pub(in crate::scene) fn warning(scene: &Scene, names: &BTreeMap<usize, Arc<str>>) -> Option<String> {
     let lamps = lamps(scene);
     if lamps.is_empty() || scene.integrator.max_depth < LEAST_DEPTH {
@@ -36,7 +38,7 @@ pub(in crate::scene) fn warning(scene: &Scene, names: &BTreeMap<usize, Arc<str>>
     })
 }
 
-/// Lights that no ray meets.
+/// Returns descriptions of the lights that no ray meets.
 fn lamps(scene: &Scene) -> Vec<String> {
     let at = |kind: &str, p: &DVec3| format!("the {kind} light at {} {} {}", p.x, p.y, p.z);
     let mut lamps = Vec::new();
@@ -47,7 +49,7 @@ fn lamps(scene: &Scene) -> Vec<String> {
             Light::Goniometric { position, .. } => at("goniometric", position),
             Light::Projection { position, .. } => at("projection", position),
             Light::Distant { direction, .. } => {
-                // Without the sign of what rounds to 0.
+                // Adding 0 removes the sign of a component that rounds to -0.
                 let d = (*direction * 1e3).round() / 1e3 + 0.0;
                 format!("the distant light along {} {} {}", d.x, d.y, d.z)
             }
@@ -63,12 +65,12 @@ fn is_there(shape: &Shape) -> bool {
     shape.alpha != Input::Constant(0.0)
 }
 
-/// What a material does besides scattering diffusely.
+/// Kinds of lobes of a material other than diffuse ones.
 #[derive(Clone, Copy, Default)]
 struct Lobes {
-    /// It reflects or refracts into one direction.
+    /// Whether the material reflects or refracts into one direction.
     smooth: bool,
-    /// It has facets.
+    /// Whether the material has microfacets.
     rough: bool,
 }
 
@@ -82,7 +84,7 @@ impl Lobes {
                 let (above, below) = (Self::of_coat(coat), Self::by(roughness));
                 Self { smooth: above.smooth || below.smooth, rough: above.rough || below.rough }
             }
-            // The parts of a mix are looked at one by one.
+            // `parts` looks at the materials of a mix one by one.
             Material::Diffuse { .. }
             | Material::DiffuseTransmission { .. }
             | Material::Mix { .. }
@@ -94,16 +96,16 @@ impl Lobes {
         Self { smooth: roughness.is_smooth(), rough: !roughness.is_smooth() }
     }
 
-    /// Without a difference of index, a coat reflects nothing.
+    /// Returns the lobes of a coat. A coat with a relative index of 1 reflects nothing.
     fn of_coat(coat: &Coat) -> Self {
         if coat.eta == 1.0 { Self::default() } else { Self::by(&coat.roughness) }
     }
 }
 
-/// Shapes with a lobe of a kind, and the materials that give it to them.
+/// Shapes with lobes of one kind, and the materials that have these lobes.
 struct Surfaces {
     shapes: Vec<usize>,
-    /// Indices of materials, with the first shape of each.
+    /// Index of each material, with the index of its first shape.
     materials: BTreeMap<usize, usize>,
 }
 
@@ -134,7 +136,8 @@ impl Surfaces {
     }
 }
 
-/// The materials that a material is of: itself, or those that a mix takes.
+/// Returns the indices of the materials that a material consists of: itself, or those that a mix chooses
+/// with a probability above 0.
 fn parts(scene: &Scene, material: usize) -> BTreeSet<usize> {
     let Material::Mix { materials: [first, second], amount } = &scene.materials[material] else {
         return [material].into();
@@ -160,8 +163,8 @@ fn kind(material: &Material) -> &'static str {
     }
 }
 
-/// Whether light that leaves a surface may come back to it: it is neither flat nor a ball with all
-/// lamps outside.
+/// Returns true if light that leaves a surface may reach the surface again: it is neither flat nor a whole
+/// sphere with all lamps outside.
 fn lights_itself(shape: &Shape, scene: &Scene) -> bool {
     if shape.object.is_some() {
         return true;
@@ -184,7 +187,7 @@ fn lights_itself(shape: &Shape, scene: &Scene) -> bool {
     }
 }
 
-/// A few of these, and how many more there are.
+/// Returns up to [`NAMED`] of the names, and the number of the others.
 fn list(names: &[String]) -> String {
     let more = names.len().saturating_sub(NAMED);
     let named = names[..names.len() - more].join(", ");
@@ -196,7 +199,7 @@ mod tests {
     use super::*;
     use crate::image::film::Image;
 
-    /// What is said of light that is missing.
+    /// Returns the warning about missing light of a scene, if any.
     fn said(world: &str) -> Option<String> {
         said_at_depth(5, world)
     }
@@ -276,7 +279,7 @@ mod tests {
             }
         }
         let others = |of: &[&'static str]| -> Vec<&str> { of.iter().chain(&NEITHER).copied().collect() };
-        // A coated metal whose coat is rough and whose metal is not is of both kinds.
+        // A coated metal with a rough coat and a smooth metal is of both kinds.
         let smooth = others(&SMOOTH[..6]);
         for (a, b) in smooth.iter().flat_map(|a| smooth.iter().map(move |b| (*a, *b))) {
             assert_eq!(said(&format!("{POINT}{}", two(a, b))), None, "{a}, {b}");
@@ -291,7 +294,7 @@ mod tests {
     fn it_is_not_said_where_it_cannot_be() {
         let world = format!("{POINT}{}", two(SMOOTH[0], ROUGH[0]));
         assert!(said_at_depth(3, &world).is_some() && said_at_depth(2, &world).is_none());
-        // Its own light cannot come back to a plane, or to a ball from outside.
+        // The light of a plane, or of a sphere lit from outside, cannot reach it again.
         let both = "Material \"coatedconductor\" \"float conductor.roughness\" .3\n";
         let floor = "Shape \"bilinearmesh\" \"point3 P\" [-3 0 -3  3 0 -3  -3 0 3  3 0 3]";
         for (shape, expected) in [

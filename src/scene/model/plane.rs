@@ -1,14 +1,17 @@
-//! Whether surfaces are in one plane: then light that leaves one cannot reach another.
+//! Detection of scenes whose surfaces all lie in one plane: light that leaves one surface cannot reach
+//! another.
 
 use glam::DVec3;
 
 use crate::scene::model::{Geometry, Input, Scene, Shape};
 
-/// How far points of one plane may be off it, in units of their distance.
+/// Maximum distance of points from their common plane, relative to the largest distance between them and
+/// the first point.
 const FLAT: f64 = 1e-9;
 
 impl Scene {
-    /// Whether all surfaces that are there are in one plane.
+    /// Returns true if all surfaces with an alpha above 0 lie in one plane. A scene with instances counts
+    /// as not plane.
     pub fn is_plane(&self) -> bool {
         if !self.instances.is_empty() {
             return false;
@@ -23,12 +26,13 @@ impl Scene {
 }
 
 impl Shape {
-    /// Whether it is in a plane.
+    /// Returns true if the shape lies in a plane.
     pub(in crate::scene) fn is_plane(&self) -> bool {
         self.corners().is_some_and(|points| are_in_a_plane(&points))
     }
 
-    /// Points in world space that are in a plane if the shape is; `None` where it cannot be.
+    /// Returns points in world space that lie in a plane only if the shape does; `None` if the shape is
+    /// curved.
     fn corners(&self) -> Option<Vec<DVec3>> {
         let place = |point: DVec3| self.world_from_object.transform_point3(point);
         match &self.geometry {
@@ -78,7 +82,7 @@ mod tests {
         ] {
             assert!(!scene(other).is_plane(), "{other}");
         }
-        // What is not there cannot be lit.
+        // A shape of alpha 0 cannot be lit.
         let lamp = above.replace("Shape", "AreaLightSource \"diffuse\"\nShape").replace("]\n", "] \"float alpha\" 0\n");
         assert!(scene(&format!("{square}{lamp}")).is_plane());
     }

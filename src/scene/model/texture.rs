@@ -1,4 +1,4 @@
-//! Textures, resolved: a directed graph without cycles in [`crate::scene::Scene::textures`].
+//! Resolved textures: a directed graph without cycles in [`crate::scene::Scene::textures`].
 
 use std::sync::Arc;
 
@@ -7,10 +7,10 @@ use glam::{DAffine3, DVec3};
 use crate::image::film::Image;
 use crate::scene::model::input::{Input, Rgb};
 
-/// A value that varies over surfaces. A texture of numbers has its number in all channels.
+/// A value that varies over surfaces. A texture of numbers has its number in all three channels.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Texture {
-    /// What it does. What it is made of comes before it in [`crate::scene::Scene::textures`].
+    /// The function. The textures that it uses come before it in [`crate::scene::Scene::textures`].
     pub kind: TextureKind,
     /// `file:line:column` of the directive, for messages.
     pub location: String,
@@ -21,45 +21,46 @@ pub struct Texture {
 pub enum TextureKind {
     /// `imagemap`.
     Image(ImageTexture),
-    /// `bilerp`: linear in both coordinates, and goes on beyond 0 and 1.
+    /// `bilerp`: linear in both coordinates, also outside of [0, 1].
     Bilerp {
-        /// To the coordinates.
+        /// Map to the texture coordinates.
         mapping: Mapping,
         /// The values at (0, 0), (1, 0), (0, 1) and (1, 1).
         corners: [Rgb; 4],
     },
     /// `checkerboard`: unit squares or cubes.
     Checkerboard {
-        /// To the coordinates; where the third is 0, the board is flat.
+        /// Map to the texture coordinates; if it gives a third coordinate of 0, the board is
+        /// two-dimensional.
         mapping: Mapping,
-        /// At the origin, and beside it.
+        /// Textures of the cell at the origin, and of its neighbours.
         textures: [Input<Rgb>; 2],
     },
     /// `directionmix`.
     DirectionMix {
-        /// Unit length, world space.
+        /// Direction in world space, unit length.
         direction: DVec3,
-        /// Where the normal is along the direction, and where it is across.
+        /// Textures where the normal is parallel to the direction, and where it is perpendicular.
         textures: [Input<Rgb>; 2],
     },
     /// `mix`.
     Mix {
-        /// At an amount of 0 and of 1.
+        /// Textures at an amount of 0 and of 1.
         textures: [Input<Rgb>; 2],
-        /// Not clamped.
+        /// Weight of the second texture; not clamped.
         amount: Input<f64>,
     },
     /// `scale`.
     Scale {
-        /// What is scaled.
+        /// The texture that is scaled.
         texture: Input<Rgb>,
-        /// By this.
+        /// Its factor.
         factor: Input<f64>,
     },
 }
 
 impl TextureKind {
-    /// The textures that it is made of.
+    /// Returns the indices of the textures that the function uses.
     pub(in crate::scene) fn inputs(&self) -> Vec<usize> {
         fn index<T>(input: &Input<T>) -> Option<usize> {
             match input {
@@ -77,27 +78,27 @@ impl TextureKind {
     }
 }
 
-/// An image on a surface. Coordinates (0, 0) are its lower left corner, (1, 1) its upper right.
+/// An image on a surface. Coordinates (0, 0) are the lower left corner, (1, 1) the upper right.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ImageTexture {
-    /// Linear RGB; for a texture of numbers, grey.
+    /// Pixels in linear RGB; grey for a texture of numbers.
     pub image: Arc<Image>,
-    /// To the coordinates.
+    /// Map to the texture coordinates.
     pub mapping: Mapping,
-    /// What is beyond the edges.
+    /// The value outside of the image.
     pub wrap: Wrap,
-    /// Whether the nearest pixel is taken; else four are interpolated.
+    /// Whether the value is the nearest pixel; otherwise four pixels are interpolated.
     pub nearest: bool,
-    /// The value is this plus `factor` times the image's, within `range`.
+    /// Offset of the value, which is `offset + factor * pixel`, clamped to `range`.
     pub offset: f64,
-    /// See `offset`.
+    /// Factor of the pixel; see `offset`.
     pub factor: f64,
-    /// The least and the largest value.
+    /// Minimum and maximum of the value.
     pub range: [f64; 2],
 }
 
 impl ImageTexture {
-    /// The mean over the image.
+    /// Returns the mean value over the image.
     pub(in crate::scene) fn mean(&self) -> Rgb {
         let [least, most] = self.range.map(Rgb::splat);
         let value = |pixel: &[f32; 3]| (self.offset + self.factor * Rgb::from(pixel.map(f64::from))).clamp(least, most);
@@ -105,23 +106,23 @@ impl ImageTexture {
     }
 }
 
-/// What an image has beyond its edges.
+/// The value of an image outside of its edges.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Wrap {
-    /// Itself again.
+    /// The image repeats.
     Repeat,
-    /// The pixels of its edge.
+    /// The nearest pixel of the edge.
     Clamp,
     /// Black.
     Black,
 }
 
-/// How a point of a surface becomes texture coordinates.
+/// Map from a point of a surface to texture coordinates.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Mapping {
-    /// From the surface's own coordinates (u, v, 0).
+    /// Affine transform of the surface's own coordinates (u, v, 0).
     Surface(DAffine3),
-    /// From the place in world space.
+    /// Affine transform of the position in world space.
     Space(DAffine3),
     /// Polar angle over π and azimuth over 2π, after a transform from world space.
     Spherical(DAffine3),

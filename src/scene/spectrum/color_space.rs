@@ -1,17 +1,17 @@
-//! The colour spaces of `ColorSpace`, and the way from each to linear sRGB.
+//! The colour spaces of the `ColorSpace` directive, and their conversion to linear sRGB.
 
 use glam::DVec2;
 
 use crate::base::color::{D65, Primaries, REC709};
 use crate::scene::model::Rgb;
 
-/// An RGB colour space, by pbrt's name for it.
+/// An RGB colour space, with pbrt's name for it.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(in crate::scene) enum ColorSpace {
     /// `srgb`: ITU-R BT.709.
     #[default]
     Srgb,
-    /// `dci-p3`, of which pbrt takes the white to be D65.
+    /// `dci-p3`, with the white point D65 as in pbrt.
     DciP3,
     /// `rec2020`: ITU-R BT.2020.
     Rec2020,
@@ -19,7 +19,7 @@ pub(in crate::scene) enum ColorSpace {
     Aces,
 }
 
-/// Chromaticity of the white of ACES.
+/// Chromaticity of the white point of ACES.
 const ACES_WHITE: DVec2 = DVec2::new(0.32168, 0.33767);
 
 impl ColorSpace {
@@ -45,7 +45,7 @@ impl ColorSpace {
         Primaries { red: red.into(), green: green.into(), blue: blue.into(), white }
     }
 
-    /// The same light in linear sRGB.
+    /// Returns the colour of a light in linear sRGB.
     pub fn light_to_srgb(self, rgb: Rgb) -> Rgb {
         if self == Self::Srgb {
             return rgb;
@@ -53,8 +53,8 @@ impl ColorSpace {
         self.primaries().light_to_srgb() * rgb
     }
 
-    /// The reflectance in linear sRGB: what looks white under one space's white does so under
-    /// the other's.
+    /// Returns the colour of a reflectance in linear sRGB: a reflectance that is white under the white
+    /// point of this space is white under D65.
     pub fn reflectance_to_srgb(self, rgb: Rgb) -> Rgb {
         if self == Self::Srgb {
             return rgb;
@@ -97,7 +97,7 @@ mod tests {
             assert!((luminance.y - 1.0).abs() < 1e-12);
         }
         near(ColorSpace::DciP3.light_to_srgb(Rgb::ONE), [1.0; 3], 1e-12);
-        // Of a warmer white.
+        // ACES has a warmer white.
         let warm = ColorSpace::Aces.light_to_srgb(Rgb::ONE);
         assert!(warm.x > 1.03 && warm.z < 0.95, "{warm}");
     }

@@ -1,9 +1,8 @@
 //! Measured spectral data: the standard observer, daylight, metals, glasses.
 //!
-//! The observer and the illuminant are CIE standards. The metals' optical
-//! constants are the laboratory measurements that are in general circulation
-//! (Hagemann, Palik, Weaver, Querry), resampled. The glasses are the makers'
-//! Sellmeier coefficients.
+//! The observer and the illuminant are CIE standards. The metals' optical constants are laboratory
+//! measurements in general circulation (Hagemann, Palik, Weaver, Querry), resampled. The glasses are the
+//! manufacturers' Sellmeier coefficients.
 
 /// Wavelength of the first sample, nm.
 pub(in crate::scene) const FIRST: f64 = 380.0;
@@ -55,8 +54,8 @@ pub(in crate::scene) const OBSERVER: [([f64; 3], f64); 41] = [
     ([4.2e-05, 1.5e-05, 0.0], 63.3828),
 ];
 
-/// Components of daylight, every 10 nm: the mean and the first two ways to differ from it
-/// (CIE 15, from Judd, MacAdam and Wyszecki 1964).
+/// Components of daylight, every 10 nm: the mean and the first two principal deviations from it (CIE 15,
+/// from Judd, MacAdam and Wyszecki 1964).
 pub(in crate::scene) const DAYLIGHT: [[f64; 3]; 41] = [
     [63.4, 38.5, 3.0],
     [65.8, 35.0, 1.2],
@@ -101,7 +100,7 @@ pub(in crate::scene) const DAYLIGHT: [[f64; 3]; 41] = [
     [65.0, -10.4, 6.8],
 ];
 
-/// Samples of a metal, every 20 nm.
+/// Number of samples of a metal, every 20 nm.
 pub(in crate::scene) const SAMPLES: usize = 21;
 
 /// Optical constants of a metal from [`FIRST`] to [`LAST`].
@@ -195,11 +194,11 @@ pub(in crate::scene) struct Glass {
     /// pbrt's name for it.
     pub name: &'static str,
     pub b: [f64; 3],
-    /// µm².
+    /// Coefficients in µm².
     pub c: [f64; 3],
 }
 
-/// pbrt's F5, F10 and F11 are the makers' SF5, SF10 and SF11.
+/// The glasses of pbrt. Its F5, F10 and F11 are the manufacturers' SF5, SF10 and SF11.
 pub(in crate::scene) const GLASSES: [Glass; 7] = [
     Glass { name: "glass-BK7", b: [1.03961212, 0.231792344, 1.01046945], c: [0.00600069867, 0.0200179144, 103.560653] },
     Glass {

@@ -1,4 +1,4 @@
-//! Spectra in files.
+//! Spectra from files.
 
 use std::path::Path;
 use std::sync::Arc;
@@ -10,7 +10,7 @@ use crate::scene::format::kind::Kind;
 use crate::scene::format::params::ParamList;
 use crate::scene::spectrum::Spectrum;
 
-/// Reads the spectra that are in files.
+/// Replaces each spectrum parameter that names a file by the numbers in the file.
 pub(in crate::scene) fn read_spectra(
     params: &mut ParamList,
     directory: &Path,
@@ -22,7 +22,7 @@ pub(in crate::scene) fn read_spectra(
         };
         let path = directory.join(name);
         let (text, _held) = read_text(&path, Some(&param.location), budget)?;
-        // A digit and a blank at least are a number.
+        // A number takes at least two bytes: a digit and a blank.
         let most = text.len().div_ceil(2) * size_of::<f64>();
         budget.check(most as u64).map_err(param.location.over())?;
         let numbers = numbers(&text).ok_or_else(|| {
@@ -33,12 +33,13 @@ pub(in crate::scene) fn read_spectra(
     Ok(())
 }
 
-/// Whether the value of a spectrum names a file, as those that pbrt has by name do not.
+/// Returns true if the value of a spectrum names a file: it has an extension, and pbrt has no spectrum of
+/// that name.
 fn is_file(name: &str) -> bool {
     Spectrum::named(name).is_none() && Path::new(name).extension().is_some()
 }
 
-/// The numbers of a file of pbrt's, with # comments.
+/// Returns the numbers of a spectrum file, without its # comments; `None` if a word is not a finite number.
 fn numbers(text: &str) -> Option<Vec<f64>> {
     let lines = text.split(['\n', '\r']).map(|line| line.split('#').next().unwrap_or_default());
     lines.flat_map(str::split_whitespace).map(|word| word.parse().ok().filter(|v: &f64| v.is_finite())).collect()

@@ -1,4 +1,4 @@
-//! Film, filters, cameras, moving transforms, colour spaces and files of scene text.
+//! Tests of film, filters, cameras, moving transforms, colour spaces and files of scene text.
 
 use std::fs;
 
@@ -12,7 +12,7 @@ fn parse(text: &str) -> Scene {
     Scene::parse(text, "t.pbrt", "").unwrap()
 }
 
-/// A scene with one line of options.
+/// Returns a scene with one line of options.
 fn with(options: &str) -> Scene {
     parse(&format!("{options}\n{WORLD}"))
 }
@@ -21,7 +21,7 @@ fn refusal(text: &str) -> String {
     Scene::parse(text, "t.pbrt", "").unwrap_err().to_string()
 }
 
-/// Where the first shape has its own (1, 0, 0).
+/// Returns the position of the first shape's point (1, 0, 0).
 fn place(world: &str) -> (DVec3, Vec<String>) {
     let scene = parse(&format!("WorldBegin LightSource \"infinite\"\n{world} Shape \"sphere\""));
     (scene.shapes[0].world_from_object.transform_point3(DVec3::X), scene.warnings)
@@ -113,7 +113,7 @@ fn what_moves_stands_as_at_the_start() {
     let both = "ActiveTransform StartTime Translate 1 0 0 ActiveTransform EndTime Translate 1 0 0";
     let (at, warnings) = place(both);
     assert_eq!((at, warnings.len()), (DVec3::new(2.0, 0.0, 0.0), 1), "{warnings:?}");
-    // Named systems keep both; a block restores which are active.
+    // Named systems keep both transforms; the end of a block restores which are active.
     let (at, warnings) = place(&format!(
         "AttributeBegin ActiveTransform EndTime AttributeEnd Translate 0 1 0 CoordinateSystem \"a\" Identity {both} \
          CoordSysTransform \"a\""
@@ -133,7 +133,7 @@ fn colour_spaces_are_part_of_the_graphics_state() {
     let Light::Infinite { radiance } = scene.lights[0] else {
         panic!("not an infinite light");
     };
-    // BT.2087: the other channels are negative.
+    // By BT.2087 the other channels are negative.
     assert!(radiance.distance(Rgb::new(0.0, 2.0 * 1.1329, 0.0)) < 1e-3, "{radiance}");
     let reflectance = |index: usize| match &scene.materials[index] {
         Material::Diffuse { reflectance: Input::Constant(reflectance) } => *reflectance,

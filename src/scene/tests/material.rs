@@ -1,4 +1,4 @@
-//! Materials as the parser makes them.
+//! Tests of materials that the parser makes.
 
 use crate::scene::*;
 
@@ -25,7 +25,7 @@ fn roughness_is_of_both_directions_unless_they_have_their_own() {
     assert_eq!(of("\"float roughness\" .3"), rough(0.3, 0.3, true));
     assert_eq!(of("\"float roughness\" .3 \"float vroughness\" .1"), rough(0.3, 0.1, true));
     assert_eq!(of("\"float uroughness\" .3 \"bool remaproughness\" false"), rough(0.3, 0.0, false));
-    // There is nothing to see of facets without a difference of index.
+    // Without a difference of index, microfacets have no effect.
     assert_eq!(of("\"float eta\" 1 \"float roughness\" .3"), Roughness::SMOOTH);
 }
 
@@ -43,7 +43,7 @@ fn coats_have_the_defaults_of_pbrt() {
     let Material::CoatedConductor { metal: Metal::Index { eta, k }, roughness, coat } = last(text) else {
         panic!("not coated");
     };
-    // A metal under a coat is seen from inside the coat.
+    // A metal under a coat is seen from inside of the coat.
     assert!((eta - 2.5).abs().max_element() < 1e-12 && (k - 5.0).abs().max_element() < 1e-12);
     assert_eq!((roughness.u, coat.roughness.u), (Input::Constant(0.2), Input::Constant(0.1)));
 }

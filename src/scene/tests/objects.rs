@@ -1,4 +1,4 @@
-//! `ObjectBegin`, `ObjectEnd` and `ObjectInstance`.
+//! Tests of `ObjectBegin`, `ObjectEnd` and `ObjectInstance`.
 
 use glam::DVec3;
 
@@ -15,7 +15,8 @@ fn objects_have_shapes_and_places() {
     assert_eq!(scene.shapes.iter().map(|shape| shape.object).collect::<Vec<_>>(), [Some(0), Some(0), None]);
     let turned: Vec<bool> = scene.shapes.iter().map(|shape| shape.reverse_orientation).collect();
     assert_eq!(turned, [true, true, false]);
-    // The transform at ObjectBegin is part of the object's shapes, and of its instances, as in pbrt.
+    // As in pbrt, the transform at ObjectBegin is part of the transforms of the object's shapes, and so is
+    // the one at ObjectInstance.
     let at = |shape: usize| scene.shapes[shape].world_from_object.transform_point3(DVec3::X);
     assert_eq!((at(0), at(2)), (DVec3::new(3.0, 0.0, 0.0), DVec3::new(2.0, 5.0, 0.0)));
     let places: Vec<DVec3> = scene.instances.iter().map(|i| i.world_from_instance.translation).collect();

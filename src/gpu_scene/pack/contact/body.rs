@@ -1,10 +1,10 @@
-//! What of a shape is a body of its own, and whether it has an inside.
+//! The bodies that a shape consists of, and closed shapes.
 
 use glam::DVec2;
 
 use crate::scene::{Geometry, Mesh, Shape};
 
-/// For each triangle of a mesh, the least vertex that it is connected with.
+/// Returns, for each triangle of a mesh, the smallest index of the vertices that it is connected with.
 pub(super) fn connected(mesh: &Mesh) -> Vec<u32> {
     let mut parents: Vec<u32> = (0..mesh.positions.len() as u32).collect();
     fn root(parents: &mut [u32], mut vertex: u32) -> u32 {
@@ -23,11 +23,11 @@ pub(super) fn connected(mesh: &Mesh) -> Vec<u32> {
     mesh.triangles.iter().map(|[a, _, _]| root(&mut parents, *a)).collect()
 }
 
-/// Whether a shape has an inside, so that what it stands on is hidden.
+/// Returns true if a shape is closed, so that it hides the surface below it.
 pub(super) fn is_closed(shape: &Shape) -> bool {
     match &shape.geometry {
         Geometry::Mesh(mesh) => {
-            // Each edge once in either direction.
+            // A closed mesh has each edge once in each direction.
             let directed = |[a, b, c]: &[u32; 3]| [[*a, *b], [*b, *c], [*c, *a]];
             let mut edges: Vec<[u32; 2]> = mesh.triangles.iter().flat_map(directed).collect();
             let mut backwards: Vec<[u32; 2]> = edges.iter().map(|[from, to]| [*to, *from]).collect();

@@ -1,4 +1,4 @@
-//! Finds the primitives of different bodies that coincide.
+//! Search for primitives of different bodies that coincide.
 
 use std::cell::OnceCell;
 use std::collections::{BTreeMap, BTreeSet};
@@ -18,36 +18,37 @@ use crate::scene::{Geometry, Shape};
 
 /// Half a unit in the last place of 1, for f32.
 const ROUNDING: f64 = 0.5 * f32::EPSILON as f64;
-/// A surface reaches this many errors of a position to either side: position_error bounds an
-/// axis, a ray leaves along the normal, where up to root 3 of them add up, and the other surface
-/// has its own.
+/// Number of errors by which a surface is widened to either side. `position_error` bounds the error along
+/// one axis; a ray leaves along the normal, where up to root 3 errors add up, and the other surface has its
+/// own error.
 const ERRORS: f64 = 3.0;
-/// Primitives of dielectric instances that are compared with those of other instances, at most.
+/// Maximum number of primitives of dielectric instances that are compared with those of other instances.
 const MOST_INSTANCED: usize = 1_000_000;
-/// Primitives of a shape up to which sheets are compared with other sheets, and a dielectric mesh
-/// with itself.
+/// Maximum number of primitives of a shape for comparisons of sheets with other sheets, and of a dielectric
+/// mesh with itself.
 const MOST_PRIMITIVES: usize = 100_000;
-/// Comparisons of primitives, at most, besides a few for each: scenes of bodies that stand on
-/// others have fewer, but a scene may have any number of bodies in one place.
+/// Maximum number of comparisons of primitives, besides [`COMPARISONS_EACH`] per primitive. Scenes of
+/// bodies that stand on others need fewer, but a scene may have any number of bodies in one place.
 const MOST_COMPARISONS: usize = 1 << 21;
-/// Those for each primitive.
+/// Additional comparisons per primitive.
 const COMPARISONS_EACH: usize = 4;
-/// Bodies in contact with a body, from which on it is not compared with others that have as many.
-/// There are fewer layers.
+/// Number of contacts from which on a body is not compared with other such bodies. There are fewer layers
+/// than that.
 const MOST_PARTNERS: u32 = 64;
-/// Parts up to which the boxes of all are compared with each other.
+/// Maximum number of parts whose boxes are all compared with each other.
 const MOST_PARTS: usize = 4096;
-/// Boxes of other shapes that a primitive is compared with before the hierarchy is asked.
+/// Maximum number of boxes of other shapes that a primitive is compared with before a query of the
+/// hierarchy.
 const MOST_BOXES: usize = 64;
 
-/// A part with what is asked of it again and again.
+/// A part with values that are needed repeatedly.
 struct Known<'a> {
     part: &'a Part,
     shape: &'a Shape,
     role: Role,
-    /// For each triangle of a dielectric mesh, the body that it is part of.
+    /// For each triangle of a dielectric mesh, the number of its body.
     bodies: Vec<u32>,
-    /// Whether it has an inside, once that was asked.
+    /// Whether the shape is closed; computed on demand.
     is_closed: OnceCell<bool>,
 }
 
@@ -55,27 +56,27 @@ pub(super) struct Finder<'a> {
     packer: &'a Packer,
     bvh: &'a Bvh,
     parts: Vec<Known<'a>>,
-    /// How many of them are of objects: the first ones.
+    /// Number of parts that belong to objects; they are the first ones.
     of_objects: usize,
-    /// First triangle, quadric and revolution of each part: what a reference is part of.
+    /// First triangle, quadric and revolution of each part, to find the part of a reference.
     starts: [Vec<usize>; 3],
     /// Bodies that are in contact with each other.
     pub pairs: BTreeSet<(Body, Body)>,
-    /// In how many pairs each body is.
+    /// Number of pairs that each body is in.
     partners: BTreeMap<Body, u32>,
-    /// Primitives in contact, by kind (a quadric's is DISK) and index.
+    /// Primitives in contact, by kind (DISK for all quadrics) and index, with their bodies.
     pub members: BTreeMap<u32, Body>,
-    /// Where contacts are.
+    /// Bounds of all contacts.
     pub region: Bounds,
-    /// The largest error of a position in contact.
+    /// Largest error of a position in contact.
     pub error: f64,
-    /// Pairs of primitives of one dielectric body that are too near to each other.
+    /// Number of pairs of primitives of one dielectric body that are too near to each other.
     pub too_thin: u32,
-    /// Comparisons that may still be made.
+    /// Number of comparisons left.
     left: usize,
 }
 
-/// A primitive where it stands.
+/// A primitive in the world, or in an instance.
 #[derive(Clone, Copy)]
 struct Standing {
     reference: u32,
@@ -116,12 +117,12 @@ impl<'a> Finder<'a> {
         }
     }
 
-    /// Whether there was more to compare than is worth the time.
+    /// Returns true if the number of comparisons reached its maximum.
     pub fn gave_up(&self) -> bool {
         self.left == 0
     }
 
-    /// How a body's surface may hide or pass light.
+    /// Returns the role of a body's surface.
     pub fn role_of(&self, body: Body) -> Role {
         self.parts[body.0].role
     }
@@ -153,7 +154,7 @@ impl<'a> Finder<'a> {
         }
         let has_instances = !self.packer.instances.is_empty();
         let compares_itself = self.may_matter(index, index);
-        // Boxes of the world's other parts: what none of them touches is in contact with nothing.
+        // Boxes of the other parts in the world: a primitive that touches none of them has no contact.
         let mut near = None;
         if !has_instances && !compares_itself && self.parts.len() <= MOST_PARTS {
             let others = (first..self.parts.len())
@@ -169,8 +170,8 @@ impl<'a> Finder<'a> {
         }
     }
 
-    /// Whether primitives of a part are compared with those of another: each pair is looked at from
-    /// the side that has fewer, or stands in the world itself.
+    /// Returns true if primitives of `part` are compared with those of `other`: each pair is examined from
+    /// the part with fewer primitives, or from the part that is in the world itself.
     fn is_compared(&self, part: usize, other: usize) -> bool {
         let size = |index: usize| (self.parts[index].part.len(), index);
         let is_chosen = match [part, other].map(|index| index < self.of_objects) {
@@ -182,7 +183,7 @@ impl<'a> Finder<'a> {
         is_chosen && self.may_matter(part, other)
     }
 
-    /// Whether it can be seen which of two parts is in front.
+    /// Returns true if the order of two parts in contact is visible.
     fn may_matter(&self, a: usize, b: usize) -> bool {
         let [known_a, known_b] = [&self.parts[a], &self.parts[b]];
         if known_b.part.is_invisible {
@@ -205,7 +206,7 @@ impl<'a> Finder<'a> {
         }
         let Some(form) = self.form(one) else { return };
         let reach = ERRORS * self.error(one);
-        // The other may have the larger error, which is that of coordinates up to 1.
+        // The other primitive may have the larger error: that of coordinates up to 1.
         let bounds = form.bounds().widened(reach.max(ERRORS * 32.0 * ROUNDING));
         if near.is_some_and(|near| near.iter().all(|other| other.common(&bounds).is_none())) {
             return;
@@ -242,11 +243,11 @@ impl<'a> Finder<'a> {
         }
         let bodies = [self.body(index, one.reference), self.body(other_index, other.reference)];
         let is_one_body = bodies[0] == bodies[1] && one.instance == other.instance;
-        // Between instances of one object there is no telling which is which.
+        // Two instances of one body have the same marks and cannot be distinguished.
         if bodies[0] == bodies[1] && !is_one_body {
             return;
         }
-        // Neither would find a layer of its own among the others.
+        // Neither body would find a layer of its own.
         if bodies.iter().all(|body| self.partners.get(body).is_some_and(|count| *count >= MOST_PARTNERS)) {
             return;
         }
@@ -259,7 +260,7 @@ impl<'a> Finder<'a> {
         }
         let Some(region) = contact(form, &other_form, ERRORS * error) else { return };
         let are_sheets = [index, other_index].map(|index| self.parts[index].role == Role::Opaque);
-        // Where a closed body stands on something, nobody sees what is between.
+        // The surfaces between a closed body and the sheet below it are invisible.
         if are_sheets == [true; 2] && [index, other_index].iter().any(|index| self.parts[*index].is_closed()) {
             return;
         }
@@ -290,7 +291,8 @@ impl<'a> Finder<'a> {
             DISK => &self.starts[1],
             _ => &self.starts[2],
         };
-        // The last part that starts there has it: those before it have none of this kind.
+        // The primitive belongs to the last part that starts there; the parts before that have none of this
+        // kind.
         starts.partition_point(|start| *start <= index) - 1
     }
 
@@ -325,7 +327,8 @@ impl<'a> Finder<'a> {
         }
     }
 
-    /// The error of a position on a primitive, as shaders/include/geometry/surface.glsl bounds it.
+    /// Returns the error of a position on a primitive, by the bound in
+    /// shaders/include/geometry/surface.glsl.
     fn error(&self, standing: Standing) -> f64 {
         let index = (standing.reference & INDEX_MASK) as usize;
         let largest = |point: DVec3| point.abs().max_element();
@@ -351,7 +354,7 @@ impl<'a> Finder<'a> {
         })
     }
 
-    /// The bodies in contact, each with what decides its place among others.
+    /// Returns the bodies in contact with their ranks.
     pub fn bodies(&self) -> BTreeMap<Body, layer::Rank> {
         let mut ranks = BTreeMap::new();
         let mut rank_of = |part: usize| ranks.entry(part).or_insert_with(|| self.rank(&self.parts[part])).clone();
@@ -366,7 +369,7 @@ impl<'a> Finder<'a> {
     }
 }
 
-/// A reference with DISK for both kinds of quadrics.
+/// Returns a reference with the kind DISK for both kinds of quadrics.
 fn by_kind(reference: u32) -> u32 {
     match reference >> KIND_SHIFT {
         TRIANGLE | REVOLUTION => reference,
@@ -374,13 +377,13 @@ fn by_kind(reference: u32) -> u32 {
     }
 }
 
-/// A transform by its rows.
+/// Returns the transform with these rows.
 fn affine(rows: &[[f32; 4]; 3]) -> DAffine3 {
     let column = |i: usize| DVec3::from(rows.map(|row| f64::from(row[i])));
     DAffine3 { matrix3: glam::DMat3::from_cols(column(0), column(1), column(2)), translation: column(3) }
 }
 
-/// Whether two flat surfaces turn their backs on each other, or their fronts.
+/// Returns true if two flat surfaces face in opposite directions.
 fn turn_backs(a: &Form, b: &Form) -> bool {
     match (a, b) {
         (Form::Flat { normal, .. }, Form::Flat { normal: other, .. }) => normal.dot(*other) < 0.0,

@@ -1,5 +1,5 @@
-//! Layers of bodies in contact: they differ between bodies in contact and, of those that are no
-//! boundary of a dielectric, say which is in front.
+//! Layers of bodies in contact. Bodies in contact have different layers; the layers of sheets (bodies that
+//! are not boundaries of dielectrics) give their order, the front one first.
 
 use std::cmp::Ordering;
 use std::collections::BTreeMap;
@@ -7,14 +7,14 @@ use std::collections::BTreeMap;
 use super::{Body, Role};
 use crate::kernels::{BOUNDARY_LAYERS, SHEET_LAYERS};
 
-/// What decides which of two bodies is in front. It does not depend on the order in which a scene
-/// declares them.
+/// Criteria that decide which of two bodies is in front. They do not depend on the order in which a scene
+/// declares the bodies.
 #[derive(Clone, Debug)]
 pub(super) struct Rank {
     pub role: Role,
-    /// A measure of the size of the whole shape: the smaller one is in front.
+    /// Measure of the size of the whole shape: the smaller shape is in front.
     pub area: f64,
-    /// Contents of the material: two bodies of the same may change places.
+    /// Bytes of the material: two bodies with the same material are interchangeable.
     pub material: Vec<u8>,
 }
 
@@ -25,17 +25,19 @@ impl Rank {
     }
 }
 
-/// Layers of a kind: sheets have them in order, boundaries of dielectrics any.
+/// Returns the mask of layers of a kind. The layers of sheets are ordered, those of boundaries of
+/// dielectrics are not.
 fn layers_of(is_boundary: bool) -> u32 {
     if is_boundary { BOUNDARY_LAYERS } else { SHEET_LAYERS }
 }
 
-/// The bit that a primitive's material has above its index, for a layer counted from 0.
+/// Returns the bit for a layer, counted from 0, which a primitive's material has above its index.
 pub(super) fn mark(layer: u32, is_boundary: bool) -> u32 {
     1 << (layers_of(is_boundary).trailing_zeros() + layer)
 }
 
-/// The layer of each body among those of its kind, and how many found none of their own.
+/// Returns the layer of each body among those of its kind, and the number of bodies without a layer of
+/// their own.
 pub(super) fn assign(bodies: &BTreeMap<Body, Rank>, pairs: &[(Body, Body)]) -> (BTreeMap<Body, u32>, u32) {
     let mut neighbours = BTreeMap::<Body, Vec<Body>>::new();
     for (a, b) in pairs {

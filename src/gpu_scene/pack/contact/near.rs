@@ -1,5 +1,6 @@
-//! Whether two primitives are in contact: nearer than the error of positions, over an area or where
-//! a curved one is tangent. Crossing each other is no contact. All lengths are in render units.
+//! Test whether two primitives are in contact: their distance is below the error of positions over an area,
+//! or at a point where a curved one is tangent. Primitives that cross each other are not in contact. All
+//! lengths are in render units.
 
 use glam::{DAffine3, DVec2, DVec3};
 
@@ -7,20 +8,20 @@ use crate::gpu_scene::pack::revolution;
 use crate::gpu_scene::pack::space::Bounds;
 use crate::kernels::RevolutionPiece;
 
-/// Sine of the angle up to which flat surfaces may be in contact.
+/// Sine of the largest angle between flat surfaces in contact.
 const PARALLEL: f64 = 0.05;
-/// Corners of the polygon around a disk.
+/// Number of corners of the polygon around a disk.
 const DISK_CORNERS: u32 = 32;
-/// Points at which a piece of a profile is evaluated to find its extremes, and the part of their
-/// range by which these may be off.
+/// Number of steps in which a piece of a profile is sampled to find its extremes.
 const PIECE_SAMPLES: u32 = 256;
+/// Maximum error of these extremes, as a fraction of their range.
 const PIECE_SLACK: f64 = 1e-5;
-/// Steps of the comparison of two profiles; what is not decided then is a contact.
+/// Maximum number of steps of the comparison of two profiles; undecided profiles count as in contact.
 const PROFILE_STEPS: u32 = 1 << 16;
-/// The part of a sphere's cross-section over which it must be nearer than the tolerance to what it
-/// touches in a point: light that is lost in less is not worth the time that contacts take.
+/// Minimum fraction of a sphere's cross-section over which the gap at a tangent point must be below the
+/// tolerance. The light that a smaller contact loses is not worth the time that contacts take.
 const LEAST_PART: f64 = 1e-4;
-/// Relative error up to which a transform is of a kind.
+/// Relative tolerance of tests of a transform's kind.
 const SAME: f64 = 1e-6;
 
 /// A primitive in render space.
@@ -28,21 +29,22 @@ const SAME: f64 = 1e-6;
 pub(super) enum Form<'a> {
     /// A convex polygon and its unit normal.
     Flat { corners: Vec<DVec3>, normal: DVec3 },
-    /// A unit sphere, transformed.
+    /// The transform of a unit sphere.
     Ellipsoid(DAffine3),
     /// A body of revolution, from its unit space.
     Turned { render_from_unit: DAffine3, pieces: &'a [RevolutionPiece] },
 }
 
 impl Form<'_> {
-    /// A triangle, or nothing if it has no area.
+    /// Returns a triangle, or `None` if it has no area.
     pub fn triangle(corners: [DVec3; 3]) -> Option<Self> {
         let [a, b, c] = corners;
         let normal = (b - a).cross(c - a).try_normalize()?;
         Some(Self::Flat { corners: corners.to_vec(), normal })
     }
 
-    /// A unit disk in the plane z = 0, transformed; its holes count as surface.
+    /// Returns the form of a transformed unit disk in the plane z = 0, or `None` if it has no area; a hole
+    /// counts as surface.
     pub fn disk(render_from_object: &DAffine3) -> Option<Self> {
         let step = std::f64::consts::TAU / f64::from(DISK_CORNERS);
         let radius = 1.0 / (0.5 * step).cos();
@@ -65,7 +67,8 @@ impl Form<'_> {
     }
 }
 
-/// Where two primitives are in contact, or nothing: surfaces up to a tolerance apart.
+/// Returns the bounds of the contact of two primitives, whose surfaces are at most `tolerance` apart there;
+/// `None` if they are not in contact.
 pub(super) fn contact(a: &Form, b: &Form, tolerance: f64) -> Option<Bounds> {
     use Form::{Ellipsoid, Flat, Turned};
     let region = match (a, b) {
@@ -83,7 +86,7 @@ pub(super) fn contact(a: &Form, b: &Form, tolerance: f64) -> Option<Bounds> {
         (Turned { render_from_unit: a, pieces: of_a }, Turned { render_from_unit: b, pieces: of_b }) => {
             turned((a, of_a), (b, of_b), tolerance)
         }
-        // Whether they touch is not worth finding out: it only costs time where they do not.
+        // An exact test would save only the time of a false contact.
         (Ellipsoid(_), Turned { .. }) | (Turned { .. }, Ellipsoid(_)) => a.bounds().common(&b.bounds()),
     };
     region.map(|region| region.widened(4.0 * tolerance))
@@ -93,14 +96,14 @@ fn flat_on_flat((a, normal): (&[DVec3], DVec3), (b, other): (&[DVec3], DVec3), t
     if normal.cross(other).length() > PARALLEL {
         return None;
     }
-    // What of b is over a, and near its plane.
+    // The part of b that is over a and near its plane.
     let mut part = b.to_vec();
     part = clipped(part, a[0] + tolerance * normal, normal);
     part = clipped(part, a[0] - tolerance * normal, -normal);
     for (corner, next) in edges(a) {
         part = clipped(part, corner, outwards(corner, next, normal, a));
     }
-    // Neighbours that share an edge have no area in common.
+    // Neighbours with a common edge have no common area.
     let perimeter: f64 = edges(&part).map(|(corner, next)| corner.distance(next)).sum();
     (area(&part) > tolerance * perimeter).then(|| Bounds::around(&part))
 }
@@ -109,14 +112,14 @@ fn edges(polygon: &[DVec3]) -> impl Iterator<Item = (DVec3, DVec3)> {
     polygon.iter().copied().zip(polygon.iter().copied().cycle().skip(1))
 }
 
-/// The direction out of a convex polygon at an edge, in its plane.
+/// Returns the direction out of a convex polygon at an edge, in its plane.
 fn outwards(corner: DVec3, next: DVec3, normal: DVec3, polygon: &[DVec3]) -> DVec3 {
     let side = (next - corner).cross(normal).normalize_or_zero();
     let middle = polygon.iter().copied().sum::<DVec3>() / polygon.len() as f64;
     if side.dot(middle - corner) > 0.0 { -side } else { side }
 }
 
-/// What of a polygon is not beyond a plane (Sutherland and Hodgman 1974).
+/// Returns the part of a polygon that is not beyond a plane (Sutherland and Hodgman 1974).
 fn clipped(polygon: Vec<DVec3>, origin: DVec3, beyond: DVec3) -> Vec<DVec3> {
     let height = |point: DVec3| (point - origin).dot(beyond);
     let mut kept = Vec::new();
@@ -138,14 +141,14 @@ fn area(polygon: &[DVec3]) -> f64 {
     0.5 * twice.length()
 }
 
-/// The radius around a tangent point within which a curved surface is nearer than the tolerance.
+/// Returns the radius around a tangent point within which the gap below a curved surface is less than the
+/// tolerance.
 fn reach(radius: f64, tolerance: f64) -> f64 {
     2.0 * (2.0 * radius * tolerance).sqrt() + tolerance
 }
 
-/// Whether a sphere that touches something flatter in a point does so over too small a part of
-/// itself: the gap is nearer than the tolerance up to a squared distance of twice radius times
-/// tolerance.
+/// Returns true if the contact of a sphere and a flatter surface at a point covers too small a part of the
+/// sphere: the gap is below the tolerance up to a squared distance of twice radius times tolerance.
 fn is_small(radius: f64, tolerance: f64) -> bool {
     2.0 * tolerance < LEAST_PART * radius
 }
@@ -175,7 +178,7 @@ fn flat_on_ellipsoid((corners, normal): (&[DVec3], DVec3), sphere: &DAffine3, to
     (!edges(corners).any(is_beside)).then(|| around(tangent, reach))
 }
 
-/// The radius of a sphere that is not stretched.
+/// Returns the radius of a transformed unit sphere; `None` if it is stretched.
 fn radius(transform: &DAffine3) -> Option<f64> {
     let squares = transform.matrix3.transpose() * transform.matrix3;
     let radius2 = squares.x_axis.x;
@@ -198,7 +201,7 @@ fn ellipsoids(a: &DAffine3, b: &DAffine3, tolerance: f64) -> Option<Bounds> {
     if touches(radius_a + radius_b) && !is_small(smaller, tolerance) {
         return Some(around(a.translation + radius_a * way, reach(smaller, tolerance)));
     }
-    // Inside, the curvatures all but cancel each other where the radii are alike.
+    // If one sphere is in the other and their radii are similar, their curvatures nearly cancel.
     let curvature = (1.0 / smaller - 1.0 / radius_a.max(radius_b)).max(tolerance);
     let side = if radius_a >= radius_b { way } else { -way };
     touches((radius_a - radius_b).abs())
@@ -210,7 +213,7 @@ fn piece_bounds(piece: &RevolutionPiece, render_from_unit: &DAffine3) -> Bounds 
     Bounds::of(bounds.min.as_dvec3(), bounds.max.as_dvec3())
 }
 
-/// Radius and height at x in [-1, 1].
+/// Returns radius and height at x in [-1, 1].
 fn point_of(piece: &RevolutionPiece, x: f64) -> DVec2 {
     let pairs = piece.coefficients.iter().rev();
     pairs.fold(DVec2::ZERO, |point, [u0, v0, u1, v1]| {
@@ -219,8 +222,8 @@ fn point_of(piece: &RevolutionPiece, x: f64) -> DVec2 {
     })
 }
 
-/// A plane touches a body where it is at an extreme of a piece, seen along its normal: on either
-/// side of the axis.
+/// Returns the bounds of the contact of a polygon and a body of revolution. A plane touches a body at an
+/// extreme of a piece along the plane's normal, on either side of the axis.
 fn flat_on_turned(
     (corners, normal): (&[DVec3], DVec3),
     render_from_unit: &DAffine3,
@@ -279,7 +282,8 @@ fn turned(
     (!region.is_empty()).then_some(region)
 }
 
-/// The map of radius and height from one body's unit space to another's, if they share an axis.
+/// Returns the map of radius and height from the unit space of `b` to that of `a`; `None` if the bodies do
+/// not share an axis.
 fn axis_map(a: &DAffine3, b: &DAffine3) -> Option<glam::DMat3> {
     let map = a.inverse() * *b;
     let linear = map.matrix3;
@@ -298,8 +302,9 @@ fn axis_map(a: &DAffine3, b: &DAffine3) -> Option<glam::DMat3> {
     })
 }
 
-/// Whether two monotone curves come nearer to each other than the tolerance: by boxes around
-/// stretches `[x0, x1, y0, y1]` of both, which their ends bound.
+/// Returns true if two monotone curves come nearer to each other than the tolerance. The test bisects the
+/// stretches `[x0, x1, y0, y1]` of both curves and compares their boxes, which the ends of a stretch
+/// determine.
 fn touch(
     a: &impl Fn(f64) -> DVec2,
     b: &impl Fn(f64) -> DVec2,

@@ -1,10 +1,10 @@
-//! Skies by longitude and latitude on the equal-area square of `octahedral`.
+//! Resampling of skies with longitude and latitude to the equal-area square of
+//! [`crate::geometry::equal_area`].
 //!
-//! In each quarter of the square, the upper half of the sphere is the triangle u + v <= 1 and
-//! the lower half the other one. A circle of latitude is a line u + v = r there, with
-//! r = sqrt(1 - |z|), and a meridian is a line through the corner. So a texel of the image is a
-//! quadrilateral with straight sides, which is cut along the square's texels exactly: what it
-//! sends is kept to the last bits, wherever it is.
+//! In each quarter of the square, the upper half of the sphere is the triangle u + v <= 1, and the lower
+//! half is the other triangle. There a circle of latitude is a line u + v = r with r = sqrt(1 - |z|), and a
+//! meridian is a line through the corner. So a texel of the image is a quadrilateral with straight sides,
+//! which is clipped exactly against the square's texels: its power is kept to the last bits.
 
 use std::f64::consts::{FRAC_1_PI, FRAC_PI_2, PI, SQRT_2};
 
@@ -13,24 +13,24 @@ use glam::DVec2;
 use crate::image::film::Image;
 use crate::scene::model::Rgb;
 
-/// Small images are resampled to smaller texels, so that directions hardly move: to so many
-/// times the side at most,
+/// Maximum factor of the side of a square, for small images: with smaller texels, resampling changes
+/// directions little.
 const MOST_FINE: u32 = 4;
-/// up to so many texels.
+/// Maximum number of texels of a square whose side is multiplied by such a factor.
 const FINE_TEXELS: u32 = 1 << 19;
 
-/// The equal-area square of an image over longitude and latitude, whose texels are of one colour
-/// each. The square's texels are about as large as those on the image's equator, or smaller.
+/// Returns the equal-area square of an image over longitude and latitude; each texel has one colour. The
+/// square's texels are about as large as the texels on the image's equator, or smaller.
 pub(in crate::scene) fn equal_area(image: &Image) -> Image {
     let equal = f64::from(image.width) * FRAC_1_PI.sqrt();
-    // Even, so that its quarters have whole texels.
+    // The side is even, so that quarters have whole texels.
     let half_of = |fine: u32| (0.5 * equal * f64::from(fine)).ceil() as u32;
     let fine = (1..=MOST_FINE).rev().find(|fine| 4 * half_of(*fine).pow(2) <= FINE_TEXELS).unwrap_or(1);
     let half = half_of(fine);
     let mut square = Image::new(2 * half, 2 * half);
     for quarter in 0..4 {
         let texels = Quarter::new(image, quarter, half).texels();
-        // Quarters follow each other from +x to +y.
+        // Quarters are in order of azimuth, from +x to +y.
         let (is_left, is_upper) = (quarter == 1 || quarter == 2, quarter >= 2);
         let place = |at: u32, mirrored: bool| if mirrored { half - 1 - at } else { half + at };
         for (i, texel) in (0..).zip(texels) {
@@ -41,17 +41,17 @@ pub(in crate::scene) fn equal_area(image: &Image) -> Image {
     square
 }
 
-/// A part of a row or column of the image: its index, and its range on the quarter.
+/// A row or column of the image: its index, and its range on the quarter, in [0, 1].
 type Part = (u32, [f64; 2]);
 
-/// A quarter of the square, and what of the image lies in it.
+/// A quarter of the square, and the part of the image that lies in it.
 struct Quarter<'a> {
     image: &'a Image,
-    /// Texels along a side.
+    /// Number of texels along a side.
     half: u32,
-    /// Columns, by azimuth over a quarter turn from the x axis.
+    /// Columns, with azimuths in quarter turns from the x axis.
     columns: Vec<Part>,
-    /// Rows of the upper half of the sphere, by r; those of the lower half mirror them.
+    /// Rows of the upper half of the sphere, with ranges of r; rows of the lower half mirror them.
     rows: Vec<Part>,
 }
 
@@ -70,7 +70,7 @@ impl<'a> Quarter<'a> {
         Self { image, half, columns, rows: (0..height.div_ceil(2)).map(row).collect() }
     }
 
-    /// Its texels, row by row from the middle of the square.
+    /// Returns the quarter's texels, row by row from the middle of the square.
     fn texels(&self) -> Vec<Rgb> {
         let mut texels = vec![Rgb::ZERO; (self.half * self.half) as usize];
         let scale = f64::from(self.half);
@@ -92,8 +92,8 @@ impl<'a> Quarter<'a> {
         texels
     }
 
-    /// Adds what a part of a texel sends to the texels that it covers, by the area of each
-    /// that it covers. `area` is its own, without rounding.
+    /// Adds the light of an image's texel, or part of one, to the square's texels in proportion to the area
+    /// covered. `area` is the area of `part` without rounding.
     fn spread(&self, texels: &mut [Rgb], part: &Polygon, area: f64, color: Rgb) {
         let rounded = part.area();
         if rounded <= 0.0 {
@@ -110,7 +110,8 @@ impl<'a> Quarter<'a> {
     }
 }
 
-/// Corners of a quadrilateral, and one more for each of the four lines that it is cut along.
+/// Maximum number of corners: those of a quadrilateral, and one more for each of the four lines that clip
+/// it.
 const MOST_CORNERS: usize = 8;
 
 /// A convex polygon.
@@ -130,7 +131,7 @@ impl Polygon {
     }
 
     fn push(&mut self, corner: DVec2) {
-        // Rounding may make a side cross a line twice; what that adds has no area.
+        // Rounding may make a side cross a line twice; the extra corner adds no area.
         if self.count < MOST_CORNERS {
             self.corners[self.count] = corner;
             self.count += 1;
@@ -141,7 +142,7 @@ impl Polygon {
         &self.corners[..self.count]
     }
 
-    /// Its extent along an axis.
+    /// Returns the polygon's range along an axis.
     fn range(&self, axis: usize) -> [f64; 2] {
         let along = self.corners().iter().map(|corner| corner[axis]);
         along.fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], value| [low.min(value), high.max(value)])
@@ -153,7 +154,7 @@ impl Polygon {
         0.5 * doubled.abs()
     }
 
-    /// The part of it between a line across an axis and the one a unit further.
+    /// Returns the part of the polygon between the lines at `from` and `from + 1` across an axis.
     fn between(&self, axis: usize, from: f64) -> Self {
         let [low, high] = self.range(axis);
         if low >= from && high <= from + 1.0 {
@@ -162,7 +163,7 @@ impl Polygon {
         self.beyond(axis, from, 1.0).beyond(axis, from + 1.0, -1.0)
     }
 
-    /// The part of it on a side of a line (Sutherland and Hodgman 1974).
+    /// Returns the part of the polygon on one side of a line (Sutherland and Hodgman 1974).
     fn beyond(&self, axis: usize, line: f64, side: f64) -> Self {
         let mut part = Self::EMPTY;
         let Some(mut before) = self.corners().last().copied() else { return part };

@@ -5,7 +5,7 @@ use tempfile::TempDir;
 use super::*;
 use crate::scene::Scene;
 
-/// A folder with a grey image in `image.pfm`; rows from the bottom, as PFM has them.
+/// Returns a folder with a grey image in `image.pfm`; its rows are from bottom to top, as in every PFM.
 fn folder(width: u32, height: u32, values: &[f32]) -> TempDir {
     let folder = tempfile::tempdir().unwrap();
     let mut file = format!("Pf {width} {height} -1\n").into_bytes();
@@ -39,8 +39,7 @@ fn a_sky_has_the_radiance_of_its_file_with_the_first_row_at_the_top() {
     assert_eq!(image.world_from_image, DMat3::IDENTITY);
 }
 
-/// pbrt takes texels for half as large as they are, so that the illuminance is twice what is
-/// asked for.
+/// pbrt computes the illuminance with texels of half their solid angle, so that it is twice the parameter.
 #[test]
 fn the_illuminance_of_a_sky_is_that_of_pbrt() {
     let folder = folder(64, 64, &[0.25; 4096]);
@@ -75,7 +74,7 @@ fn the_power_of_a_projector_is_over_its_window() {
 
 #[test]
 fn longitudes_and_latitudes_are_resampled_with_a_warning() {
-    // Brightness tells where +z is; a bright column tells where +y is.
+    // The brightness shows the direction of +z, and a bright column that of +y.
     let value = |i: u32| 2.0 - f64::from(i / 256) / 127.0 + if (60..68).contains(&(i % 256)) { 5.0 } else { 0.0 };
     let pixels = (0..256 * 128).map(|i| [value(i) as f32; 3]).collect();
     let square = longitudes::equal_area(&Image { width: 256, height: 128, pixels });
@@ -95,8 +94,8 @@ fn longitudes_and_latitudes_are_resampled_with_a_warning() {
     assert!(warnings.contains("t.pbrt:2:13: image.pfm is taken for longitude and latitude"), "{warnings}");
 }
 
-/// What a sky sends to an observer, and to a unit area that looks along `normal`, whose texels
-/// all lie on one side of it.
+/// Returns the integrals over a sky of its radiance, and of its radiance times the cosine to `normal`. All
+/// bright texels must be on the side of `normal`.
 fn power_and_irradiance(square: &Image, normal: DVec3) -> (f64, f64) {
     let side = f64::from(square.width);
     let mut sums = (0.0, 0.0);
@@ -110,13 +109,12 @@ fn power_and_irradiance(square: &Image, normal: DVec3) -> (f64, f64) {
 }
 
 proptest::proptest! {
-    /// A sun of one texel, wherever it is, has its radiance times its solid angle, and stands
-    /// where it did.
+    /// A sun of one texel keeps its radiance times solid angle, and its direction, wherever it is.
     #[test]
     fn a_sun_of_one_texel_keeps_its_power(half in 1..160u32, row in 0.0..1.0, column in 0.0..1.0, edge in 0..4) {
         let (width, height) = (4 * half - 2 * u32::from(edge == 3), 2 * half - u32::from(edge == 3));
         let place = |at: f64, count: u32| ((at * f64::from(count)) as u32).min(count - 1);
-        // Poles are where it used to fail.
+        // Poles are where an earlier version failed.
         let row = [place(row, height), 0, height - 1, height / 2][edge as usize];
         let column = place(column, width);
         let mut image = Image::new(width, height);
@@ -133,7 +131,7 @@ proptest::proptest! {
         let sun = flux.normalize();
         let (sent, facing) = power_and_irradiance(&square, sun);
         proptest::prop_assert!((sent / power - 1.0).abs() < 1e-6, "{sent} {power}");
-        // A texel of the square is as wide as one of the image on its equator, or less.
+        // A texel of the square is at most as wide as one on the image's equator.
         let blur = TAU / f64::from(width);
         proptest::prop_assert!((facing / flux.length() - 1.0).abs() < 2.0 * blur * blur + 1e-6, "{facing} {}", flux.length());
         let slanted = (sun + sun.any_orthonormal_vector()).normalize();

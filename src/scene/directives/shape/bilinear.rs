@@ -1,8 +1,8 @@
-//! `Shape "bilinearmesh"`: patches between four corners, as meshes.
+//! `Shape "bilinearmesh"`: bilinear patches between four corners, converted to meshes.
 //!
-//! A parallelogram is two triangles. Where a patch is twisted, all patches of the mesh become
-//! grids, as fine as the most twisted one needs, so that none gapes from its neighbour; the
-//! patch's own normals are shading normals.
+//! A parallelogram is two triangles. If a patch is twisted, all patches of the mesh become grids as fine as
+//! the most twisted one needs, so that there are no gaps between neighbours; the patch's own normals are
+//! shading normals.
 
 use glam::{DVec2, DVec3};
 
@@ -12,12 +12,12 @@ use crate::scene::format::error::{Location, SceneError};
 use crate::scene::format::params::ParamList;
 use crate::scene::model::Mesh;
 
-/// How far a grid may be off its patch, in diagonals of the patch, unless it takes more than
-/// [`MOST_CELLS`].
+/// Maximum distance of a grid from its patch, in diagonals of the patch, unless the grid needs more than
+/// [`MOST_CELLS`] cells.
 const TOLERANCE: f64 = 2e-4;
-/// Cells of a patch along either side, at most.
+/// Maximum number of cells of a patch along each side.
 const MOST_CELLS: u32 = 32;
-/// Patches that are twisted by less of their diagonal are parallelograms, but for rounding.
+/// A patch with a smaller twist, in diagonals of the patch, is a parallelogram except for rounding.
 const STRAIGHT: f64 = 1e-9;
 
 pub(in crate::scene) fn mesh(params: &ParamList, budget: &Budget, location: &Location) -> Result<Mesh, SceneError> {
@@ -50,7 +50,7 @@ pub(in crate::scene) fn mesh(params: &ParamList, budget: &Budget, location: &Loc
     Ok(grid)
 }
 
-/// A mesh with room for grids.
+/// Returns an empty mesh with capacity for grids; fails if the budget has no memory for it.
 fn room(patches: usize, cells: u32, has_normals: bool, budget: &Budget) -> Result<Mesh, OverBudget> {
     let cells = cells as usize;
     let vertices = patches * (cells + 1) * (cells + 1);
@@ -67,13 +67,13 @@ fn room(patches: usize, cells: u32, has_normals: bool, budget: &Budget) -> Resul
     })
 }
 
-/// What makes a patch no parallelogram: corners are p00, p10, p01, p11.
+/// Returns the deviation of a patch from a parallelogram. Corners are p00, p10, p01, p11.
 fn twist([p00, p10, p01, p11]: &[DVec3; 4]) -> DVec3 {
     (*p11 - *p10) - (*p01 - *p00)
 }
 
-/// Cells along each side of a patch. In each, two triangles leave a quarter of its twist, which
-/// is that of the patch over the number of cells.
+/// Returns the number of cells along each side of a patch. The distance of a cell's two triangles from the
+/// patch is a quarter of the cell's twist, which is the patch's twist divided by the number of cells.
 fn cells(corners: &[DVec3; 4]) -> u32 {
     let [p00, p10, p01, p11] = corners;
     let diagonal = p00.distance(*p11).max(p10.distance(*p01));
@@ -82,7 +82,7 @@ fn cells(corners: &[DVec3; 4]) -> u32 {
         return 1;
     }
     let least = (0.25 * twist / TOLERANCE).sqrt().ceil().min(f64::from(MOST_CELLS));
-    // Neighbours in other meshes fit where one number divides the other.
+    // Neighbours in other meshes fit if one number of cells divides the other.
     (least as u32).next_power_of_two().max(2)
 }
 
@@ -91,7 +91,7 @@ fn add_grid(
     cells: u32,
     patch: &[u32; 4],
     corners: &[DVec3; 4],
-    // Whether the mesh has any, and the patch's own.
+    // Whether the mesh has normals, and the normals of the patch.
     (has_normals, normals): (bool, Option<[DVec3; 4]>),
     uvs: [DVec2; 4],
 ) {
@@ -122,8 +122,8 @@ fn add_grid(
     }
 }
 
-/// A weighted sum of corners. Those of an edge are added in the order of the mesh's vertices, so
-/// that the patch on the other side has the same points, to the bit.
+/// Returns a weighted sum of corners. Corners of an edge are added in the order of the mesh's vertices, so
+/// that the patch on the other side has the same points to the bit.
 fn point(patch: &[u32; 4], corners: &[DVec3; 4], weights: [f64; 4]) -> DVec3 {
     let mut order = [0, 1, 2, 3];
     order.sort_by_key(|corner| patch[*corner]);

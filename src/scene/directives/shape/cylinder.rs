@@ -11,11 +11,12 @@ use crate::scene::format::error::SceneError;
 use crate::scene::format::params::ParamList;
 use crate::scene::model::{Geometry, Mesh, Profile};
 
-/// Sectors of a whole turn, where a cylinder is cut: its sides are 2e-5 of the radius off.
+/// Number of sectors of a whole turn for a partial cylinder: the distance of its sides from the cylinder is
+/// 2e-5 of the radius.
 const SECTORS: f64 = 512.0;
 
-/// A body of revolution of a straight profile. A part of the turn is a mesh with the cylinder's
-/// normals.
+/// Returns a cylinder: a body of revolution with a straight profile, or, for a partial turn, a mesh with
+/// the cylinder's normals.
 pub(in crate::scene) fn geometry(params: &ParamList) -> Result<Geometry, SceneError> {
     let radius = params.positive("radius", 1.0)?;
     let z0 = params.float("zmin")?.unwrap_or(-1.0);
@@ -28,7 +29,7 @@ pub(in crate::scene) fn geometry(params: &ParamList) -> Result<Geometry, SceneEr
     if phi_max < TAU {
         return Ok(Geometry::Mesh(Arc::new(sector(radius, [z_min, z_max], phi_max))));
     }
-    // Upward, so that it faces away from the axis.
+    // The profile runs upward, so that it faces away from the axis.
     let points = vec![DVec2::new(radius, z_min), DVec2::new(radius, z_max)];
     Ok(Geometry::Revolution(Arc::new(Profile { segments: vec![Curve { points }] })))
 }

@@ -16,12 +16,12 @@ use crate::scene::format::params::{Param, ParamList};
 use crate::scene::model::Mesh;
 use crate::scene::model::extent::PACKED_TRIANGLE;
 
-/// pbrt's default.
+/// pbrt's default number of levels.
 const LEVELS: u32 = 3;
-/// More would not fit for any mesh.
+/// Maximum number of levels: with more, no mesh would fit in memory.
 const MOST_LEVELS: u32 = 16;
 
-/// No half-edge: the other side of the surface's boundary.
+/// No half-edge: the other side of an edge on the surface's boundary.
 const NONE: u32 = u32::MAX;
 
 pub(in crate::scene) fn mesh(params: &ParamList, budget: &Budget, location: &Location) -> Result<Mesh, SceneError> {
@@ -46,19 +46,20 @@ pub(in crate::scene) fn mesh(params: &ParamList, budget: &Budget, location: &Loc
     Ok(surface.limit())
 }
 
-/// How large a surface is.
+/// The size of a surface.
 struct Size {
     vertices: u64,
     triangles: u64,
 }
 
 impl Size {
-    /// Bytes that it takes at most: as its limit is found, or as a mesh on the device.
+    /// Returns the maximum number of bytes of the surface: during the computation of its limit, or as a
+    /// mesh on the device.
     fn bytes(&self) -> u64 {
         let vectors = self.vertices * size_of::<DVec3>() as u64;
         let faces = self.triangles * size_of::<[u32; 3]>() as u64;
         let leaving = self.vertices * size_of::<u32>() as u64;
-        // Faces and twins are alike; positions, and new ones or normals beside them.
+        // Faces and twins take the same memory; new positions or normals exist besides positions.
         let limit = 2 * vectors + 2 * faces + leaving;
         limit.max(2 * vectors + faces + self.triangles * 2 * PACKED_TRIANGLE)
     }
@@ -68,9 +69,9 @@ impl Size {
 struct Surface {
     positions: Vec<DVec3>,
     faces: Vec<[u32; 3]>,
-    /// Of each half-edge, the one that leads back in the next face, or [`NONE`].
+    /// For each half-edge, the opposite one in the neighbouring face, or [`NONE`].
     twins: Vec<u32>,
-    /// Of each vertex, some half-edge that leaves it; [`NONE`] where no face has it.
+    /// For each vertex, a half-edge that leaves it; [`NONE`] if no face has the vertex.
     leaving: Vec<u32>,
 }
 
@@ -113,7 +114,7 @@ impl Surface {
         Ok(Self { positions, faces, twins, leaving })
     }
 
-    /// Its size after so many levels: a vertex more for each edge.
+    /// Returns the size after a number of levels: each level adds a vertex per edge.
     fn size_after(&self, levels: u32) -> Size {
         let is_edge = |(h, twin): (usize, &u32)| *twin == NONE || (*twin as usize) < h;
         let mut edges = self.twins.iter().enumerate().filter(|edge| is_edge(*edge)).count() as u64;
@@ -134,7 +135,7 @@ impl Surface {
         self.positions[self.origin(half_edge) as usize]
     }
 
-    /// The next half-edge that leaves a vertex, across the one given, or [`NONE`].
+    /// Returns the next half-edge that leaves the same vertex, across the given one, or [`NONE`].
     fn turned(&self, half_edge: u32) -> u32 {
         match self.twins[half_edge as usize] {
             NONE => NONE,
@@ -142,9 +143,9 @@ impl Surface {
         }
     }
 
-    /// Neighbours of the vertex that a half-edge leaves, and whether it is on the boundary. They
-    /// follow each other against the turn of faces, but with it on the boundary: as in pbrt, of
-    /// whose normals this makes the sign.
+    /// Sets `ring` to the neighbours of the vertex that a half-edge leaves, and returns true if the vertex
+    /// is on the boundary. Neighbours are in order against the orientation of faces, or with it if the
+    /// vertex is on the boundary. This order gives normals the sign that they have in pbrt.
     fn ring(&self, leaving: u32, ring: &mut Vec<DVec3>) -> bool {
         ring.clear();
         let mut half_edge = leaving;
@@ -159,7 +160,7 @@ impl Surface {
             }
             half_edge = turned;
         }
-        // Back from where the boundary leaves.
+        // The vertex is on the boundary: the ring is collected again, backwards from the last half-edge.
         ring.truncate(0);
         ring.push(self.point(next(half_edge)));
         while half_edge != NONE {
@@ -169,8 +170,8 @@ impl Surface {
         true
     }
 
-    /// Weights a vertex and its ring: `inside` is the weight of each neighbour by their number,
-    /// `boundary` that of the two on the boundary.
+    /// Returns a weighted sum of a vertex and its ring: `inside` maps the number of neighbours to the
+    /// weight of each one, `boundary` is the weight of each of the two neighbours on the boundary.
     fn smooth(&self, vertex: usize, ring: &mut Vec<DVec3>, inside: impl Fn(f64) -> f64, boundary: f64) -> DVec3 {
         let p = self.positions[vertex];
         if self.leaving[vertex] == NONE {
@@ -184,7 +185,7 @@ impl Surface {
         (1.0 - count * weight) * p + weight * ring.iter().sum::<DVec3>()
     }
 
-    /// Every face in four.
+    /// Returns the surface with every face split into four.
     fn refined(&self) -> Self {
         let mut ring = Vec::new();
         let mut positions: Vec<DVec3> =
@@ -201,7 +202,7 @@ impl Surface {
             }
             middles[h as usize] = positions.len() as u32;
             positions.push(self.middle(h));
-            // In the child in the middle.
+            // A half-edge of the child in the middle leaves the new vertex.
             leaving.push(12 * (h / 3) + 9 + h % 3);
         }
         let mut faces = Vec::with_capacity(4 * self.faces.len());
@@ -223,7 +224,7 @@ impl Surface {
     fn link_children(&self, face: u32, twins: &mut [u32]) {
         let half_edge = |face: u32, child: u32, i: u32| 12 * face + 3 * (child % 4) + i % 3;
         for i in 0..3 {
-            // Between the child in the middle and that of the next corner.
+            // Link the child in the middle and the child of the next corner.
             let inner = [half_edge(face, 3, i), half_edge(face, (i + 1) % 3, i + 2)];
             twins[inner[0] as usize] = inner[1];
             twins[inner[1] as usize] = inner[0];
@@ -236,7 +237,7 @@ impl Surface {
         }
     }
 
-    /// The new vertex on an edge.
+    /// Returns the new vertex on an edge.
     fn middle(&self, half_edge: u32) -> DVec3 {
         let ends = self.point(half_edge) + self.point(next(half_edge));
         match self.twins[half_edge as usize] {
@@ -245,7 +246,7 @@ impl Surface {
         }
     }
 
-    /// Vertices where endless refinement takes them, with the limit surface's normals.
+    /// Returns the mesh with vertices moved to their limits, and with the limit surface's normals.
     fn limit(mut self) -> Mesh {
         let mut ring = Vec::new();
         self.positions = (0..self.positions.len()).map(|v| self.smooth(v, &mut ring, limit_weight, 0.2)).collect();
@@ -261,17 +262,18 @@ impl Surface {
     }
 }
 
-/// Of each of so many neighbours of a vertex that moves (Warren's, as pbrt has them).
+/// Returns the weight of each of `count` neighbours of a vertex in a refinement (Warren's weights, as in
+/// pbrt).
 fn neighbour_weight(count: f64) -> f64 {
     if count == 3.0 { 3.0 / 16.0 } else { 3.0 / (8.0 * count) }
 }
 
-/// The same of a vertex that moves to its limit.
+/// Returns the weight of each of `count` neighbours of a vertex in its limit position.
 fn limit_weight(count: f64) -> f64 {
     1.0 / (count + 3.0 / (8.0 * neighbour_weight(count)))
 }
 
-/// A normal by two tangents.
+/// Returns a normal as the cross product of two tangents; not of unit length.
 fn normal(p: DVec3, ring: &[DVec3], on_boundary: bool) -> DVec3 {
     let last = ring.len() - 1;
     if !on_boundary {

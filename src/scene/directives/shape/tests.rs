@@ -1,4 +1,4 @@
-//! Shapes that become other shapes.
+//! Tests of shapes that are converted to other shapes.
 
 use std::f64::consts::PI;
 use std::sync::Arc;
@@ -30,7 +30,7 @@ fn area(mesh: &Mesh) -> f64 {
     mesh.triangles.iter().map(area).sum()
 }
 
-/// Fails unless every triangle turns as the normals of its corners say.
+/// Fails unless the winding of every triangle agrees with the normals of its corners.
 fn assert_turned_with_normals(mesh: &Mesh, sign: f64) {
     for triangle in &mesh.triangles {
         let [a, b, c] = triangle.map(|corner| mesh.positions[corner as usize]);
@@ -47,7 +47,7 @@ fn a_whole_cylinder_is_a_body_of_revolution() {
     let Geometry::Revolution(profile) = parse("\"cylinder\" \"float zmin\" 3 \"float radius\" 2").unwrap() else {
         panic!("no body")
     };
-    // The heights are exchanged: it runs upward.
+    // The heights are exchanged, so that the profile runs upward.
     assert_eq!(profile.segments[0].points, [DVec2::new(2.0, 1.0), DVec2::new(2.0, 3.0)]);
     assert_refused("\"cylinder\" \"float zmin\" 1", "\"float zmin\" is 1; expected heights that differ");
 }
@@ -72,7 +72,7 @@ fn a_parallelogram_is_two_triangles() {
     assert_eq!(mesh.uvs, [DVec2::ZERO, DVec2::X, DVec2::Y, DVec2::ONE]);
 }
 
-/// z = x y, of which all is known.
+/// The surface z = x y, whose properties are known in closed form.
 #[test]
 fn a_twisted_patch_has_its_own_normals() {
     let mesh = mesh("\"bilinearmesh\" \"point3 P\" [0 0 0  1 0 0  0 1 0  1 1 1]");
@@ -130,7 +130,7 @@ const OCTAHEDRON: &str = "\"point3 P\" [1 0 0  -1 0 0  0 1 0  0 -1 0  0 0 1  0 0
 
 #[test]
 fn limits_do_not_depend_on_levels() {
-    // Pulled out of shape, so that no symmetry helps; corners with three to five neighbours.
+    // Distorted, so that no symmetry helps; corners have three to five neighbours.
     let shape = "\"point3 P\" [1 0 .2  -1 0 0  0 1.3 0  0 -1 0.1  0 .2 1  0 0 -1  1.5 .4 1.4] \
         \"integer indices\" [0 2 6  2 4 6  4 0 6  2 1 4  1 3 4  3 0 4  2 0 5  1 2 5  3 1 5  0 3 5]";
     let at = |levels: u32| mesh(&format!("\"loopsubdiv\" \"integer levels\" {levels} {shape}"));
@@ -138,17 +138,17 @@ fn limits_do_not_depend_on_levels() {
     assert_eq!(fine.triangles.len(), 64 * coarse.triangles.len());
     for i in 0..coarse.positions.len() {
         assert!(coarse.positions[i].distance(fine.positions[i]) < 1e-12, "{i}");
-        // Tangents are of the limits of neighbours, so that these are no more than near.
+        // Tangents are between limits of neighbours, so they are only approximate.
         assert!(coarse.normals[i].normalize().dot(fine.normals[i].normalize()) > 0.9, "{i}");
     }
-    // The boundary is shared by twos: every edge has its other direction.
+    // The boundary is shared by two: every edge has its opposite.
     let edges: std::collections::HashSet<_> =
         fine.triangles.iter().flat_map(|[a, b, c]| [(*a, *b), (*b, *c), (*c, *a)]).collect();
     assert_eq!(edges.len(), 3 * fine.triangles.len());
     assert!(edges.iter().all(|(a, b)| edges.contains(&(*b, *a))));
 }
 
-/// As pbrt, whose normals look to where faces turn clockwise.
+/// As in pbrt, normals point to the side from which faces are clockwise.
 #[test]
 fn normals_are_those_of_the_limit_and_pbrt() {
     let mesh = mesh(&format!("\"loopsubdiv\" \"integer levels\" 4 {OCTAHEDRON}"));
@@ -167,8 +167,8 @@ fn normals_are_those_of_the_limit_and_pbrt() {
     }
 }
 
-/// A flat sheet of 3 x 3 squares, each in two: all limits stay in it, its inner corners where
-/// they are, and the boundary's normals are the sheet's.
+/// A flat sheet of 3 x 3 squares of two triangles each: limits stay in the sheet, inner corners do not
+/// move, and the normals on the boundary are the sheet's.
 #[test]
 fn flat_sheets_stay_flat() {
     let mut text = String::from("\"loopsubdiv\" \"integer levels\" 2 \"point3 P\" [");

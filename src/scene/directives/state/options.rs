@@ -1,4 +1,4 @@
-//! What stands before `WorldBegin`: the image, the camera, and how to render.
+//! The directives before `WorldBegin`: the image, the camera, and rendering options.
 
 use glam::{DAffine3, DVec2};
 
@@ -12,7 +12,7 @@ use crate::scene::format::params::ParamList;
 use crate::scene::format::registry::Family;
 use crate::scene::model::{Camera, Film, FilterKind, Integrator, PixelFilter};
 
-/// The directives, with their type's name, until all of them are known.
+/// The parameters of these directives, with the name of the type, until all of them are known.
 #[derive(Debug, Default)]
 pub struct Options {
     film: ParamList,
@@ -23,7 +23,7 @@ pub struct Options {
     iterations: Option<u32>,
     /// `Option "integer seed"`.
     pub seed: Option<u32>,
-    /// `Option "bool disablepixeljitter"`: only the centres of pixel and lens are looked through.
+    /// `Option "bool disablepixeljitter"`: camera samples are at the centres of pixel and lens.
     pub without_jitter: bool,
 }
 
@@ -111,7 +111,7 @@ impl SceneBuilder {
     }
 }
 
-/// Checks an option, which `Attribute` has no defaults for.
+/// Checks the parameters of an option; `Attribute` has no defaults for options.
 fn check(family: &Family, name: &str, location: &Location, params: &mut ParamList) -> Result<(), SceneError> {
     family.check(name, location, params, &ParamList::default())?;
     Ok(())

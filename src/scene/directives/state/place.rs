@@ -1,5 +1,5 @@
-//! The transforms of the graphics state. pbrt has two, at the start and at the end of the
-//! exposure, and moves from one to the other; here all stands as at the start.
+//! The transforms of the graphics state. pbrt has two, at the start and at the end of the exposure, and
+//! interpolates between them. Goblet ignores motion: objects stay at their place at the start time.
 
 use glam::DAffine3;
 
@@ -7,7 +7,7 @@ use crate::scene::directives::state::{ENTRY_BYTES, SceneBuilder};
 use crate::scene::format::error::{Location, SceneError};
 use crate::scene::format::lexer::shorten;
 
-/// Which transforms directives change.
+/// The times whose transforms directives change.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct ActiveTimes {
     pub start: bool,
@@ -19,7 +19,7 @@ impl ActiveTimes {
 }
 
 impl SceneBuilder {
-    /// Sets the times of which directives change the transform.
+    /// Sets the times whose transforms directives change.
     pub fn activate(&mut self, times: ActiveTimes) {
         self.state.active = times;
     }
@@ -31,7 +31,7 @@ impl SceneBuilder {
         self.coordinate_systems.insert("world".to_string(), [DAffine3::IDENTITY; 2]);
     }
 
-    /// Replaces the current transform; `None` where the directive describes none.
+    /// Replaces the current transform; fails if `transform` is `None`, which stands for invalid numbers.
     pub fn set_transform(
         &mut self,
         transform: Option<DAffine3>,
@@ -41,7 +41,8 @@ impl SceneBuilder {
         self.change_transforms(directive, location, |_| transform)
     }
 
-    /// Applies a transform before the current one.
+    /// Multiplies the current transform from the right by `transform`, which thus applies first; fails if
+    /// it is `None`.
     pub fn concat_transform(
         &mut self,
         transform: Option<DAffine3>,
@@ -87,7 +88,7 @@ impl SceneBuilder {
         Ok(())
     }
 
-    /// Says once, for what is placed at `location`, that motion is not rendered.
+    /// Warns once, for a directive at `location`, that motion is not rendered.
     pub(in crate::scene) fn warn_of_motion(&mut self, location: &Location) {
         if self.state.world_from_object != self.state.world_from_object_at_end && !self.warned_of_motion {
             self.warned_of_motion = true;
@@ -96,8 +97,8 @@ impl SceneBuilder {
     }
 }
 
-/// The transform that a directive describes. Whether it can be inverted matters only to what
-/// stands under it.
+/// Returns the transform of a directive, or an error if it has none. A transform need not be invertible:
+/// the directives that use it check that.
 fn checked(transform: Option<DAffine3>, directive: &str, location: &Location) -> Result<DAffine3, SceneError> {
     transform.ok_or_else(|| {
         let expected = match directive {

@@ -1,4 +1,4 @@
-//! From directives to a scene, once all are known.
+//! Resolution of the scene after the last directive.
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -12,7 +12,7 @@ use crate::scene::model::missing_light;
 use crate::scene::model::{Input, Material, Scene, Shape};
 
 impl SceneBuilder {
-    /// The scene; `end` is where its file ends.
+    /// Returns the scene; `end` is the place where its file ends.
     pub fn finish(mut self, end: &Location) -> Result<Scene, SceneError> {
         self.resolve(end)
     }
@@ -61,7 +61,7 @@ impl SceneBuilder {
         Ok(scene)
     }
 
-    /// Names of materials in use, by their index.
+    /// Returns the names of materials in use, by their index.
     fn material_names(&self) -> BTreeMap<usize, Arc<str>> {
         let index = |(name, slot): (&Arc<str>, &usize)| Some((self.slots[*slot].used?.index, Arc::clone(name)));
         self.named.iter().filter_map(index).collect()
@@ -76,8 +76,7 @@ impl SceneBuilder {
         }
     }
 
-    /// Makes the textures, and then the materials and alphas, that name textures which were
-    /// declared after them.
+    /// Makes the textures, and then the materials and alphas, that name textures declared after them.
     fn make_what_waits(&mut self) -> Result<(), SceneError> {
         let (warnings, errors) = self.textures.make_waiting();
         warnings.iter().for_each(|(location, warning)| self.warn(location, warning));
@@ -109,13 +108,13 @@ impl SceneBuilder {
         Ok(())
     }
 
-    /// Shapes with the indices of their materials, and the materials in use. Shapes of none are
-    /// left out.
+    /// Returns the shapes, with the indices of their materials, and the materials in use. Shapes of
+    /// "interface" are left out.
     fn resolve_materials(&mut self) -> Result<(Vec<Shape>, Vec<Material>), SceneError> {
         let mut materials = Vec::new();
         let mut shapes = Vec::with_capacity(self.shapes.len());
         for PendingShape { mut shape, material, .. } in std::mem::take(&mut self.shapes) {
-            // Nothing meets what is not there; light may still come from it, as in pbrt.
+            // No ray meets a shape of alpha 0; as in pbrt, it may still emit light.
             if shape.alpha == Input::Constant(0.0) && shape.emission.is_none() {
                 continue;
             }
@@ -130,7 +129,7 @@ impl SceneBuilder {
         Ok((shapes, materials))
     }
 
-    /// The place of a material among `materials`, where it is put if it is not there yet.
+    /// Returns the index of a material in `materials`, and adds the material if it is not there yet.
     fn resolve_material(
         &mut self,
         material: &MaterialRef,
@@ -145,7 +144,7 @@ impl SceneBuilder {
                     let expected = "expected one that MakeNamedMaterial has made";
                     let error = location.invalid(format!("unknown material \"{}\"; {expected}", shorten(name)));
                     self.notes(Err(error))?;
-                    // Said once, where all that is wrong is listed.
+                    // An unknown name is reported once, even if all errors are collected.
                     self.named.insert(name.clone(), 0);
                 }
                 known.unwrap_or(0)
@@ -162,7 +161,7 @@ impl SceneBuilder {
                 material::default()
             }
             Ok(Made::Material(material)) => material,
-            // All of them are made by now.
+            // `make_what_waits` has made all of them.
             Ok(Made::Waiting { .. }) => material::default(),
             Ok(Made::Mix { parts, amount, location }) => {
                 let again = format!("this mix is of itself, or of mixes more than {MAX_MIX_DEPTH} deep; expected less");

@@ -1,23 +1,23 @@
-//! A scene may be asked for all that is wrong with it, rather than for the first of it.
+//! Collection of all errors of a scene, instead of a stop at the first one.
 
 use crate::scene::directives::state::SceneBuilder;
 use crate::scene::format::error::{Location, SceneError};
 use crate::scene::model::Scene;
 use crate::scene::survey::Survey;
 
-/// What is wrong with a scene, in the order in which it was found.
+/// The errors of a scene, in the order in which they were found.
 #[derive(Debug, Default)]
 pub struct Collected {
-    /// What goblet does not have.
+    /// Unsupported features.
     pub unsupported: Vec<SceneError>,
-    /// All else.
+    /// Other errors.
     pub errors: Vec<SceneError>,
-    /// How many are not kept.
+    /// Number of errors that are not kept.
     pub more: u64,
 }
 
 impl Collected {
-    /// Keeps an error, if there are not too many.
+    /// Adds an error, or counts it if the list is full.
     fn add(&mut self, error: SceneError) {
         let list = match error {
             SceneError::Unsupported { .. } => &mut self.unsupported,
@@ -32,7 +32,7 @@ impl Collected {
 }
 
 impl SceneBuilder {
-    /// Goes on after what is wrong, and remembers it.
+    /// Makes the builder continue after errors, and collect them.
     pub fn collect_errors(&mut self) {
         self.collected = Some(Collected::default());
     }
@@ -41,13 +41,13 @@ impl SceneBuilder {
         self.collected.is_some()
     }
 
-    /// Whether there are more errors than are kept.
+    /// Returns true if there are more errors than are kept.
     pub fn has_many_errors(&self) -> bool {
         self.collected.as_ref().is_some_and(|collected| collected.more > 0)
     }
 
-    /// Whether an outcome is an error that is remembered.
-    /// One of memory is not: what comes next would need more.
+    /// Returns true if an outcome is an error that was collected. An error of memory is returned as an
+    /// error, because the next directives would need more memory.
     pub fn notes(&mut self, outcome: Result<(), SceneError>) -> Result<bool, SceneError> {
         match (outcome, &mut self.collected) {
             (Ok(()), _) => Ok(false),
@@ -60,7 +60,7 @@ impl SceneBuilder {
         }
     }
 
-    /// The scene without what is wrong, if that makes one, and what is.
+    /// Returns the scene without the directives that have errors, if there is one, and the errors.
     pub fn finish_collecting(mut self, end: &Location) -> (Option<Scene>, Collected) {
         match self.resolve(end) {
             Ok(scene) => (Some(scene), self.collected.unwrap_or_default()),
@@ -68,7 +68,7 @@ impl SceneBuilder {
         }
     }
 
-    /// What is wrong, and an error that ends the search.
+    /// Returns the collected errors and a last one.
     pub fn collected_with(self, error: SceneError) -> Collected {
         let mut collected = self.collected.unwrap_or_default();
         collected.errors.push(error);

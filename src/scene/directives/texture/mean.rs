@@ -1,4 +1,4 @@
-//! Means of textures, for what is the same everywhere inside.
+//! Means of textures, for values that must be constant.
 
 use std::collections::HashMap;
 
@@ -6,20 +6,19 @@ use crate::base::input::{Budget, OverBudget};
 use crate::scene::model::texture::{Texture, TextureKind};
 use crate::scene::model::{Input, Rgb};
 
-/// Means of textures that were asked for so far, by their places: textures may share what they
-/// are made of.
+/// Means of textures computed so far, by their indices: textures may share inputs.
 #[derive(Debug, Default)]
 pub(in crate::scene) struct Means {
     known: HashMap<usize, Rgb>,
 }
 
 impl Means {
-    /// The mean of a texture, as if parts that are multiplied or mixed were independent.
+    /// Returns the mean of a texture. Parts that are multiplied or mixed count as independent.
     ///
     /// # Errors
-    /// Its images, and those before, have more pixels than may be read.
+    /// The images read so far have more pixels than the budget allows to be read.
     pub fn of(&mut self, index: usize, textures: &[Texture], budget: &Budget) -> Result<Rgb, OverBudget> {
-        // Textures may be deep: what is still to be known stands here.
+        // A stack of the textures to compute: a recursion could be too deep.
         let mut wanted = vec![index];
         while let Some(index) = wanted.last().copied() {
             let kind = &textures[index].kind;
@@ -35,7 +34,7 @@ impl Means {
         Ok(self.mean(&Input::Texture(index)))
     }
 
-    /// The mean of an input that is known.
+    /// Returns the mean of an input whose mean is known.
     fn mean(&self, input: &Input<Rgb>) -> Rgb {
         match input {
             Input::Constant(value) => *value,
@@ -43,7 +42,7 @@ impl Means {
         }
     }
 
-    /// The mean of a texture whose parts are known.
+    /// Returns the mean of a texture whose inputs have known means.
     fn mean_of_parts(&self, kind: &TextureKind, budget: &Budget) -> Result<Rgb, OverBudget> {
         let number = |input: &Input<f64>| self.mean(&as_color(*input));
         Ok(match kind {
@@ -64,7 +63,7 @@ impl Means {
     }
 }
 
-/// A number as all channels.
+/// Returns an input of numbers as an input of grey colours.
 pub(in crate::scene) fn as_color(input: Input<f64>) -> Input<Rgb> {
     match input {
         Input::Constant(value) => Input::Constant(Rgb::splat(value)),

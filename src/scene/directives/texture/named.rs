@@ -1,4 +1,4 @@
-//! The textures of a scene by their names. A scene may name one before it declares it.
+//! The textures of a scene by their names. A scene may use a name before it declares the texture.
 
 use std::cell::RefCell;
 use std::collections::{HashMap, VecDeque};
@@ -20,23 +20,23 @@ use crate::scene::model::texture::{ImageTexture, Mapping, Texture, TextureKind, 
 use crate::scene::model::{EmissionImage, Input, Rgb};
 use crate::scene::spectrum::Spectrum;
 
-/// Pixels of all images together that a device can hold in one table, at most.
+/// Maximum number of pixels of all images together: the size of a device's table.
 const MAX_TEXELS: u64 = 1 << 27;
 
-/// Names that are listed, at most.
+/// Maximum number of names that an error lists.
 const MOST_LISTED: usize = 1000;
 
-/// What a texture's values are; each has names of its own.
+/// Type of a texture's values. Each type has its own name space.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub(in crate::scene) enum Values {
     Numbers,
     Colors,
 }
 
-/// What a texture is found by.
+/// Key of a texture.
 type Key = (Values, String);
 
-/// A texture of the scene file. One that goblet cannot do is an error only once it is used.
+/// A texture of the scene file. A texture that goblet cannot render is an error only if it is used.
 #[derive(Debug)]
 enum Slot {
     Made(Input<Rgb>),
@@ -44,52 +44,52 @@ enum Slot {
         location: Location,
         message: String,
     },
-    /// It takes values of one that is not there yet: its place among the declarations that wait.
+    /// The texture uses one that is not declared yet: its index among the waiting declarations.
     Waiting(usize),
-    /// It has a fault that has been told.
+    /// The texture has an error that has been reported.
     Faulty,
 }
 
-/// A `Texture`, and what holds where it stands.
+/// A `Texture` directive, and the attributes in force at its place.
 #[derive(Debug)]
 pub(in crate::scene) struct Declaration {
     pub name: String,
     pub values: Values,
     pub class: String,
-    /// Of the class.
+    /// Place of the class.
     pub location: Location,
     pub params: ParamList,
     pub world_from_texture: DAffine3,
-    /// What `Attribute` has set.
+    /// Default parameters set by `Attribute`.
     pub defaults: Arc<ParamList>,
 }
 
 /// The textures so far, by name.
 #[derive(Debug, Default)]
 pub(in crate::scene) struct Textures {
-    /// Of the scene's memory.
+    /// The scene's budget of memory.
     budget: Arc<Budget>,
-    /// File names are relative to it.
+    /// Directory that file names are relative to.
     pub(in crate::scene) directory: PathBuf,
     named: HashMap<Key, Slot>,
-    /// Declared before what they are made of.
+    /// Textures declared before the textures that they use.
     waiting: Vec<Declaration>,
     pub made: Vec<Texture>,
-    /// Each file is read once for each way to decode it.
+    /// Images by file and decoding, so that each file is read once per decoding.
     images: HashMap<(PathBuf, String, Values, Use), Arc<Image>>,
-    /// Of images that area lights show, by their addresses.
+    /// Means of images that area lights show, by the image's address.
     shown: HashMap<*const Image, Rgb>,
     means: RefCell<Means>,
     texels: u64,
 }
 
 impl Textures {
-    /// File names are relative to `directory`.
+    /// Returns an empty set of textures. File names are relative to `directory`.
     pub fn new(directory: &Path, budget: &Arc<Budget>) -> Self {
         Self { directory: directory.to_path_buf(), budget: Arc::clone(budget), ..Self::default() }
     }
 
-    /// `Texture`; gives warnings. One that is made of others which are not there yet has to wait
+    /// Executes `Texture`, and returns warnings. A texture that uses one which is not declared yet waits
     /// for [`make_waiting`](Self::make_waiting).
     pub fn declare(&mut self, declaration: Declaration) -> Result<Vec<String>, SceneError> {
         let key = (declaration.values, declaration.name.clone());
@@ -109,8 +109,8 @@ impl Textures {
         self.make(key, declaration)
     }
 
-    /// Makes the textures that wait: all are declared now. Each comes after what it is made of.
-    /// Gives warnings, and faults, each with its place.
+    /// Makes the waiting textures, after all are declared: each after the textures that it uses. Returns
+    /// warnings and errors with their places.
     pub fn make_waiting(&mut self) -> (Vec<(Location, String)>, Vec<SceneError>) {
         let mut waiting: Vec<Option<Declaration>> = std::mem::take(&mut self.waiting).into_iter().map(Some).collect();
         let mut users = vec![Vec::new(); waiting.len()];
@@ -147,7 +147,7 @@ impl Textures {
         (warnings, errors)
     }
 
-    /// Whether every texture that the parameters of a material or shape name is there already.
+    /// Returns true if every texture that the parameters of a material or shape name is made.
     pub fn has_all(&self, params: &ParamList) -> bool {
         let is_there = |param: &Param| {
             let is_color = matches!(param.name.as_str(), "albedo" | "reflectance" | "transmittance");
@@ -180,7 +180,7 @@ impl Textures {
         outcome
     }
 
-    /// A colour with channels from 0 to 1, or a texture of colours.
+    /// Returns a colour with channels from 0 to 1, or a texture of colours.
     pub fn color(&self, param: &Param) -> Result<Input<Rgb>, SceneError> {
         if param.kind == Kind::Texture {
             return self.find(Values::Colors, param);
@@ -192,7 +192,7 @@ impl Textures {
         Ok(Input::Constant(rgb))
     }
 
-    /// A number, or a texture of numbers.
+    /// Returns a number, or a texture of numbers.
     pub fn number(&self, param: &Param) -> Result<Input<f64>, SceneError> {
         if param.kind != Kind::Texture {
             let [value] = param.one()?;
@@ -204,10 +204,11 @@ impl Textures {
         })
     }
 
-    /// The mean of an input over the texture's own domain, and whether it is a texture at all.
+    /// Returns the mean of an input over the texture's own domain, and true if the input is a texture.
     ///
     /// # Errors
-    /// The images have more pixels in all than may be read; told at `location`.
+    /// The images read so far have more pixels than the budget allows to be read; `location` is the error's
+    /// place.
     pub fn mean_color(&self, input: Input<Rgb>, location: &Location) -> Result<(Rgb, bool), SceneError> {
         match input {
             Input::Constant(value) => Ok((value, false)),
@@ -218,12 +219,12 @@ impl Textures {
         }
     }
 
-    /// The same of numbers.
+    /// Returns the mean of an input of numbers, as [`mean_color`](Self::mean_color) does for colours.
     pub fn mean_number(&self, input: Input<f64>, location: &Location) -> Result<(f64, bool), SceneError> {
         self.mean_color(as_color(input), location).map(|(mean, is_texture)| (mean.x, is_texture))
     }
 
-    /// An image as an area light shows it.
+    /// Returns the image of an area light.
     pub fn emission(&mut self, path: PathBuf, param: &Param) -> Result<EmissionImage, SceneError> {
         let image = self.image(path, ("sRGB".to_string(), Transfer::Srgb), (Values::Colors, Use::Light), param)?;
         let mean = *self.shown.entry(Arc::as_ptr(&image)).or_insert_with(|| {
@@ -251,7 +252,7 @@ impl Textures {
             Some(Slot::Unsupported { location, message }) => {
                 Err(SceneError::Unsupported { location: location.clone(), message: message.clone() })
             }
-            // That fault has been told, and this render is refused anyway.
+            // The error has been reported, and this scene is refused anyway.
             Some(Slot::Faulty) => Ok(Input::Constant(Rgb::splat(0.5))),
             Some(Slot::Waiting(_)) | None => {
                 let kind = if values == Values::Numbers { "float" } else { "spectrum" };
@@ -261,7 +262,7 @@ impl Textures {
         }
     }
 
-    /// The names of textures, for a message: what is there to choose from.
+    /// Returns the names of known textures, for an error message.
     fn known(&self, values: Values) -> String {
         let mut names: Vec<&str> =
             self.named.keys().filter(|key| key.0 == values).map(|key| key.1.as_str()).take(MOST_LISTED + 1).collect();
@@ -275,7 +276,7 @@ impl Textures {
         }
     }
 
-    /// An image by its file and its encoding, as it is written and what it means.
+    /// Returns an image by its file and its encoding: the encoding as written, and its transfer function.
     pub(in crate::scene) fn image(
         &mut self,
         path: PathBuf,
@@ -305,13 +306,13 @@ impl Textures {
             )));
         }
         if values == Values::Numbers {
-            // As pbrt: alpha where there is any, else the mean of the channels.
+            // As in pbrt: alpha if the image has it, otherwise the mean of the channels.
             for (i, pixel) in image.pixels.iter_mut().enumerate() {
                 let mean = (pixel[0] + pixel[1] + pixel[2]) / 3.0;
                 *pixel = [layers.alpha.as_ref().map_or(mean, |alpha| alpha[i]); 3];
             }
         }
-        // It has gone into the pixels, or is of no use.
+        // The values of alpha are in the pixels, or are not used.
         self.budget.give_back(layers.alpha.as_ref().map_or(0, |alpha| size_of_val(&alpha[..]) as u64));
         let image = Arc::new(image);
         self.images.insert(key, Arc::clone(&image));
@@ -319,13 +320,14 @@ impl Textures {
     }
 }
 
-/// The texture that a parameter names.
+/// Returns the name of the texture that a parameter names, if any.
 fn texture_name(param: &Param) -> Option<&str> {
     param.text().filter(|_| param.kind == Kind::Texture)
 }
 
 impl Declaration {
-    /// The textures that it takes values of. Amounts and factors are numbers in all classes.
+    /// Returns the keys of the textures that the declaration uses. Amounts and factors are numbers in all
+    /// classes.
     fn needs(&self) -> Vec<Key> {
         let need = |param: &Param| {
             let is_number = self.values == Values::Numbers || matches!(param.name.as_str(), "amount" | "scale");

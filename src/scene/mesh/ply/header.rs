@@ -5,11 +5,11 @@ use std::io::{self, BufRead};
 use crate::scene::format::lexer::shorten;
 use crate::scene::mesh::ply::PlyError;
 
-/// Bytes with their offset.
+/// A stream of bytes with its offset.
 pub(in crate::scene) struct Source<'a> {
     pub stream: &'a mut dyn BufRead,
     pub at: u64,
-    /// The stream is no longer than this.
+    /// Upper bound of the stream's length, in bytes.
     pub length: u64,
 }
 
@@ -34,7 +34,7 @@ impl Source<'_> {
         Ok(bytes)
     }
 
-    /// The next byte, which [`byte`](Self::byte) returns again.
+    /// Returns the next byte without consuming it; `None` at the end.
     pub fn peek(&mut self, during: &str) -> Result<Option<u8>, PlyError> {
         match self.stream.fill_buf() {
             Ok(buffer) => Ok(buffer.first().copied()),
@@ -51,7 +51,8 @@ impl Source<'_> {
         Ok(next)
     }
 
-    /// A run of bytes up to one that `ends` accepts, which is consumed.
+    /// Reads bytes up to one that `ends` accepts, which is consumed, and returns them without it. Fails
+    /// after 4096 bytes.
     pub fn run(&mut self, mut ends: impl FnMut(u8) -> bool, during: &str) -> Result<String, PlyError> {
         const LONGEST: usize = 4096;
         let mut run = Vec::new();
@@ -70,13 +71,13 @@ impl Source<'_> {
         Ok(String::from_utf8_lossy(&run).into_owned())
     }
 
-    /// A word of an ASCII body.
+    /// Reads a word of an ASCII body.
     pub fn word(&mut self, during: &str) -> Result<String, PlyError> {
         self.skip_blank(during)?;
         self.run(|byte| byte.is_ascii_whitespace(), during)
     }
 
-    /// Goes to what is not blank, many bytes at a time: there may be any number of them.
+    /// Skips blanks, a buffer at a time: there may be any number of them.
     fn skip_blank(&mut self, during: &str) -> Result<(), PlyError> {
         loop {
             let buffer = match self.stream.fill_buf() {
@@ -142,7 +143,7 @@ impl Scalar {
 #[derive(Debug)]
 pub(in crate::scene) struct Property {
     pub name: String,
-    /// The type of the length, where this is a list.
+    /// Type of the list's length, if the property is a list.
     pub list: Option<Scalar>,
     pub scalar: Scalar,
 }
@@ -160,11 +161,11 @@ impl Element {
         properties.position(|p| p.name == name && p.list.is_none())
     }
 
-    /// The fewest bytes that one entry takes.
+    /// Returns the minimum number of bytes of one entry.
     pub fn least_size(&self, format: Format) -> u64 {
         let size = |p: &Property| p.list.unwrap_or(p.scalar).size();
         match format {
-            // A digit and a separator.
+            // Each property takes a digit and a separator.
             Format::Ascii => 2 * self.properties.len() as u64,
             _ => self.properties.iter().map(size).sum(),
         }
@@ -177,7 +178,7 @@ pub(in crate::scene) struct Header {
     pub elements: Vec<Element>,
 }
 
-/// More properties than this are no mesh.
+/// Maximum number of elements of a header; it may have 64 times as many lines.
 const MAX_PROPERTIES: usize = 1024;
 
 impl Header {
@@ -227,7 +228,7 @@ impl Header {
 
 const HEADER: &str = "the header";
 
-/// The first line, and the byte that ends all lines of the header: LF, perhaps after CR, or CR
+/// Returns the first line, and the byte that ends all lines of the header: LF, perhaps after CR, or CR
 /// alone, as on old Macs.
 fn first_line(source: &mut Source) -> Result<(String, u8), PlyError> {
     let mut end = b'\n';

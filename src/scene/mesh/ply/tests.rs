@@ -1,4 +1,4 @@
-//! Whole files in, meshes or complaints out.
+//! Tests of whole files: their mesh, or the error.
 
 use std::io::{Cursor, Write};
 

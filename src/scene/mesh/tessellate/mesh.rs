@@ -1,5 +1,5 @@
-//! Vertices and triangles of a tessellation, and its file. They are made as they are
-//! asked for: the largest mesh takes no more memory than its rings.
+//! Vertices and triangles of a tessellation, and its file. They are computed on demand: the largest mesh
+//! takes no more memory than its rings.
 
 use std::f64::consts::TAU;
 use std::io::{self, Write};
@@ -11,11 +11,12 @@ use super::{Ring, Tessellation};
 /// One vertex, in the body's object space.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Vertex {
-    /// Where it is.
+    /// Position.
     pub position: DVec3,
-    /// The true surface's normal; unit length.
+    /// Normal of the true surface; unit length.
     pub normal: DVec3,
-    /// Around, from the x axis towards the y axis, and along the profile; both in [0, 1].
+    /// Texture coordinates: the angle from the x axis towards the y axis, and the position along the
+    /// profile; both in [0, 1].
     pub uv: DVec2,
 }
 
@@ -30,28 +31,28 @@ impl Ring {
 }
 
 impl Tessellation {
-    /// How many vertices there are.
+    /// Returns the number of vertices.
     pub fn vertex_count(&self) -> u64 {
         self.strips.iter().flatten().map(|ring| u64::from(ring.vertices(self.sectors))).sum()
     }
 
-    /// How many triangles there are.
+    /// Returns the number of triangles.
     pub fn triangle_count(&self) -> u64 {
         let of_band = |band: &[Ring]| if band.iter().any(Ring::is_pole) { 1 } else { 2 };
         let per_sector: u64 = self.strips.iter().flat_map(|strip| strip.windows(2)).map(of_band).sum();
         per_sector * u64::from(self.sectors)
     }
 
-    /// Every vertex.
+    /// Returns the vertices, ring by ring.
     pub fn vertices(&self) -> impl Iterator<Item = Vertex> {
         let sectors = self.sectors;
-        // Steps are halves of a sector. The last corner is the first one, to the bit.
+        // A step is half a sector. The last corner equals the first one to the bit.
         let azimuth =
             move |step: u32| DVec2::from_angle(TAU * f64::from(step % (2 * sectors)) / f64::from(2 * sectors));
         let azimuths: Vec<DVec2> = (0..=2 * sectors).map(azimuth).collect();
         let side = if self.inside_out { -1.0 } else { 1.0 };
         self.strips.iter().flatten().flat_map(move |ring| {
-            // A pole's vertices belong to sectors, so to their middles.
+            // A pole's vertices belong to sectors, so they have the azimuth of the sector's middle.
             let offset = usize::from(ring.is_pole());
             let azimuths: Vec<DVec2> = azimuths[offset..].iter().step_by(2).copied().collect();
             azimuths.into_iter().enumerate().map(move |(i, azimuth)| Vertex {
@@ -62,7 +63,7 @@ impl Tessellation {
         })
     }
 
-    /// Every triangle: indices of its vertices, counterclockwise as seen from outside.
+    /// Returns the triangles as indices of vertices, counterclockwise as seen from outside.
     pub fn triangles(&self) -> impl Iterator<Item = [u32; 3]> {
         let mut first = 0;
         let mut bands = Vec::new();
@@ -86,11 +87,11 @@ impl Tessellation {
         bands.into_iter().flat_map(of_band).map(turn)
     }
 
-    /// Writes a binary PLY file: positions as doubles, for bodies far from their origin;
-    /// normals and texture coordinates as floats.
+    /// Writes a binary PLY file: positions as doubles, for bodies far from their origin; normals and
+    /// texture coordinates as floats.
     ///
     /// # Errors
-    /// What `out` fails with.
+    /// `out` fails.
     pub fn write_ply(&self, out: &mut impl Write) -> io::Result<()> {
         writeln!(out, "ply\nformat binary_little_endian 1.0\nelement vertex {}", self.vertex_count())?;
         for (kind, names) in [("double", &["x", "y", "z"][..]), ("float", &["nx", "ny", "nz", "u", "v"])] {

@@ -14,7 +14,7 @@ fn profile(degree: usize, points: &[(f64, f64)]) -> Profile {
     Profile { segments: (0..points.len() - 1).step_by(degree).map(segment).collect() }
 }
 
-/// A circle of four cubics around the given radius, or the outer half of one around the axis.
+/// Returns a circle of four cubics around the given radius, or the outer half of one around the axis.
 fn round(middle: f64, radius: f64, height: f64) -> Profile {
     let k = radius * 0.552_284_75;
     let (outer, inner) = (middle + radius, middle - radius);
@@ -28,7 +28,7 @@ fn round(middle: f64, radius: f64, height: f64) -> Profile {
     profile(3, &points)
 }
 
-/// Profiles that are hard in one way each.
+/// Returns profiles that are each difficult in one way.
 fn cases() -> Vec<(&'static str, Profile)> {
     let high = [(0.2, 0.0), (0.9, -0.3), (0.1, 0.6), (1.2, 0.2), (0.4, 1.0), (0.8, 1.4), (0.0, 1.1), (0.6, 1.5)];
     let mut cases = vec![
@@ -73,7 +73,7 @@ fn distance_to_segment(point: DVec2, a: DVec2, b: DVec2) -> f64 {
     (point - a - (b - a) * if t.is_nan() { 0.0 } else { t }).length()
 }
 
-/// From a point to the true surface, which the samples stand for.
+/// Returns the distance from a point to the true surface, represented by samples.
 fn distance_to_surface(point: DVec3, samples: &[DVec2]) -> f64 {
     let point = DVec2::new(point.truncate().length(), point.z);
     samples.windows(2).map(|pair| distance_to_segment(point, pair[0], pair[1])).fold(f64::INFINITY, f64::min)
@@ -93,7 +93,7 @@ fn distance_to_triangle(point: DVec3, [a, b, c]: [DVec3; 3]) -> f64 {
     to_edge(a, b).min(to_edge(b, c)).min(to_edge(c, a))
 }
 
-/// Corners of every triangle.
+/// Returns the corners of every triangle.
 fn corners(mesh: &Tessellation) -> Vec<[Vertex; 3]> {
     let vertices: Vec<Vertex> = mesh.vertices().collect();
     assert_eq!(vertices.len() as u64, mesh.vertex_count());
@@ -103,7 +103,7 @@ fn corners(mesh: &Tessellation) -> Vec<[Vertex; 3]> {
     triangles
 }
 
-/// Checks the tolerance both ways, at points that `random` chooses from [0, 1).
+/// Checks the tolerance in both directions, at points that `random` chooses from [0, 1).
 fn assert_within(name: &str, profile: &Profile, tolerance: f64, points: u32, mut random: impl FnMut() -> f64) {
     let samples = sample(profile, 4000);
     let limit = tolerance * size(&samples) * (1.0 + 1e-6) + 1e-15 * samples[0].length();
@@ -112,7 +112,7 @@ fn assert_within(name: &str, profile: &Profile, tolerance: f64, points: u32, mut
     for _ in 0..points {
         let on_profile = samples[(random() * samples.len() as f64) as usize];
         let point = (DVec2::from_angle(TAU * random()) * on_profile.x).extend(on_profile.y);
-        // The axis alone is no surface, up to the point where the profile leaves it or ends.
+        // A stretch on the axis is no surface, up to the point where the profile leaves it or ends.
         let along_axis = |pair: &[DVec2]| pair.iter().all(|point| point.x == 0.0) && pair.contains(&on_profile);
         let on_axis = samples.windows(2).any(along_axis);
         let distance = triangles.iter().map(|t| distance_to_triangle(point, *t)).fold(f64::INFINITY, f64::min);
@@ -127,7 +127,7 @@ fn assert_within(name: &str, profile: &Profile, tolerance: f64, points: u32, mut
     }
 }
 
-/// A plain sequence of numbers in [0, 1).
+/// Returns a generator of pseudorandom numbers in [0, 1).
 fn sequence() -> impl FnMut() -> f64 {
     let mut state = 1_u64;
     move || {
@@ -180,7 +180,7 @@ fn vertices_are_on_the_surface_with_its_normal() {
                 };
                 let normal = (azimuth * way.y).extend(-way.x).normalize_or_zero();
                 let there = ((azimuth * point.x).extend(point.y) - vertex.position).length();
-                // Where the derivative vanishes it says nothing.
+                // A derivative of 0 has no direction.
                 there < 1e-9 * (1.0 + point.y.abs()) && (way.length() < 1e-6 || normal.dot(vertex.normal) > 1.0 - 1e-6)
             });
             assert!(matches, "{name}: {vertex:?}");
@@ -294,7 +294,7 @@ fn senseless_tolerances_are_taken_to_the_nearest_that_makes_sense() {
 }
 
 fn profiles() -> impl Strategy<Value = Profile> {
-    // Now and then on the axis, or where another point is.
+    // Some points are on the axis, or at the place of another point.
     let coordinate = || prop_oneof![3 => 0.0..1.0, 1 => Just(0.0), 1 => Just(0.5)];
     (1..=MAX_DEGREE, 1..=3_usize).prop_flat_map(move |(degree, segments)| {
         prop::collection::vec((coordinate(), coordinate()), degree * segments + 1)
