@@ -1,5 +1,5 @@
-//! The surroundings that the passes of an iteration share, and functions that dispatch a pass and read its
-//! counters.
+//! The device, memory and settings that all passes of an iteration use, and functions that dispatch a pass
+//! and read its counters.
 
 use std::time::Instant;
 

@@ -13,7 +13,7 @@ use crate::scene::{Camera, Film, Integrator};
 /// The target of a render: a version of the scene, a camera and options.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Target {
-/// The number of times that a scene was read before; the files may have changed in between.
+/// The number of times that the window has asked to read a scene. Each reading may give another scene.
 pub loads: u64,
 /// The camera; `None` for the scene's own camera if the user has not moved it.
 pub camera: Option<Camera>,
