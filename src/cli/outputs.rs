@@ -86,11 +86,11 @@ impl Named {
 
 /// The identity of a file, which does not depend on the name by which it is given.
 struct Identity {
-/// The numbers of its device and its inode; `None` if the file does not exist.
-number: Option<(u64, u64)>,
-/// The path without links, `.` and `..`.
-path: PathBuf,
-/// The path in lower case.
+    /// The numbers of its device and its inode; `None` if the file does not exist.
+    number: Option<(u64, u64)>,
+    /// The path without links, `.` and `..`.
+    path: PathBuf,
+    /// The path in lower case.
     folded: String,
 }
 

@@ -37,9 +37,9 @@ use crate::scene::Scene;
 /// The way in which a render ended.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum End {
-/// The render reached its limit.
-Done,
-/// A signal stopped the render; the outputs are written.
+    /// The render reached its limit.
+    Done,
+    /// A signal stopped the render; the outputs are written.
     Stopped,
 }
 

@@ -22,13 +22,13 @@ use crate::cli::Failure;
 
 /// The application that the event loop drives.
 pub struct App {
-/// The state of the user's session.
-pub session: Session,
-/// Measures the time that the user waits.
-pub latency: Latency,
-/// The error that ended the application early.
-pub failure: Option<Failure>,
-/// Messages of the validation layers, once the window is closed.
+    /// The state of the user's session.
+    pub session: Session,
+    /// Measures the time that the user waits.
+    pub latency: Latency,
+    /// The error that ended the application early.
+    pub failure: Option<Failure>,
+    /// Messages of the validation layers, once the window is closed.
     pub validation: Vec<String>,
     device: Option<String>,
     validate: bool,

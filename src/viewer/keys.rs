@@ -101,9 +101,9 @@ const FASTER: f64 = 4.0;
 /// The keys of flight that are held.
 #[derive(Debug, Default)]
 pub struct Keys {
-/// The keys that are held.
-held: HashSet<Key>,
-/// The keys that were pressed since the last call of `flight`. They count once, even if released.
+    /// The keys that are held.
+    held: HashSet<Key>,
+    /// The keys that were pressed since the last call of `flight`. They count once, even if released.
     tapped: HashSet<Key>,
 }
 

@@ -26,13 +26,13 @@ pub struct Standing<'a> {
 /// The render in progress.
 #[derive(Clone, Copy, Debug)]
 pub struct Rendered<'a> {
-/// The target of the render.
-pub target: &'a Target,
-/// The number of image pixels along each axis per rendered pixel.
-pub coarseness: u32,
-/// The number of finished iterations.
-pub iterations: u32,
-/// The number of iterations and the quantity of the last picture that the window has got.
+    /// The target of the render.
+    pub target: &'a Target,
+    /// The number of image pixels along each axis per rendered pixel.
+    pub coarseness: u32,
+    /// The number of finished iterations.
+    pub iterations: u32,
+    /// The number of iterations and the quantity of the last picture that the window has got.
     pub shown: Option<(u32, Quantity)>,
 }
 

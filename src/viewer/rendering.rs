@@ -41,7 +41,7 @@ pub struct Render {
 
 /// An image with all its iterations, kept while the window shows another part of the light.
 pub struct Kept {
-/// The target of the image.
+    /// The target of the image.
     pub target: Target,
     render: Aside,
     time: Duration,

@@ -13,11 +13,11 @@ use crate::scene::{Camera, Film, Integrator};
 /// The target of a render: a version of the scene, a camera and options.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Target {
-/// The number of times that the window has asked to read a scene. Each reading may give another scene.
-pub loads: u64,
-/// The camera; `None` for the scene's own camera if the user has not moved it.
-pub camera: Option<Camera>,
-/// The options, including the resolution and the contribution.
+    /// The number of times that the window has asked to read a scene. Each reading may give another scene.
+    pub loads: u64,
+    /// The camera; `None` for the scene's own camera if the user has not moved it.
+    pub camera: Option<Camera>,
+    /// The options, including the resolution and the contribution.
     pub options: Options,
 }
 
@@ -89,13 +89,13 @@ pub struct Loaded {
 /// The status of a render.
 #[derive(Clone, Debug, Default)]
 pub struct Status {
-/// The activity of the render thread.
-pub doing: &'static str,
-/// The number of finished iterations.
-pub iterations: u32,
-/// The number of emitted photons.
-pub photons: u64,
-/// The total time of the iterations.
+    /// The activity of the render thread.
+    pub doing: &'static str,
+    /// The number of finished iterations.
+    pub iterations: u32,
+    /// The number of emitted photons.
+    pub photons: u64,
+    /// The total time of the iterations.
     pub time: Duration,
     /// Device time of the last iteration by pass.
     pub passes: Vec<(&'static str, Duration)>,

@@ -12,7 +12,7 @@ const FIRST_ESTIMATE: u32 = 8;
 
 /// The limits of a render.
 pub struct Limit {
-/// The number of iterations of this shard, including those of a resumed checkpoint.
+    /// The number of iterations of this shard, including those of a resumed checkpoint.
     pub iterations: Option<u32>,
     time: Option<Duration>,
     error: Option<f64>,

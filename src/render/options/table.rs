@@ -43,7 +43,7 @@ pub struct RenderOption {
 pub enum Kind {
     /// Whole numbers, which may have an exponent, as in `5e8`.
     Whole {
-    /// The smallest and the largest value.
+        /// The smallest and the largest value.
         range: [u64; 2],
         /// Stores a value of the range.
         set: fn(&mut Request, u64),
@@ -101,11 +101,11 @@ pub(crate) enum Effect {
 
 /// How an option depends on other options.
 pub enum Needs {
-/// The option does not depend on other options.
-Nothing,
-/// The option has a meaning only if another option has a certain value: its name and the value.
-Value(&'static str, &'static str),
-/// The option cannot be combined with the option of this name.
+    /// The option does not depend on other options.
+    Nothing,
+    /// The option has a meaning only if another option has a certain value: its name and the value.
+    Value(&'static str, &'static str),
+    /// The option cannot be combined with the option of this name.
     Absence(&'static str),
 }
 
