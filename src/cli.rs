@@ -1,7 +1,7 @@
-//! The command line: what it accepts, and what its help says.
+//! The command line: subcommands, arguments and their help.
 //!
-//! A value is rejected here if no scene and no device could make sense of it;
-//! clap then prints the reason and exits with code 2.
+//! A value that no scene and no device could use is rejected here; clap prints the reason and exits with
+//! code 2.
 
 #[cfg(feature = "study")]
 pub mod advise;

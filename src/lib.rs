@@ -1,8 +1,8 @@
 //! goblet renders caustics: a progressive photon mapper that runs as Vulkan compute.
 //!
 //! A render takes five steps: read a [`scene::Scene`], open a [`Device`], make a [`Renderer`], run
-//! iterations, and look at the image. Each iteration improves the image, which is whole after any of
-//! them.
+//! iterations, and look at the image. The image is complete after each iteration, and each iteration
+//! improves it.
 //!
 //! ```no_run
 //! use std::sync::Arc;
@@ -54,7 +54,7 @@
 //!
 //! # Features
 //!
-//! All are on by default. A library needs none of them: `default-features = false`.
+//! All features are on by default. A library needs none of them: `default-features = false`.
 //!
 //! - `cli`: the program `goblet`.
 //! - `study`: comparisons of settings, with charts, in the module `study`.
@@ -62,7 +62,7 @@
 //!
 //! The crate `goblet-host` has all Vulkan and all unsafe code, and no physics; this crate has the physics.
 #![forbid(unsafe_code)]
-// They panic where nobody reads them: `cli::terminal` prints.
+// The print macros panic if the reader of the output is gone; `cli::terminal` prints without a panic.
 #![deny(clippy::print_stdout, clippy::print_stderr)]
 #![cfg_attr(
     not(all(feature = "cli", feature = "study", feature = "view")),

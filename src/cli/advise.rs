@@ -1,4 +1,4 @@
-//! `goblet advise`: settings for a time or an error.
+//! The subcommand `goblet advise`: recommends settings for a render time or an error.
 
 use std::path::PathBuf;
 use std::sync::Arc;
@@ -14,7 +14,7 @@ use crate::render::options::Options;
 use crate::scene::Scene;
 use crate::study::advise::{Advice, Expected, Goal, Length, advise};
 
-/// Of the time that is asked for, so much is spent on the probe, within bounds.
+/// The share of the render time that is spent on the probe, within [`PROBE_SECONDS`].
 const PROBE_SHARE: f64 = 0.2;
 const PROBE_SECONDS: [f64; 2] = [3.0, 30.0];
 const PROBE_FOR_ERROR: f64 = 10.0;
@@ -57,7 +57,7 @@ pub struct AdviseArgs {
     pub json: bool,
 }
 
-/// What is printed.
+/// The result that is printed.
 #[derive(Serialize)]
 struct Report {
     device: String,
@@ -69,10 +69,10 @@ struct Report {
     command: String,
 }
 
-/// Probes and prints.
+/// Probes a scene and prints the recommended settings.
 ///
 /// # Errors
-/// The scene or the device is at fault.
+/// The scene cannot be rendered, the device fails, or standard output cannot be written to.
 pub fn run(args: &AdviseArgs) -> Result<(), Failure> {
     let scene = Scene::load_within(&args.scene, args.scene_memory.budget())?;
     for warning in &scene.warnings {

@@ -1,4 +1,4 @@
-//! `goblet compare`: measures two image files, prints the result, keeps the gates.
+//! The subcommand `goblet compare`: compares two image files, prints the result and checks the limits.
 
 use std::path::Path;
 
@@ -12,7 +12,7 @@ use crate::image::compare::{Comparison, Gates, compare, difference_image};
 use crate::image::file::{self, ImageError, Layers, Transfer, Use};
 use crate::image::film::{Image, Window, common_part};
 
-/// What is printed.
+/// The result that is printed.
 #[derive(Serialize)]
 struct Report<'a> {
     image: &'a Path,
@@ -24,11 +24,10 @@ struct Report<'a> {
     failures: Vec<String>,
 }
 
-/// Compares, prints, and returns whether every gate was kept.
+/// Compares two images, prints the result, and returns whether every limit was kept.
 ///
 /// # Errors
-/// When an image cannot be read, their sizes differ, or the difference image
-/// cannot be written.
+/// An image cannot be read, the sizes differ, or the difference image or standard output cannot be written.
 pub fn run(args: &CompareArgs) -> Result<bool, Failure> {
     let inputs = Files::default().reads("the image to compare", &args.image).reads("the reference", &args.reference);
     inputs.writes("the difference", &args.diff).check()?;
@@ -59,7 +58,7 @@ pub fn run(args: &CompareArgs) -> Result<bool, Failure> {
     written.end().map(|()| report.passed)
 }
 
-/// Reads both images. Of parts of one image, as crops are, it is what both show.
+/// Reads both images. If they are crops of one image, both results are reduced to the pixels that both have.
 fn read_both(args: &CompareArgs) -> Result<(Image, Image), CompareError> {
     let read = |path: &Path| {
         let Layers { image, window, .. } = file::read_layers(path, Transfer::Srgb, Use::Light, &Budget::default())?;
@@ -79,7 +78,7 @@ fn read_both(args: &CompareArgs) -> Result<(Image, Image), CompareError> {
 
 impl Report<'_> {
     fn json(&self) -> String {
-        // Fails only for a path that is not Unicode.
+        // Serialization fails only for a path that is not Unicode.
         serde_json::to_string_pretty(self).map_or_else(|e| e.to_string(), |json| json + "\n")
     }
 
@@ -123,7 +122,7 @@ impl Report<'_> {
     }
 }
 
-/// Six decimals, or powers of ten where those would hide the value.
+/// Writes a number with six decimals, or with a power of ten if its absolute value is below 1e-3.
 fn digits(value: f64) -> String {
     if value != 0.0 && value.abs() < 1e-3 { format!("{value:.5e}") } else { format!("{value:.6}") }
 }

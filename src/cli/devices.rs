@@ -1,14 +1,14 @@
-//! `goblet devices`: what there is to render on.
+//! The subcommand `goblet devices`: lists the Vulkan devices.
 
 use goblet_host::{DeviceKind, Instance};
 
 use super::{Failure, terminal};
 use crate::kernels::REQUIREMENTS;
 
-/// Prints a line or two per device.
+/// Prints two lines per device.
 ///
 /// # Errors
-/// There is no Vulkan loader or no device.
+/// There is no Vulkan loader or no device, or standard output cannot be written to.
 pub fn run() -> Result<(), Failure> {
     let devices = Instance::new(false)?.devices(&REQUIREMENTS)?;
     if devices.is_empty() {

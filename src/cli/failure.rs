@@ -1,4 +1,4 @@
-//! What a command can fail with, and the exit code of each.
+//! The failures of commands, and their exit codes.
 
 use std::io;
 use std::path::{Path, PathBuf};
@@ -13,16 +13,16 @@ use crate::scene::mesh::tessellate::TooFine;
 #[cfg(feature = "study")]
 use crate::study::measure::KnobError;
 
-/// A failed command; printed once, by `main`.
+/// The failure of a command. `main` prints it once.
 #[derive(Debug, thiserror::Error)]
 pub enum Failure {
-    /// The scene file is wrong or needs what goblet does not have.
+    /// The scene file is invalid, or needs a feature that goblet lacks.
     #[error(transparent)]
     Scene(#[from] SceneError),
-    /// The scene file has more than one fault, which are printed already.
+    /// The scene file has several faults, which are already printed.
     #[error("{0} cannot be rendered as it is")]
     Unrenderable(String),
-    /// The render could not start or go on.
+    /// The render could not start or continue.
     #[error(transparent)]
     Render(#[from] RenderError),
     /// The device failed.
@@ -34,7 +34,7 @@ pub enum Failure {
     /// Images could not be compared.
     #[error(transparent)]
     Compare(#[from] CompareError),
-    /// Settings that cannot be measured.
+    /// Some settings cannot be measured.
     #[cfg(feature = "study")]
     #[error(transparent)]
     Knob(#[from] KnobError),
@@ -43,10 +43,10 @@ pub enum Failure {
     Report {
         /// The file or folder.
         path: String,
-        /// What is in the way.
+        /// The reason.
         reason: String,
     },
-    /// Bodies could not be replaced by meshes.
+    /// Bodies of revolution could not be replaced by meshes.
     #[error(transparent)]
     Tessellate(#[from] TessellateError),
     /// A checkpoint could not be read, written or used.
@@ -54,10 +54,10 @@ pub enum Failure {
     Checkpoint {
         /// The file.
         path: String,
-        /// What is wrong with it.
+        /// The reason.
         reason: CheckpointError,
     },
-    /// The operating system does not let us listen for signals.
+    /// The operating system does not let the process listen for signals.
     #[error("cannot listen for signals: {0}")]
     Signals(std::io::Error),
     /// The statistics could not be written.
@@ -65,67 +65,67 @@ pub enum Failure {
     Stats {
         /// The file.
         path: String,
-        /// What the operating system says.
+        /// The error of the operating system.
         reason: std::io::Error,
     },
-    /// Standard output takes no more.
+    /// Standard output cannot be written to.
     #[error("cannot write to standard output: {0}")]
     Print(std::io::Error),
-    /// Writing a file would destroy another.
+    /// Writing a file would replace another file of the command.
     #[error("{}: {fact}{}; expected another name for {what}", .path.display(), as_named(.path, .other))]
     SameFile {
         /// The file.
         path: PathBuf,
-        /// What it is already, as in "the scene reads this file".
+        /// The other use of the file, as in "the scene reads this file".
         fact: String,
-        /// Its name as that.
+        /// The name of the file in the other use.
         other: PathBuf,
-        /// What it was to be.
+        /// The output that was to be written, as in "the image".
         what: &'static str,
     },
-    /// There is no manual of a command of this name.
+    /// No command has this name.
     #[error("no command is called \"{name}\"; expected one of: {known}")]
     NoCommand {
-        /// What was asked for.
+        /// The wrong name.
         name: String,
-        /// The commands that there are.
+        /// The names of all commands.
         known: String,
     },
-    /// What is known of a scene could not be put into words.
+    /// The description of a scene could not be written.
     #[error("cannot describe the scene: {0}")]
     Info(String),
-    /// There is no window to show anything in.
+    /// A window could not be opened.
     #[error("cannot open a window: {0}; goblet render needs none")]
     Window(String),
-    /// There is no image that could be written to a file.
+    /// A file was not written, because there is no image.
     #[error("{0}")]
     Unwritten(String),
-    /// No path of a kind has brought any light; the image is written.
+    /// All photon paths or all eye paths were dropped. The image is written nevertheless.
     #[error("every {0} was dropped for values that are not finite: the image is not right")]
     NotFinite(&'static str),
-    /// The validation layer had something to say.
+    /// The validation layers have messages.
     #[error("{} validation message(s), the first: {}", .0.len(), .0[0])]
     Validation(Vec<String>),
 }
 
-/// Why two images could not be compared.
+/// The reason why two images could not be compared.
 #[derive(Debug, thiserror::Error)]
 pub enum CompareError {
-    /// An image could not be read, or the difference not written.
+    /// An image could not be read, or the difference could not be written.
     #[error(transparent)]
     Image(#[from] ImageError),
     /// The images have different sizes.
     #[error(transparent)]
     Size(#[from] SizeMismatch),
-    /// The images are of different places.
+    /// The images are parts of a larger image that have no pixel in common.
     #[error(transparent)]
     Apart(#[from] Apart),
 }
 
-/// Why the bodies of a scene could not be replaced.
+/// The reason why the bodies of a scene could not be replaced by meshes.
 #[derive(Debug, thiserror::Error)]
 pub enum TessellateError {
-    /// A path that the new scene must name is not Unicode.
+    /// The new scene must contain a path that is not Unicode.
     #[error("{}: expected a path in Unicode, which a scene can name", .0.display())]
     Name(PathBuf),
     /// A mesh would be too large.
@@ -133,10 +133,10 @@ pub enum TessellateError {
     TooFine {
         /// `file:line:column` of the shape.
         location: String,
-        /// How large, and what would fit.
+        /// The size of the mesh, and the tolerance that would fit.
         reason: TooFine,
     },
-    /// A body emits a given power.
+    /// A body emits light with a given power.
     #[error(
         "{location}: this body's light has a \"float power\", which every triangle of a mesh would emit; \
          expected its radiance by \"L\" and \"scale\""
@@ -150,18 +150,18 @@ pub enum TessellateError {
     Write {
         /// The file.
         path: PathBuf,
-        /// What the operating system says.
+        /// The error of the operating system.
         reason: io::Error,
     },
 }
 
-/// The other name of a file, if it has one.
+/// Returns the other name of a file for a message; empty if both names are equal.
 fn as_named(path: &Path, other: &Path) -> String {
     if path == other { String::new() } else { format!(" (as {})", other.display()) }
 }
 
 impl Failure {
-    /// 2 for what the user can mend in the command or the scene, else 1.
+    /// Returns the exit code: 2 if the user can correct the command or its inputs, else 1.
     pub fn exit_code(&self) -> u8 {
         match self {
             Self::Tessellate(TessellateError::Write { .. }) => 1,

@@ -1,4 +1,5 @@
-//! `goblet info`: what is in a scene, without a device. docs/info.md has the keys of the JSON.
+//! The subcommand `goblet info`: describes the contents of a scene without a device. docs/info.md lists the
+//! keys of the JSON.
 
 mod text;
 
@@ -21,37 +22,37 @@ use crate::render::options::{Options, Resolved};
 use crate::scene::{self, FilterKind, Projection, Scene, Survey};
 use text::describe;
 
-/// What is known of a scene; what cannot be told is left out.
+/// The description of a scene. Parts that are unknown because of faults are left out.
 #[derive(Serialize)]
 struct Info {
     #[serde(flatten)]
     contents: Option<Contents>,
-    /// What was ignored or is rendered differently than asked for.
+    /// Parts of the scene that are ignored, or rendered differently than the file asks for.
     warnings: Vec<String>,
     unsupported: Vec<String>,
     /// All other faults.
     errors: Vec<String>,
-    /// How many faults are not listed.
+    /// The number of faults that are not listed.
     further_faults: u64,
 }
 
 #[derive(Serialize)]
 struct Contents {
-    /// Counts by type.
+    /// Counts of shapes, materials and lights by type.
     scene: BTreeMap<&'static str, u64>,
-    /// None where there is no surface.
+    /// The bounding sphere; `None` if there is no surface.
     bounds: Option<Bounds>,
-    /// W, the mean of red, green and blue, by kind of light.
+    /// Power in W by kind of light, as the mean of red, green and blue.
     light_power: BTreeMap<&'static str, f64>,
     film: Film,
     camera: Camera,
     integrator: Integrator,
-    /// What of the kernels the scene makes use of.
+    /// The features of the kernels that the scene uses.
     specialization: BTreeMap<String, Value>,
     memory: Memory,
 }
 
-/// A sphere around everything, scene units.
+/// The bounding sphere of the scene, in scene units.
 #[derive(Serialize)]
 struct Bounds {
     center: [f64; 3],
@@ -65,16 +66,16 @@ struct Film {
     rendered: [[u32; 2]; 2],
     exposure: f64,
     filter: &'static str,
-    /// By their names in scene files.
+    /// Parameters of the filter by their names in scene files.
     filter_parameters: BTreeMap<&'static str, f64>,
-    /// Pixels.
+    /// Radius of the filter in pixels.
     filter_radius: [f64; 2],
 }
 
 #[derive(Serialize)]
 struct Camera {
     projection: &'static str,
-    /// Degrees, of the shorter image axis; none where all directions are seen, or parallel lines.
+    /// The angle along the shorter image axis in degrees; `None` for spherical and orthographic cameras.
     field_of_view: Option<f64>,
     position: [f64; 3],
     screen_window: [f64; 4],
@@ -87,22 +88,23 @@ struct Integrator {
     iterations: u32,
     photons_per_iteration: u64,
     max_depth: u32,
-    /// Scene units; none where it follows the pixels.
+    /// The initial radius in scene units; `None` if it follows the footprints of pixels.
     radius: Option<f64>,
     seed: u32,
 }
 
-/// Device memory, estimated; bytes.
+/// The estimated device memory in bytes.
 #[derive(Serialize)]
 struct Memory {
     scene: u64,
     buffers: u64,
 }
 
-/// Prints it.
+/// Prints the description of a scene.
 ///
 /// # Errors
-/// The scene cannot be rendered; what can be told of it is printed nevertheless.
+/// The scene cannot be rendered; the known parts of its description are printed nevertheless. Or standard
+/// output cannot be written to.
 pub fn run(args: &InfoArgs) -> Result<(), Failure> {
     let Survey { scene, unsupported, errors, more } = Scene::survey(&args.scene, args.scene_memory.budget());
     let mut errors: Vec<Failure> = errors.into_iter().map(Failure::from).collect();
@@ -222,7 +224,7 @@ fn light_power(packed: &PackedScene) -> BTreeMap<&'static str, f64> {
     powers
 }
 
-/// The constants that are neither false nor 0, by their names.
+/// Returns the specialization constants that are neither false nor 0, by their names.
 fn features(specialization: &Specialization) -> BTreeMap<String, Value> {
     let used = specialization.values().into_iter().filter_map(|(name, constant)| {
         let value = match constant {

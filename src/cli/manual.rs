@@ -1,5 +1,5 @@
-//! `goblet completions` and `goblet man`: what shells and `man` read, made of the command line's own
-//! definition.
+//! The subcommands `goblet completions` and `goblet man`. Their texts follow from the definition of the
+//! command line.
 
 use clap::{Args, CommandFactory};
 use clap_complete::Shell;
@@ -23,7 +23,7 @@ pub struct ManArgs {
     pub command: Option<String>,
 }
 
-/// Prints the script of a shell.
+/// Prints the completion script for a shell.
 ///
 /// # Errors
 /// Standard output cannot be written to.
@@ -33,7 +33,7 @@ pub fn completions(args: &CompletionsArgs) -> Result<(), Failure> {
     terminal::print(&String::from_utf8_lossy(&script))
 }
 
-/// Prints a page in roff.
+/// Prints the manual page of a command, or of all commands, in roff.
 ///
 /// # Errors
 /// There is no such command, or standard output cannot be written to.
@@ -51,12 +51,12 @@ pub fn man(args: &ManArgs) -> Result<(), Failure> {
     terminal::print(&String::from_utf8_lossy(&page.map_err(Failure::Print)?))
 }
 
-/// The commands, in the order of the help.
+/// Returns the names of the commands, in the order of the help.
 fn names(all: &clap::Command) -> Vec<&str> {
     all.get_subcommands().map(clap::Command::get_name).collect()
 }
 
-/// Under the name of its page.
+/// Returns the command with the name of its manual page.
 fn renamed(command: &clap::Command) -> clap::Command {
     command.clone().display_name(format!("goblet-{}", command.get_name()))
 }
@@ -67,7 +67,7 @@ fn page(man: &Man) -> std::io::Result<Vec<u8>> {
     Ok(roff)
 }
 
-/// One page: that of the program, then a section for each command.
+/// Returns a page for the whole program: its own page, followed by a section for each command.
 fn whole(all: &clap::Command) -> std::io::Result<Vec<u8>> {
     let mut roff = page(&Man::new(all.clone()))?;
     for command in all.get_subcommands().filter(|command| command.get_name() != "help") {
@@ -77,7 +77,7 @@ fn whole(all: &clap::Command) -> std::io::Result<Vec<u8>> {
         man.render_synopsis_section(&mut parts)?;
         man.render_description_section(&mut parts)?;
         man.render_options_section(&mut parts)?;
-        // They are below a section now.
+        // The sections of a command become subsections of its section.
         let parts = String::from_utf8_lossy(&parts);
         let lines = parts.lines().map(|line| line.strip_prefix(".SH ").map_or_else(|| line.to_owned(), subsection));
         roff.extend(lines.flat_map(|line| line.into_bytes().into_iter().chain([b'\n'])));

@@ -1,4 +1,4 @@
-//! `goblet measure`: what each setting of a render costs, and what it brings.
+//! The subcommand `goblet measure`: measures the error of each setting of a render against time.
 
 use std::ffi::OsStr;
 use std::fs;
@@ -28,15 +28,15 @@ use crate::study::measure::{
     Conditions, Measurement, Reference, Setting, Source, Trajectory, Vary, knobs, report, settings,
 };
 
-/// How much longer than a setting goblet's own reference is rendered.
+/// The render time of the automatic reference, in budgets of a setting.
 const REFERENCE_BUDGETS: u32 = 10;
-/// Its seed is so far from those of the settings.
+/// The difference between the seed of the automatic reference and the scene's seed.
 const REFERENCE_SEED: u32 = 1 << 20;
 
-/// The reference that goblet renders.
+/// The name of the reference that goblet renders itself.
 const AUTO: &str = "auto";
 
-/// Names in the folder.
+/// Names of the files in the output folder.
 const RESULTS: [&str; 2] = ["results.json", "results.csv"];
 const REPORT: &str = "report.html";
 const OWN_REFERENCE: &str = "reference.exr";
@@ -103,10 +103,10 @@ fn vary(text: &str) -> Result<Vary, String> {
     text.parse().map_err(|error: crate::study::measure::KnobError| error.to_string())
 }
 
-/// Measures, and writes the results after every turn.
+/// Measures settings, and writes the results after every turn.
 ///
 /// # Errors
-/// The scene, a setting, the reference, the device or an output is at fault.
+/// The scene, a setting or the reference is invalid, or the device or an output fails.
 pub fn run(args: &MeasureArgs) -> Result<(), Failure> {
     let scene = Scene::load_within(&args.scene, args.scene_memory.budget())?;
     for warning in scene.warnings.iter().filter(|_| !args.quiet) {
@@ -144,7 +144,7 @@ pub fn run(args: &MeasureArgs) -> Result<(), Failure> {
     Ok(())
 }
 
-/// Says before anything is rendered that a result would replace what is read.
+/// Checks before anything is rendered that no result replaces a file that the command reads.
 fn check_files(args: &MeasureArgs, scene: &Scene, settings: usize) -> Result<(), Failure> {
     let mut files = Files::default().reads_scene(&args.scene, scene);
     if args.reference.as_os_str() != OsStr::new(AUTO) {
@@ -167,7 +167,7 @@ fn say(args: &MeasureArgs, turn: u32, setting: &Setting, run: &Trajectory) {
     }
 }
 
-/// Read before a device is opened; `None` if goblet is to render its own.
+/// Reads the reference, before a device is opened; `None` if goblet renders the reference itself.
 fn given_reference(args: &MeasureArgs) -> Result<Option<(Image, Source)>, Failure> {
     if args.reference.as_os_str() == OsStr::new(AUTO) {
         return Ok(None);
@@ -182,7 +182,7 @@ fn given_reference(args: &MeasureArgs) -> Result<Option<(Image, Source)>, Failur
     Ok(Some((image, source)))
 }
 
-/// Renders a reference with the scene's own settings, and keeps it beside the results.
+/// Renders a reference with the scene's own settings, and writes it to the folder of the results.
 fn own_reference(args: &MeasureArgs, device: &Arc<Device>, scene: &Scene) -> Result<(Image, Source), Failure> {
     let time = args.budget * REFERENCE_BUDGETS;
     if !args.quiet {
@@ -210,7 +210,7 @@ fn own_reference(args: &MeasureArgs, device: &Arc<Device>, scene: &Scene) -> Res
     Ok((image, source))
 }
 
-/// Says before anything is rendered that a setting does not fit the scene.
+/// Checks before anything is rendered that each setting fits the scene.
 fn check_options(scene: &Scene, settings: &[Setting]) -> Result<(), Failure> {
     for setting in settings {
         let options = &setting.request.options;
@@ -220,7 +220,7 @@ fn check_options(scene: &Scene, settings: &[Setting]) -> Result<(), Failure> {
     Ok(())
 }
 
-/// Says before anything is rendered that the images of a setting cannot be compared.
+/// Checks, before the settings are rendered, that their images have the size of the reference.
 fn check_sizes(reference: &Reference, scene: &Scene, settings: &[Setting]) -> Result<(), Failure> {
     let [first, end] = scene.film.bounds(scene.film.resolution);
     let image = [end[0] - first[0], end[1] - first[1]];
@@ -231,7 +231,7 @@ fn check_sizes(reference: &Reference, scene: &Scene, settings: &[Setting]) -> Re
     Ok(())
 }
 
-/// Writes all there is. What fails stops none of the others.
+/// Writes all results so far. A file that cannot be written does not stop the others.
 fn write(folder: &Path, measurement: &Measurement, conditions: Conditions) -> Result<(), Failure> {
     let results = measurement.results(conditions);
     let save = |name: &str, text: Result<String, String>| {
@@ -272,7 +272,7 @@ fn difference_file(setting: usize) -> String {
     format!("setting-{}-difference.png", setting + 1)
 }
 
-/// Everything that may be written, for so many settings.
+/// Returns all files that may be written for this number of settings.
 fn outputs(folder: &Path, settings: usize) -> Vec<PathBuf> {
     let fixed = [RESULTS[0], RESULTS[1], REPORT, OWN_REFERENCE].map(str::to_owned);
     let images = (0..settings).flat_map(|setting| [image_file(setting), difference_file(setting)]);
@@ -283,7 +283,7 @@ fn failed(path: &Path, reason: impl std::fmt::Display) -> Failure {
     Failure::Report { path: path.display().to_string(), reason: reason.to_string() }
 }
 
-/// As it was given, but for the path of the program.
+/// Returns the command line as given, with `goblet` in place of the path of the program.
 fn command_line() -> String {
     let rest = std::env::args_os().skip(1).map(|arg| arg.to_string_lossy().into_owned());
     std::iter::once("goblet".to_owned()).chain(rest).collect::<Vec<_>>().join(" ")

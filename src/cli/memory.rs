@@ -1,4 +1,4 @@
-//! `--scene-memory`: how much memory a scene may take.
+//! The option `--scene-memory`: the memory that a scene may take.
 
 use clap::Args;
 
@@ -18,7 +18,7 @@ pub struct SceneMemory {
 }
 
 impl SceneMemory {
-    /// The budget that it asks for.
+    /// Returns the budget of memory; the default budget if the option is not given.
     pub fn budget(&self) -> Budget {
         self.bytes.map_or_else(Budget::default, Budget::new)
     }

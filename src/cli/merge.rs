@@ -1,4 +1,4 @@
-//! `goblet merge`: checkpoints of shards to the image of all.
+//! The subcommand `goblet merge`: adds the checkpoints of shards and writes their image.
 
 use super::outputs::{AN_IMAGE, Files, THE_CHECKPOINT, Written};
 use super::render::{at, metadata, read_checkpoint, warn_of_other_maker, write_images};
@@ -10,8 +10,7 @@ use crate::render::checkpoint::Checkpoint;
 /// Adds checkpoints, and writes every output.
 ///
 /// # Errors
-/// A checkpoint cannot be read or does not belong to the others, or an output cannot be
-/// written.
+/// A checkpoint cannot be read or does not belong to the others, or an output cannot be written.
 pub fn run(args: &MergeArgs) -> Result<(), Failure> {
     let inputs =
         args.checkpoints.iter().fold(Files::default(), |files, path| files.reads("a checkpoint to merge", path));
@@ -35,7 +34,7 @@ pub fn run(args: &MergeArgs) -> Result<(), Failure> {
             None => sum = Some(checkpoint),
         }
     }
-    // The command line has at least one.
+    // The command line requires at least one checkpoint.
     let Some(sum) = sum else { return Ok(()) };
     if !args.quiet {
         warn_of_missing(&sum);

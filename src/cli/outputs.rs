@@ -1,4 +1,5 @@
-//! The files that a command writes: none may be one that it reads, or another that it writes.
+//! The files of a command. A file that the command writes must not be one that it reads, nor another file
+//! that it writes.
 
 use std::fs::{self, Metadata};
 use std::path::{Path, PathBuf};
@@ -7,22 +8,22 @@ use super::Failure;
 use super::terminal;
 use crate::scene::Scene;
 
-/// What outputs are called in messages.
+/// The name of image outputs in messages.
 pub const AN_IMAGE: &str = "the image";
-/// As above.
+/// The name of the checkpoint in messages.
 pub const THE_CHECKPOINT: &str = "the checkpoint";
-/// As above.
+/// The name of the statistics in messages.
 pub const THE_STATISTICS: &str = "the statistics";
 
-/// What a command reads, and what it is about to write.
+/// The files that a command reads, and the files that it will write.
 #[derive(Default)]
 pub struct Files {
     inputs: Vec<Named>,
-    /// With what each is, as in "the image".
+    /// Each output with its name in messages, as in "the image".
     outputs: Vec<(&'static str, Named)>,
 }
 
-/// A file, and what there is to say of it to who would replace it.
+/// A file, with the reason why it must not be replaced.
 struct Named {
     fact: String,
     path: PathBuf,
@@ -30,12 +31,12 @@ struct Named {
 }
 
 impl Files {
-    /// Adds what the command reads; `what` is a noun, as in "the reference".
+    /// Adds a file that the command reads. `what` is its name in messages, as in "the reference".
     pub fn reads(self, what: &str, path: &Path) -> Self {
         self.takes(&format!("this file is also {what}"), path)
     }
 
-    /// Adds a file that a scene reads, or is in.
+    /// Adds a scene file, or a file that a scene reads.
     pub fn reads_for_scene(self, path: &Path) -> Self {
         self.takes("the scene reads this file", path)
     }
@@ -45,22 +46,22 @@ impl Files {
         self
     }
 
-    /// Adds a scene with all that it reads.
+    /// Adds a scene file and all files that the scene reads.
     pub fn reads_scene(self, path: &Path, scene: &Scene) -> Self {
         scene.inputs.iter().fold(self.reads_for_scene(path), |files, input| files.reads_for_scene(input))
     }
 
-    /// Adds what the command writes.
+    /// Adds files that the command writes. `what` is their name in messages.
     pub fn writes<'a>(mut self, what: &'static str, paths: impl IntoIterator<Item = &'a PathBuf>) -> Self {
         let named = |path: &PathBuf| (what, Named::new(format!("this file is also {what}"), path));
         self.outputs.extend(paths.into_iter().map(named));
         self
     }
 
-    /// Compares each output with each file that it could replace.
+    /// Compares each output with each input and each other output.
     ///
     /// # Errors
-    /// Two are the same file, whatever their names.
+    /// Two of them are the same file, even if their names differ.
     pub fn check(&self) -> Result<(), Failure> {
         for (i, (what, output)) in self.outputs.iter().enumerate() {
             let others = self.inputs.iter().chain(self.outputs[..i].iter().map(|(_, other)| other));
@@ -83,17 +84,17 @@ impl Named {
     }
 }
 
-/// What a file is, under whatever name.
+/// The identity of a file, which does not depend on the name by which it is given.
 struct Identity {
-    /// Its device and number there; none where it does not exist.
+    /// The numbers of its device and its inode; `None` if the file does not exist.
     number: Option<(u64, u64)>,
-    /// Without links, `.` and `..`.
+    /// The path without links, `.` and `..`.
     path: PathBuf,
-    /// The same in small letters.
+    /// The path in lower case.
     folded: String,
 }
 
-/// As many links are followed as Linux does.
+/// The largest number of links that are followed, as on Linux.
 const MAX_LINKS: u32 = 40;
 
 impl Identity {
@@ -104,8 +105,8 @@ impl Identity {
         Self { number, path, folded }
     }
 
-    /// Whether both may be one file. Two that exist say so themselves. Of others, file systems
-    /// differ in whether letters' case tells them apart, and it is taken not to.
+    /// Returns whether both may be the same file. If both exist, their numbers decide. Else their paths are
+    /// compared without regard to case, because some file systems ignore case.
     fn may_be(&self, other: &Self) -> bool {
         match (self.number, other.number) {
             (Some(number), Some(other)) => number == other,
@@ -120,13 +121,13 @@ fn number(metadata: &Metadata) -> Option<(u64, u64)> {
     Some((metadata.dev(), metadata.ino()))
 }
 
-/// The standard library does not tell: paths decide.
+/// The standard library has no such numbers here, so paths decide.
 #[cfg(not(unix))]
 fn number(_: &Metadata) -> Option<(u64, u64)> {
     None
 }
 
-/// The file's path without links, also of a file that is not there yet, and of a link to one.
+/// Returns the path of a file without links. The file, or the target of a link, need not exist.
 fn resolved(path: &Path, links: u32) -> PathBuf {
     if let Ok(path) = fs::canonicalize(path) {
         return path;
@@ -143,14 +144,14 @@ fn resolved(path: &Path, links: u32) -> PathBuf {
     }
 }
 
-/// Outputs as they are written: one that fails stops none of the others.
+/// The results of writing several outputs. A failed output does not stop the others.
 #[derive(Default)]
 pub struct Written {
     last: Option<Failure>,
 }
 
 impl Written {
-    /// Takes note of an output.
+    /// Notes the result of an output. An earlier failure is printed when another one follows.
     pub fn note(&mut self, written: Result<(), Failure>) {
         if let Err(failure) = written
             && let Some(before) = self.last.replace(failure)
@@ -159,14 +160,14 @@ impl Written {
         }
     }
 
-    /// Says what has failed.
+    /// Prints the last failure, if there is one.
     pub fn say(self) {
         if let Some(failure) = self.last {
             terminal::fail(&failure);
         }
     }
 
-    /// The last failure; the others are said.
+    /// Returns the last failure; the earlier ones are already printed.
     ///
     /// # Errors
     /// An output has failed.

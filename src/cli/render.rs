@@ -1,4 +1,4 @@
-//! `goblet render`: a scene to image files.
+//! The subcommand `goblet render`: renders a scene and writes image files.
 
 mod args;
 mod limit;
@@ -34,25 +34,24 @@ use crate::render::error::RenderError;
 use crate::render::renderer::Renderer;
 use crate::scene::Scene;
 
-/// How a render came to its end.
+/// The way in which a render ended.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum End {
-    /// As asked.
+    /// The render reached its limit.
     Done,
-    /// A signal stopped it; what there was is written.
+    /// A signal stopped the render; the outputs are written.
     Stopped,
 }
 
-/// Renders, and writes every output; after a failure too, with the iterations that were finished
-/// before it.
+/// Renders a scene and writes every output. If an iteration fails, the outputs have the iterations before it.
 ///
 /// # Errors
-/// The scene, an option, a checkpoint, the device or an output is at fault.
+/// The scene, an option or a checkpoint is invalid, or the device or an output fails.
 pub fn run(args: &RenderArgs) -> Result<End, Failure> {
     run_with(args, Renderer::step)
 }
 
-/// The same with another way to render an iteration.
+/// Does the work of [`run`]; `step` renders an iteration, so that tests can make one fail.
 fn run_with(args: &RenderArgs, step: impl Fn(&mut Renderer) -> Result<(), RenderError>) -> Result<End, Failure> {
     let start = Instant::now();
     let mut signals = Signals::new()?;
@@ -91,7 +90,7 @@ fn run_with(args: &RenderArgs, step: impl Fn(&mut Renderer) -> Result<(), Render
         let times = [load_time, render_time, start.elapsed()];
         written.note(write(args, &scene, &outputs, &mut renderer, &begin, times));
     }
-    // What stopped the render decides, whatever else has failed after it.
+    // The failure that stopped the render determines the result, even if outputs failed after it.
     let end = match outcome {
         Err(failure) => {
             written.say();
@@ -105,7 +104,7 @@ fn run_with(args: &RenderArgs, step: impl Fn(&mut Renderer) -> Result<(), Render
     if messages.is_empty() { Ok(end) } else { Err(Failure::Validation(messages)) }
 }
 
-/// Writes images and statistics. One that fails stops none of the others.
+/// Writes images and statistics. A failed output does not stop the others.
 fn write(
     args: &RenderArgs,
     scene: &Scene,
@@ -127,7 +126,7 @@ fn write(
     written.end()
 }
 
-/// Writes statistics, if they are asked for, and says what a user should know even without.
+/// Prints the warnings that follow from the statistics, and writes the statistics if `--stats` is given.
 fn write_stats(
     args: &RenderArgs,
     scene: &Scene,
@@ -145,15 +144,15 @@ fn write_stats(
     args.stats.as_ref().map_or(Ok(()), |path| stats.write(path))
 }
 
-/// Where this run took over.
+/// The state at which this run started: 0, or that of a resumed checkpoint.
 struct Begin {
     iterations: u32,
     photons: u64,
     time: Instant,
 }
 
-/// Runs iterations until a limit or a signal, and saves checkpoints on the way. At least one
-/// is finished before a signal stops it, so that there is an image.
+/// Runs iterations until a limit or a signal, and saves checkpoints on the way. A signal stops the render
+/// only after the first iteration, so that there is an image.
 fn iterate(
     args: &RenderArgs,
     scene: &Scene,
@@ -165,7 +164,7 @@ fn iterate(
     let limit = Limit::new(args, scene, renderer.sequence());
     let mut progress = Progress::new(&limit, begin, args.quiet);
     let mut saved = Instant::now();
-    // What is resumed may be good enough.
+    // A resumed render may have reached the target error already.
     if limit.wants_error(renderer.iterations(), args.quiet) {
         progress.error = renderer.relative_error()?;
     }
@@ -179,7 +178,7 @@ fn iterate(
         }
         progress.show(renderer, &limit);
         if let Some(path) = args.checkpoint.as_ref().filter(|_| saved.elapsed() >= args.checkpoint_every) {
-            // A full disk now is no reason to lose the render: there may be room later.
+            // A full disk does not end the render, because there may be space later.
             if let Err(failure) = save(args, path, renderer) {
                 terminal::warn(failure);
             }
@@ -190,7 +189,7 @@ fn iterate(
     Ok(End::Done)
 }
 
-/// Fails if nothing of the light was a number.
+/// Checks that not all photon paths and not all eye paths were dropped for values that are not finite.
 fn check_paths(renderer: &Renderer) -> Result<(), Failure> {
     let tally = renderer.tally();
     let all = |dropped: u64, traced: u64| traced > 0 && dropped >= traced;
@@ -203,8 +202,8 @@ fn check_paths(renderer: &Renderer) -> Result<(), Failure> {
     Ok(())
 }
 
-/// The files to write: as asked, else what the scene names, else an EXR named after it. A
-/// shard's image is of interest to few.
+/// Returns the image files to write: those of `--output`, else the file that the scene names, else an EXR
+/// named after the scene. A shard writes no image without `--output`.
 fn outputs(args: &RenderArgs, scene: &Scene) -> Vec<PathBuf> {
     if !args.output.is_empty() || args.shard.is_some() {
         return args.output.clone();
@@ -214,8 +213,8 @@ fn outputs(args: &RenderArgs, scene: &Scene) -> Vec<PathBuf> {
     vec![named.unwrap_or_else(|| stem.with_extension("exr"))]
 }
 
-/// Refuses to replace what the render reads, or writes itself. Only the checkpoint that it goes on
-/// from may be the one that it writes.
+/// Checks that no output replaces an input or another output. The only exception is the checkpoint that the
+/// render resumes: the new checkpoint may replace it.
 fn check_files(args: &RenderArgs, scene: &Scene, outputs: &[PathBuf]) -> Result<(), Failure> {
     let inputs = || Files::default().reads_scene(&args.scene, scene);
     inputs().writes(THE_CHECKPOINT, &args.checkpoint).check()?;
@@ -225,7 +224,7 @@ fn check_files(args: &RenderArgs, scene: &Scene, outputs: &[PathBuf]) -> Result<
     own.writes(AN_IMAGE, outputs).writes(THE_STATISTICS, &args.stats).check()
 }
 
-/// Finds out before a long render what cannot be written.
+/// Checks before a long render that all outputs can be written.
 fn check_writable(args: &RenderArgs, outputs: &[PathBuf]) -> Result<(), Failure> {
     for path in outputs {
         file::check_writable(path)?;
@@ -239,7 +238,7 @@ fn check_writable(args: &RenderArgs, outputs: &[PathBuf]) -> Result<(), Failure>
     Ok(())
 }
 
-/// What outputs call a scene file.
+/// Returns the name of a scene file in outputs.
 pub fn scene_name(scene: &Path) -> String {
     scene.file_name().map(|name| name.to_string_lossy().into_owned()).unwrap_or_default()
 }
@@ -248,7 +247,7 @@ fn save(args: &RenderArgs, path: &Path, renderer: &Renderer) -> Result<(), Failu
     save_checkpoint(&scene_name(&args.scene), path, renderer)
 }
 
-/// Writes a checkpoint of a scene that is called so.
+/// Writes a checkpoint; `scene` is the name of the scene.
 ///
 /// # Errors
 /// The device fails, or the file cannot be written.
@@ -259,17 +258,18 @@ pub fn save_checkpoint(scene: &str, path: &Path, renderer: &Renderer) -> Result<
 /// Reads a checkpoint.
 ///
 /// # Errors
-/// With the file's name.
+/// The file cannot be read, or is not a whole checkpoint. The error has the file's name.
 pub fn read_checkpoint(path: &Path) -> Result<Checkpoint, Failure> {
     Checkpoint::read(path).map_err(|reason| at(path, reason))
 }
 
-/// An error of a checkpoint, with its file.
+/// Returns the failure for an error of a checkpoint, with the name of its file.
 pub fn at(path: &Path, reason: CheckpointError) -> Failure {
     Failure::Checkpoint { path: path.display().to_string(), reason }
 }
 
-/// Says so when a checkpoint was made `there`, and what it joins `here`, on another device.
+/// Prints a warning if a checkpoint was made by another program, device or driver (`there`) than the rest of
+/// the render (`here`).
 pub fn warn_of_other_maker(path: &Path, there: &MadeBy, here: &MadeBy) {
     if here != there {
         let path = path.display();
@@ -279,7 +279,8 @@ pub fn warn_of_other_maker(path: &Path, there: &MadeBy, here: &MadeBy) {
     }
 }
 
-/// What an EXR says of its making. No time and no host: the same render is the same file.
+/// Returns the metadata of an EXR. They contain neither the time nor the host, so that the same render gives
+/// the same file.
 pub fn metadata(scene: &str, made_by: &MadeBy, estimate: &Estimate, photons: u64) -> Vec<(String, String)> {
     [
         ("goblet.version", made_by.version.clone()),
@@ -293,8 +294,8 @@ pub fn metadata(scene: &str, made_by: &MadeBy, estimate: &Estimate, photons: u64
     .to_vec()
 }
 
-/// Writes the image of an estimate, with further channels. A file that cannot be written stops none of
-/// the others.
+/// Writes the image of an estimate, with further channels. A file that cannot be written does not stop the
+/// others.
 ///
 /// # Errors
 /// A file cannot be written.

@@ -1,13 +1,14 @@
-//! `--shard`: which part of the work is this process's.
+//! The option `--shard`: the part of the iterations that this process renders.
 
 use crate::render::sequence::Shard;
 
-/// Variables in which a scheduler tells a job of an array its index and the count.
+/// A scheduler of array jobs, with the environment variables that contain the index of a job and the number
+/// of jobs.
 struct Scheduler {
     name: &'static str,
     index: &'static str,
     count: &'static str,
-    /// The first index and the step between indices, where they are not 0 and 1.
+    /// The variables of the first index and of the step between indices, if they can differ from 0 and 1.
     first: Option<&'static str>,
     step: Option<&'static str>,
 }
@@ -20,7 +21,7 @@ const SCHEDULERS: [Scheduler; 3] = [
         first: Some("SLURM_ARRAY_TASK_MIN"),
         step: Some("SLURM_ARRAY_TASK_STEP"),
     },
-    // Kubernetes does not tell a pod how many there are: the manifest must.
+    // Kubernetes does not tell a pod the number of jobs, so the manifest must set this variable.
     Scheduler { name: "Kubernetes", index: "JOB_COMPLETION_INDEX", count: "JOB_COMPLETIONS", first: None, step: None },
     Scheduler {
         name: "AWS Batch",
@@ -31,7 +32,10 @@ const SCHEDULERS: [Scheduler; 3] = [
     },
 ];
 
-/// `I/N`, or `auto`.
+/// Reads a shard: `I/N`, or `auto` for the environment of an array job.
+///
+/// # Errors
+/// The text is not a shard; the message says what is expected.
 pub fn parse(text: &str) -> Result<Shard, String> {
     if text == "auto" {
         return from_environment(|name| std::env::var(name).ok());
@@ -51,7 +55,10 @@ fn shard(index: u32, count: u32) -> Result<Shard, String> {
     Ok(Shard { index, count })
 }
 
-/// From the environment of an array job.
+/// Returns the shard of this job of an array job. `variable` reads an environment variable.
+///
+/// # Errors
+/// The process is not in an array job, or the values of its variables are invalid.
 fn from_environment(variable: impl Fn(&str) -> Option<String>) -> Result<Shard, String> {
     let Some(scheduler) = SCHEDULERS.iter().find(|scheduler| variable(scheduler.index).is_some()) else {
         let names: Vec<_> =

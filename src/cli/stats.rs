@@ -1,4 +1,4 @@
-//! What `--stats` writes.
+//! The statistics of `--stats`.
 
 use std::collections::BTreeMap;
 use std::io;
@@ -15,7 +15,7 @@ use crate::render::renderer::Renderer;
 use crate::render::unsampled::Noise;
 use crate::scene::{Geometry, Light, Material, Scene};
 
-/// The share of photon paths that may be lost in glass without a word.
+/// The largest share of photon paths that may be lost in glass without a warning.
 const MOST_LOST: f64 = 1e-4;
 
 /// Times, counts and memory of a render.
@@ -23,22 +23,22 @@ const MOST_LOST: f64 = 1e-4;
 pub struct Stats {
     device: String,
     driver: String,
-    /// Counts by type.
+    /// Counts of shapes, materials and lights by type.
     scene: BTreeMap<&'static str, u64>,
     iterations: u32,
     photons: u64,
     photons_per_second: f64,
     seconds: Seconds,
-    /// Device seconds by kernel, compilation included where the driver defers it.
+    /// Device time in seconds by kernel. It includes compilation if the driver defers it.
     passes: BTreeMap<&'static str, f64>,
     radius: Range,
-    /// Estimated, of noise; null before both halves of the rounds have begun, and where nothing
-    /// is known of it.
+    /// The estimated relative error from noise; null before both halves of the rounds have begun, and if
+    /// nothing is known about the error.
     relative_error: Option<f64>,
-    /// What the light of one photon would add to the image, relative to it: below this, no error
-    /// is known. Null where an image that photons could light is black.
+    /// The light that one photon would add to the image, relative to the image: a smaller error is not known.
+    /// Null if the image is black and photons could contribute to it.
     error_of_one_photon: Option<f64>,
-    /// Photons stored on diffuse surfaces over photons emitted; null without any.
+    /// Photons recorded on diffuse surfaces divided by emitted photons; null if none is emitted.
     recorded_share: Option<f64>,
     device_memory_bytes: u64,
     eye_paths: u64,
@@ -53,13 +53,13 @@ struct Seconds {
     load: f64,
     build: f64,
     compile: f64,
-    /// The host's part of the kd-trees over visible points; it is part of `render`.
+    /// The time of the host for kd-trees over visible points; it is part of `render`.
     kd_build: f64,
     render: f64,
     total: f64,
 }
 
-/// Scene units.
+/// A range of radii in scene units.
 #[derive(Serialize)]
 struct Range {
     min: f64,
@@ -67,8 +67,8 @@ struct Range {
 }
 
 impl Stats {
-    /// Collects them at the end of a render, which has emitted `photons` since it began or
-    /// was resumed. The times are those of loading the scene, of rendering, and of all.
+    /// Collects the statistics at the end of a render. `photons` is the number of photons since the render
+    /// began or was resumed. The times are of loading the scene, of rendering, and of the whole process.
     ///
     /// # Errors
     /// The device fails.
@@ -110,7 +110,7 @@ impl Stats {
         })
     }
 
-    /// What a user should know even without asking for statistics.
+    /// Returns the warnings that a user should get even without `--stats`.
     pub fn warnings(&self) -> Vec<String> {
         let mut warnings = Vec::new();
         for (pass, count) in self.tally.non_finite.found() {
@@ -141,7 +141,7 @@ impl Stats {
         warnings
     }
 
-    /// What to say where nearly all photons land far from what is seen.
+    /// Returns a warning if nearly all photons land far from the surfaces that are seen.
     fn missing_light(&self) -> Option<String> {
         let Tally { emitted, recorded, .. } = self.tally;
         if !self.noise.misses_light(emitted, recorded) {
@@ -160,7 +160,8 @@ impl Stats {
         ))
     }
 
-    /// Checks, before a long render, that [`write`](Self::write) will be able to.
+    /// Checks that a file can be written to `path`. Callers use it before a long render that ends with
+    /// [`write`](Self::write).
     ///
     /// # Errors
     /// The file cannot be written.
@@ -168,7 +169,7 @@ impl Stats {
         Replacement::create(path).map(drop).map_err(|reason| failed(path, reason))
     }
 
-    /// Writes JSON, atomically: `path` holds the old file or the whole new one.
+    /// Writes the statistics as JSON, atomically: `path` has either the old file or the whole new one.
     ///
     /// # Errors
     /// The file cannot be written.
@@ -177,7 +178,7 @@ impl Stats {
     }
 }
 
-/// With two digits.
+/// Writes a share as a percentage with two significant digits.
 fn percent(share: f64) -> String {
     let percent = 100.0 * share;
     let digits = if percent > 0.0 { (1.0 - percent.log10().floor()).clamp(0.0, 12.0) as usize } else { 0 };
@@ -198,7 +199,7 @@ fn failed(path: &Path, reason: io::Error) -> Failure {
     Failure::Stats { path: path.display().to_string(), reason }
 }
 
-/// Shapes, materials in use, and lights, by type.
+/// Counts the shapes, the materials of shapes, and the lights by type.
 pub(crate) fn count(scene: &Scene) -> BTreeMap<&'static str, u64> {
     let mut counts = BTreeMap::new();
     let mut add = |name, number| *counts.entry(name).or_insert(0) += number;

@@ -1,12 +1,11 @@
-//! What commands print: the only place that writes to standard output and standard error.
+//! The output of commands to the terminal. Only this module writes to standard output and standard error.
 //!
-//! What a command exists to say goes to standard output, and a command that cannot say it fails.
-//! A closed pipe is no failure: its reader has what it wanted, as with `goblet info scene.pbrt |
-//! head -1`. What is said besides goes to standard error, and whether anybody hears it changes
-//! nothing: a render goes on when its log is gone.
+//! The result of a command goes to standard output. If this fails, the command fails. A closed pipe is not a
+//! failure, because its reader needs no more, as in `goblet info scene.pbrt | head -1`. Messages go to
+//! standard error. If this fails, nothing changes: a render continues without its log.
 //!
-//! Names of files, devices and scenes may hold anything. Control characters in them are printed
-//! as in JSON, so that none can move a terminal's cursor or change its title.
+//! Names of files, devices and scenes may contain any characters. Control characters are printed as in JSON,
+//! so that they cannot move the cursor of a terminal or change its title.
 
 use std::borrow::Cow;
 use std::ffi::OsString;
@@ -15,38 +14,38 @@ use std::io::{self, ErrorKind, Write};
 
 use super::Failure;
 
-/// Says something on standard error.
+/// Prints a message on standard error.
 pub fn say(message: impl Display) {
     let line = format!("{}\n", printable(&message.to_string()));
-    // Nobody hears it: there is nowhere to say so.
+    // If standard error is closed, there is no place to report this.
     let _ = io::stderr().lock().write_all(line.as_bytes());
 }
 
-/// Says what may be wrong with the result.
+/// Prints a warning about the result.
 pub fn warn(message: impl Display) {
     say(format_args!("warning: {message}"));
 }
 
-/// Says why a command, or a part of it, has failed.
+/// Prints the failure of a command or of one of its outputs.
 pub fn fail(failure: &Failure) {
     say(format_args!("goblet: {failure}"));
 }
 
-/// Prints the result of a command, as a whole.
+/// Prints the whole result of a command.
 ///
 /// # Errors
-/// Standard output takes it no more, for another reason than that its reader is gone.
+/// Standard output cannot be written to, for another reason than a closed pipe.
 pub fn print(text: &str) -> Result<(), Failure> {
     print_to(&mut io::stdout().lock(), text)
 }
 
-/// Prints what clap has made: a help text, a version, or why the arguments are wrong. Returns the
-/// exit code.
+/// Prints a text of clap: help, version, or an error in the arguments. Returns the exit code.
 pub fn print_of_clap(error: &clap::Error) -> u8 {
     if error.use_stderr() {
         let is_obeyed = |arg: &OsString| matches!(printable(&arg.to_string_lossy()), Cow::Owned(_));
         if std::env::args_os().any(|arg| is_obeyed(&arg)) {
-            // Without colours, which cannot be told from what an argument holds.
+            // The text has no colours, because their escape sequences could not be told from those of an
+            // argument.
             say(error.render().to_string().trim_end());
         } else {
             let _ = error.print();
@@ -73,8 +72,8 @@ fn accepted(written: io::Result<()>) -> Result<(), Failure> {
     }
 }
 
-/// The text without characters that a terminal obeys, but for line ends and tabs. Each is in its
-/// place as `\u001b` is for the escape character, which JSON takes as well.
+/// Replaces the characters that a terminal interprets, except line ends and tabs. They are written as in
+/// JSON: the escape character becomes `\u001b`.
 fn printable(text: &str) -> Cow<'_, str> {
     let obeyed = |c: char| (c.is_control() && !matches!(c, '\n' | '\t')) || is_direction(c);
     if !text.contains(obeyed) {
@@ -92,7 +91,8 @@ fn printable(text: &str) -> Cow<'_, str> {
     safe.into()
 }
 
-/// Whether a character turns the direction of those after it, so that a name reads as another.
+/// Returns whether a character changes the direction of the following text, so that a name could look like
+/// another name.
 fn is_direction(c: char) -> bool {
     matches!(c, '\u{200e}' | '\u{200f}' | '\u{202a}'..='\u{202e}' | '\u{2066}'..='\u{2069}')
 }

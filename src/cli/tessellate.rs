@@ -1,4 +1,4 @@
-//! `goblet tessellate`: a scene with meshes in place of its bodies of revolution.
+//! The subcommand `goblet tessellate`: replaces the bodies of revolution of a scene by meshes.
 
 use std::collections::HashMap;
 use std::fs;
@@ -12,11 +12,11 @@ use crate::base::output::Replacement;
 use crate::scene::mesh::tessellate::Tessellation;
 use crate::scene::{self, Geometry, Profile, Rewrite, Scene};
 
-/// Writes the meshes, then the scene, each whole or not at all.
+/// Writes the meshes, then the scene. Each file is written atomically.
 ///
 /// # Errors
-/// The scene, an option or an output is at fault. Before the first mesh is written, all
-/// that can be known is checked.
+/// The scene or an option is invalid, or a file cannot be written. Everything that can be checked in advance
+/// is checked before the first mesh is written.
 pub fn run(args: &TessellateArgs) -> Result<(), Failure> {
     let (scene, source) = scene::load_with_text(&args.scene, args.scene_memory.budget())?;
     let bodies = Bodies::of(&scene)?;
@@ -28,7 +28,7 @@ pub fn run(args: &TessellateArgs) -> Result<(), Failure> {
     let rewrite = Rewrite { meshes: bodies.mesh_of.iter().map(mesh_of).collect(), folder: &folder };
     let rewritten = rewrite.apply(&source.text)?;
 
-    // With what the text names and the scene does not read.
+    // The inputs include files that the text names and the scene does not read.
     let named = rewritten.files.iter().map(|file| scene::directory(&args.scene).join(file));
     let inputs = source.files.into_iter().chain(named);
     let inputs = inputs.fold(Files::default(), |files, input| files.reads_for_scene(&input));
@@ -37,7 +37,7 @@ pub fn run(args: &TessellateArgs) -> Result<(), Failure> {
     Ok(())
 }
 
-/// Writes everything; the scene last, so that no scene names a mesh that is not there.
+/// Writes all files. The scene is the last, so that it never names a mesh that does not exist.
 fn write(output: &Path, text: &str, files: &[PathBuf], meshes: &[Tessellation]) -> Result<(), TessellateError> {
     let mut scene = Replacement::create(output).map_err(|reason| cannot_write(output, reason))?;
     for (path, mesh) in files.iter().zip(meshes) {
@@ -53,10 +53,11 @@ fn write(output: &Path, text: &str, files: &[PathBuf], meshes: &[Tessellation]) 
 
 /// The bodies of revolution of a scene.
 struct Bodies<'a> {
-    /// What is to become a mesh, with where it is first asked for. Equal ones are here once.
+    /// The distinct bodies: profile, whether the body is mirrored, and the location of the first one in the
+    /// text.
     distinct: Vec<(&'a Profile, bool, &'a str)>,
-    /// The place among these of each `Shape "revolution"` in the text; none for those that are
-    /// no part of what is rendered.
+    /// For each `Shape "revolution"` in the text, its index in `distinct`; `None` if the shape is not
+    /// rendered.
     mesh_of: Vec<Option<usize>>,
 }
 
@@ -72,8 +73,8 @@ impl<'a> Bodies<'a> {
             if shape.emission.is_some_and(|emission| emission.power.is_some()) {
                 return Err(TessellateError::Power { location: location.to_owned() });
             }
-            // A mirror turns the normal of a body over, but not that of a mesh; with
-            // ReverseOrientation both turn.
+            // A mirroring transform flips the normal of a body, but not the normal of a mesh.
+            // ReverseOrientation flips both.
             let mirrored = shape.world_from_object.matrix3.determinant() < 0.0;
             let place = *places.entry((bits(profile), mirrored)).or_insert(bodies.distinct.len());
             if place == bodies.distinct.len() {
@@ -94,7 +95,7 @@ impl<'a> Bodies<'a> {
     }
 }
 
-/// What makes a profile equal to another.
+/// Returns the bits of a profile's points, by which profiles are compared.
 fn bits(profile: &Profile) -> Vec<Vec<[u64; 2]>> {
     let bits = |segment: &crate::geometry::bezier::Curve| {
         segment.points.iter().map(|point| point.to_array().map(f64::to_bits)).collect()
@@ -102,14 +103,15 @@ fn bits(profile: &Profile) -> Vec<Vec<[u64; 2]>> {
     profile.segments.iter().map(bits).collect()
 }
 
-/// `OUT-1.ply` and so on, beside `OUT.pbrt`.
+/// Returns the names of the meshes: `OUT-1.ply` and so on, in the folder of `OUT.pbrt`.
 fn mesh_files(output: &Path, count: usize) -> Result<Vec<PathBuf>, TessellateError> {
     let stem = output.file_stem().and_then(|stem| stem.to_str());
     let stem = stem.ok_or_else(|| TessellateError::Name(output.to_owned()))?;
     Ok((1..=count).map(|i| output.with_file_name(format!("{stem}-{i}.ply"))).collect())
 }
 
-/// How the old scene's folder is reached from the new one's; empty if they are the same.
+/// Returns the relative path from the folder of the new scene to the folder of the old one; empty if they are
+/// the same.
 fn way_back(args: &TessellateArgs) -> Result<String, TessellateError> {
     let canonical = |file: &Path| {
         let folder = scene::directory(file);
@@ -120,7 +122,7 @@ fn way_back(args: &TessellateArgs) -> Result<String, TessellateError> {
     way.into_os_string().into_string().map_err(|way| TessellateError::Name(way.into()))
 }
 
-/// How one folder is reached from another; empty if they are the same.
+/// Returns the relative path from one folder to another; empty if they are the same.
 fn way(from: &Path, to: &Path) -> PathBuf {
     let common = from.components().zip(to.components()).take_while(|(a, b)| a == b).count();
     if common == 0 {

@@ -1,5 +1,4 @@
-//! Values as they are written on the command line; each is rejected here if no scene and no
-//! device could make sense of it.
+//! Parsers of values on the command line. They reject a value that no scene and no device could use.
 
 use std::path::PathBuf;
 
@@ -11,7 +10,7 @@ use crate::render::options::values::{number, whole_number};
 pub use crate::render::options::values::{resolution, seconds, target_error};
 use crate::scene::mesh::tessellate as mesh;
 
-/// Parses the name of an AOV that a command offers.
+/// Returns the parser of the name of an AOV. `is_offered` selects the AOVs that a command offers.
 pub fn aov(is_offered: fn(&Aov) -> bool) -> impl TypedValueParser<Value = &'static Aov> {
     let offered = AOVS.iter().filter(|aov| is_offered(aov));
     PossibleValuesParser::new(offered.map(|aov| PossibleValue::new(aov.name).help(aov.help())))
@@ -48,7 +47,7 @@ pub fn limit(text: &str) -> Result<f64, String> {
     number(text, accepted, "a finite number, 0 or more")
 }
 
-/// A number of GiB, in bytes.
+/// Reads a number of GiB and returns it in bytes.
 pub fn gibibytes(text: &str) -> Result<u64, String> {
     const MOST: f64 = 1e6;
     let bytes = f64::from(1 << 30);

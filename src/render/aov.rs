@@ -1,4 +1,4 @@
-//! What can be shown of each pixel besides its radiance: arbitrary output variables.
+//! Arbitrary output variables: the quantities of each pixel that can be shown besides its radiance.
 //!
 //! [`AOVS`] is the only list of them. The layers of `goblet render --aov` and `goblet merge --aov`, their
 //! help, and the views of the window follow from it.
@@ -17,26 +17,26 @@ pub struct Aov {
     pub channels: &'static [&'static str],
     /// Unit of its values; empty for a direction.
     pub unit: &'static str,
-    /// What it is.
+    /// A description of the quantity in one line.
     pub meaning: &'static str,
-    /// Its value where it is unknown, and where that is.
+    /// The value of pixels for which the quantity is unknown, and the condition for this.
     pub unknown: &'static str,
     values: Values,
 }
 
-/// Where values come from. Each function returns a plane for each channel, with a value for each pixel,
+/// The source of the values. Each function returns a plane for each channel, with a value for each pixel,
 /// row by row.
 #[derive(Clone, Copy, Debug)]
 enum Values {
-    /// From the sums that a checkpoint has too.
+    /// The sums, which a checkpoint has too.
     Estimate(fn(&Estimate) -> Vec<Vec<f32>>),
-    /// From the last iteration, of which only the renderer knows.
+    /// The last iteration, whose results only the renderer has.
     Renderer(fn(&Renderer) -> Result<Vec<Vec<f32>>, RenderError>),
 }
 
 const NO_POINT: &str = "0 without a visible point";
 
-/// All of them, in the order in which the window lists them.
+/// All quantities, in the order in which the window lists them.
 pub static AOVS: [Aov; 5] = [
     Aov {
         name: "radius",
@@ -93,30 +93,30 @@ impl PartialEq for Aov {
 impl Eq for Aov {}
 
 impl Aov {
-    /// Returns the one with this name on the command line.
+    /// Returns the quantity with this name on the command line; `None` if there is none.
     pub fn named(name: &str) -> Option<&'static Self> {
         AOVS.iter().find(|aov| aov.name == name)
     }
 
-    /// Returns its name in words.
+    /// Returns the name of the quantity in words.
     pub fn title(&self) -> String {
         self.name.replace('-', " ")
     }
 
-    /// Returns a line of help: what it is, its unit, its value where it is unknown, and its channels.
+    /// Returns a line of help: the meaning, the unit, the value of unknown pixels, and the channels.
     pub fn help(&self) -> String {
         let Self { channels, unit, meaning, unknown, .. } = self;
         let unit = if unit.is_empty() { String::new() } else { format!(", in {unit}") };
         format!("{meaning}{unit}; {unknown}: {}", channels.join(", "))
     }
 
-    /// Returns whether it follows from an [`Estimate`], and so from a checkpoint.
+    /// Returns whether the quantity follows from an [`Estimate`], and so from a checkpoint.
     pub fn is_of_estimate(&self) -> bool {
         matches!(self.values, Values::Estimate(_))
     }
 
-    /// Returns a plane of values for each channel, row by row, the top row first; `estimate` is that of
-    /// `renderer`. `None` if it does not follow from an estimate and there is no renderer.
+    /// Returns a plane of values for each channel, row by row, the top row first. `estimate` is the estimate
+    /// of `renderer`. `None` if the quantity does not follow from an estimate and there is no renderer.
     ///
     /// # Errors
     /// The device fails.
@@ -133,8 +133,8 @@ impl Aov {
     }
 }
 
-/// Returns the channels of some quantities for an EXR; `estimate` is that of `renderer`. Without a
-/// renderer, those that do not follow from an estimate are left out.
+/// Returns the channels of some quantities for an EXR. `estimate` is the estimate of `renderer`. Without a
+/// renderer, quantities that do not follow from an estimate are left out.
 ///
 /// # Errors
 /// The device fails.

@@ -1,5 +1,5 @@
-//! The device arrays of a render. Each is declared once: its element, its length, and by that its
-//! bytes, so that what a render needs is known before anything is allocated.
+//! The device arrays of a render. Each is declared once, with its element and its length. The bytes follow
+//! from these, so that the need of memory is known before anything is allocated.
 
 use goblet_host::{Device, Frame, Texels};
 
@@ -7,11 +7,11 @@ use crate::gpu_scene::camera::View;
 use crate::image::estimate::Sum;
 use crate::kernels::{Camera, Counters, PhotonRecord, PixelState, TILE, VisiblePoint};
 
-/// The most photons that one batch can record: 32 MiB.
+/// The largest number of photons that one batch can record; they take 32 MiB.
 const MAX_RECORDED: u64 = 1 << 20;
 
-/// Declares a struct of device arrays, with `allocate` and `bytes` for given [`Sizes`]. A
-/// `Buffer` is an array of words, `Texels` one that kernels load as an image.
+/// Declares a struct of device arrays, with the functions `allocate` and `bytes` of [`Sizes`]. A `Buffer` is
+/// an array of words; `Texels` is an array that kernels load as an image.
 macro_rules! device_arrays {
     (
         $(#[$attribute:meta])* $visibility:vis struct $Name:ident($sizes:ident) {
@@ -27,12 +27,12 @@ macro_rules! device_arrays {
             /// Allocates the arrays.
             ///
             /// # Errors
-            /// Out of device memory, or an array is larger than the device can bind.
+            /// The device has too little memory, or an array is larger than the device can bind.
             pub fn allocate(device: &Device, $sizes: &$crate::render::buffers::Sizes) -> goblet_host::Result<Self> {
                 Ok(Self { $($field: device_arrays!(@allocate $Kind, device, stringify!($field), $length),)* })
             }
 
-            /// Bytes of the arrays; a device rounds each up.
+            /// Returns the bytes of the arrays; a device rounds the size of each array up.
             pub fn bytes($sizes: &$crate::render::buffers::Sizes) -> u64 {
                 0 $(+ u64::from($length) * size_of::<$Element>() as u64)*
             }
@@ -43,19 +43,19 @@ macro_rules! device_arrays {
 }
 pub(in crate::render) use device_arrays;
 
-/// Sizes that the lengths of arrays follow from.
+/// The sizes from which the lengths of arrays follow.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Sizes {
-    /// Pixels of the image, each with a visible point.
+    /// The number of pixels of the image; each has a visible point.
     pub pixels: u64,
-    /// Invocations that take pixels by tile: [`invocations_by_tile`].
+    /// The number of invocations that take pixels by tile: [`invocations_by_tile`].
     pub by_tile: u64,
-    /// Photons that a batch has room to record.
+    /// The largest number of photons that a batch can record.
     pub recorded: u64,
 }
 
 impl Sizes {
-    /// Sizes for an image and an iteration. A path records at most one photon per segment.
+    /// Returns the sizes for an image and an iteration. A path records at most one photon per segment.
     pub fn new(resolution: [u32; 2], photons_per_iteration: u64, max_depth: u32) -> Self {
         let most = photons_per_iteration.saturating_mul(u64::from(max_depth)).min(MAX_RECORDED);
         Self {
@@ -65,24 +65,25 @@ impl Sizes {
         }
     }
 
-    /// Whether an image of this size fits in arrays of these sizes.
+    /// Returns whether an image of this size fits in arrays of these sizes.
     pub fn fit(&self, resolution: [u32; 2]) -> bool {
         let Self { pixels, by_tile, .. } = Self::new(resolution, 1, 1);
         pixels <= self.pixels && by_tile <= self.by_tile
     }
 }
 
-/// Invocations that have a pixel each, and some that have none: whole tiles.
+/// Returns the number of invocations that cover the image with whole tiles. Invocations outside the image
+/// have no pixel.
 pub fn invocations_by_tile(resolution: [u32; 2]) -> u64 {
     resolution.map(|pixels| u64::from(pixels.next_multiple_of(TILE))).iter().product()
 }
 
 device_arrays! {
-    /// The arrays that passes share; `shaders/` documents their contents. They are split by
-    /// field: a device may bind no more than 128 MiB of a buffer and 1 GiB of texels at once.
+    /// The arrays that passes share; `shaders/` documents their contents. They are split by field, because a
+    /// device may bind no more than 128 MiB of a buffer and 1 GiB of texels at once.
     pub struct Buffers(sizes) {
         camera: Texels<Camera>[1_u32],
-        /// Tables that the pixel filter is sampled by.
+        /// Tables for sampling the pixel filter.
         filter_table: Texels<f32>[View::FILTER_TABLE],
         counters: Buffer<Counters>[1_u32],
 
@@ -91,13 +92,13 @@ device_arrays! {
         visible_radii2: Texels<f32>[sizes.pixels],
         visible_throughputs: Texels<[f32; 4]>[sizes.pixels],
         visible_radiances: Texels<[f32; 4]>[sizes.pixels],
-        /// Bits of the largest squared radius.
+        /// The bits of the largest squared radius, which is an f32.
         max_radius2: Buffer<u32>[1_u32],
 
-        /// Photons of this batch.
+        /// Photons that this batch has recorded.
         photons: Texels<PhotonRecord>[sizes.recorded],
 
-        // Fixed-point sums of this iteration, two words a pixel, and its photons.
+        // Fixed-point sums of this iteration, two words per pixel, and the number of photons per pixel.
         flux_red: Buffer<u32>[2 * sizes.pixels],
         flux_green: Buffer<u32>[2 * sizes.pixels],
         flux_blue: Buffer<u32>[2 * sizes.pixels],
@@ -116,7 +117,7 @@ impl Buffers {
     /// Allocates the arrays, writes the view, and clears the sums.
     ///
     /// # Errors
-    /// As [`Buffers::allocate`].
+    /// The same as for [`Buffers::allocate`].
     pub fn new(device: &Device, sizes: &Sizes, view: &View) -> goblet_host::Result<Self> {
         let buffers = Self::allocate(device, sizes)?;
         buffers.set_view(device, view)?;
@@ -133,7 +134,7 @@ impl Buffers {
         device.write_texels(&self.filter_table, &view.filter_table)
     }
 
-    /// Forgets all iterations: no pixel has a visible point.
+    /// Clears the results of all iterations. After it, no pixel has a visible point.
     ///
     /// # Errors
     /// The device fails.
@@ -148,13 +149,13 @@ impl Buffers {
         frame.run()
     }
 
-    /// Forgets the photons of an unfinished iteration.
+    /// Records commands that clear the photons of an unfinished iteration.
     pub fn clear_flux(&self, frame: &mut Frame<'_>) {
         let Self { flux_red, flux_green, flux_blue, flux_counts, .. } = self;
         [flux_red, flux_green, flux_blue, flux_counts].into_iter().for_each(|flux| frame.clear(flux));
     }
 
-    /// The sums of red, green, blue, and of the second half's luminance.
+    /// Returns the sums of red, green and blue, and of the second half's luminance.
     pub fn sums(&self) -> [&Texels<Sum>; 4] {
         [&self.sum_red, &self.sum_green, &self.sum_blue, &self.sum_second]
     }

@@ -1,8 +1,7 @@
-//! A render on disk: all that a later run needs to go on, and what one shard leaves for the
-//! others.
+//! Checkpoints: files from which a later run continues a render, and which merge the results of shards.
 //!
-//! A file is a gzip stream, whose checksum tells a whole file from a torn one: one line of
-//! JSON, then the sums and states of the pixels as they are in memory, little-endian.
+//! A file is a gzip stream, whose checksum detects a truncated file. It contains one line of JSON, then the
+//! sums and the states of the pixels in their memory layout, little-endian.
 
 pub(in crate::render) mod error;
 
@@ -33,18 +32,19 @@ use crate::render::radius::FirstRadius;
 use crate::render::sequence::Shard;
 use crate::scene::shorten;
 
-/// The longest first line: enough for the counts of as many shards as there can be.
+/// The longest first line in bytes: enough for the counts of [`Shard::MAX_COUNT`] shards.
 const MAX_HEADER: u64 = 1 << 22;
-/// The largest image; its sums take 20 GiB.
+/// The largest number of pixels in an image; the sums and states of such an image take 20 GiB.
 const MAX_PIXELS: u64 = 1 << 28;
-/// Bytes of a pixel's sums, and of what it remembers.
+/// Bytes of a pixel's sums and of its state.
 const PIXEL_BYTES: u64 = 4 * size_of::<Sum>() as u64 + size_of::<PixelState>() as u64;
-/// No render's file expands by more, unless its image is small or black.
+/// The largest ratio of the size of a file's contents to the size of the file, unless the image is small or
+/// black.
 const MAX_EXPANSION: u64 = 64;
-/// The largest radius, render units: its square is a number.
+/// The largest radius in render units: its square is finite in f32.
 const MAX_RADIUS: f32 = 1e18;
 
-/// Who made a checkpoint. Another maker's roundings may differ.
+/// The program, device and driver that made a checkpoint. With others, roundings may differ.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct MadeBy {
     /// Version of goblet.
@@ -56,7 +56,7 @@ pub struct MadeBy {
 }
 
 impl MadeBy {
-    /// This program on a device.
+    /// Returns this program's version with a device and its driver.
     pub fn new(device: &Device) -> Self {
         let info = device.info();
         let version = env!("CARGO_PKG_VERSION").to_owned();
@@ -70,26 +70,26 @@ impl fmt::Display for MadeBy {
     }
 }
 
-/// A render as it stood.
+/// The state of a render, or the merged results of shards.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Checkpoint {
-    /// What was rendered.
+    /// The scene and the options that determine the image.
     pub identity: Identity,
-    /// The scene's file name, for people.
+    /// The scene's file name, for messages.
     pub scene: String,
-    /// Who did it.
+    /// The program, device and driver.
     pub made_by: MadeBy,
-    /// Among how many shards the iterations are shared.
+    /// The number of shards of the render.
     pub shards: u32,
-    /// Iterations of each shard that are in it.
+    /// The number of iterations from each shard, by the index of the shard.
     pub done: BTreeMap<u32, u32>,
     /// The radius that visible points start with.
     pub first_radius: Option<FirstRadius>,
-    /// What happened to paths.
+    /// Counts of how paths ended.
     pub tally: Tally,
-    /// The image.
+    /// The sums of the image.
     pub estimate: Estimate,
-    /// What pixels remember; none where shards were merged.
+    /// The state of each pixel; empty if shards were merged.
     pub states: Vec<PixelState>,
 }
 
@@ -105,7 +105,7 @@ struct Header {
     first_radius: Option<[f32; 3]>,
     tally: Tally,
     resolution: [u32; 2],
-    /// Of a part of an image: its first pixel, and the size of the whole.
+    /// For a part of an image: the position of its first pixel, and the size of the full image.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     window: Option<[[u32; 2]; 2]>,
     unit: f64,
@@ -114,7 +114,7 @@ struct Header {
 }
 
 impl Header {
-    /// How many pixels there are, if everything it says makes sense.
+    /// Returns the number of pixels; `None` if a value of the header is out of range or contradicts another.
     fn pixels(&self) -> Option<u64> {
         let [width, height] = self.resolution.map(u64::from);
         let iterations: u64 = self.done.values().map(|done| u64::from(*done)).sum();
@@ -135,18 +135,21 @@ impl Header {
     }
 }
 
-/// Whether a [`FirstRadius`] is of such numbers.
+/// Returns whether the numbers are valid for a [`FirstRadius`].
 fn are_radii([per_length, least, most]: [f32; 3]) -> bool {
     (0.0..=MAX_RADIUS).contains(&per_length) && 0.0 < least && least <= most && most <= MAX_RADIUS
 }
 
-/// Whether a pixel may remember this.
+/// Returns whether the values of a pixel's state are in range.
 fn is_state(state: &PixelState) -> bool {
     (0.0..=1.0).contains(&state.shrink) && state.rest.abs() <= 1.0
 }
 
 impl Checkpoint {
-    /// Iterations that it has of a shard.
+    /// Returns the number of iterations from a shard.
+    ///
+    /// # Errors
+    /// The checkpoint cannot be continued as this shard: it is from other shards, or was merged.
     pub(crate) fn done_by(&self, shard: Shard) -> Result<u32, CheckpointError> {
         match self.done.get(&shard.index) {
             Some(done) if self.shards == shard.count && self.done.len() == 1 && !self.states.is_empty() => Ok(*done),
@@ -157,7 +160,7 @@ impl Checkpoint {
         }
     }
 
-    /// As in `0/3` or `0,2/3`.
+    /// Returns the indices and the number of shards, as in `0/3` or `0,2/3`.
     fn shard_names(&self) -> String {
         let indices: Vec<String> = self.done.keys().map(u32::to_string).collect();
         format!("{}/{}", shorten(&indices.join(",")), self.shards)
@@ -166,7 +169,7 @@ impl Checkpoint {
     /// Adds the iterations of other shards.
     ///
     /// # Errors
-    /// They are of another render, or here already.
+    /// The other checkpoint is of another render, or has a shard that this one has too.
     pub fn merge(&mut self, other: &Self) -> Result<(), CheckpointError> {
         self.identity.check(&other.identity)?;
         let option =
@@ -175,7 +178,7 @@ impl Checkpoint {
             return Err(option("shards", self.shards.to_string(), other.shards.to_string()));
         }
         self.check_form(other.estimate.resolution, other.estimate.unit)?;
-        // A shard without iterations may not know the radius yet.
+        // A shard without iterations may not have a first radius yet.
         if let (Some(here), Some(there)) = (self.first_radius, other.first_radius)
             && here != there
         {
@@ -192,8 +195,8 @@ impl Checkpoint {
         Ok(())
     }
 
-    /// Checks that its sums are of this form. They are wherever the identity agrees, unless
-    /// somebody made up the file.
+    /// Checks the resolution and the unit of the sums. They agree if the identity agrees, unless the file was
+    /// forged.
     pub(crate) fn check_form(&self, resolution: [u32; 2], unit: f64) -> Result<(), CheckpointError> {
         if (self.estimate.resolution, self.estimate.unit) == (resolution, unit) {
             return Ok(());
@@ -201,12 +204,13 @@ impl Checkpoint {
         Err(CheckpointError::Format("its sums are of another form than its options ask for".to_owned()))
     }
 
-    /// Shards that are not in it.
+    /// Returns the indices of the shards that are not in the checkpoint.
     pub fn missing(&self) -> Vec<u32> {
         (0..self.shards).filter(|index| !self.done.contains_key(index)).collect()
     }
 
-    /// Checks, before a long render, that [`write`](Self::write) will be able to.
+    /// Checks that a file can be written to `path`. Callers use it before a long render that ends with
+    /// [`write`](Self::write).
     ///
     /// # Errors
     /// The file cannot be written.
@@ -214,7 +218,7 @@ impl Checkpoint {
         Replacement::create(path).map(drop).map_err(CheckpointError::Write)
     }
 
-    /// Writes it, atomically: `path` holds the old file or the whole new one.
+    /// Writes the checkpoint atomically: `path` has either the old file or the whole new one.
     ///
     /// # Errors
     /// The file cannot be written.
@@ -251,11 +255,10 @@ impl Checkpoint {
         out.finish()?.flush()
     }
 
-    /// Reads a file. It may take a scene's default budget of memory, and more where the file is
-    /// large.
+    /// Reads a file. The budget of memory is a scene's default budget, and larger for a large file.
     ///
     /// # Errors
-    /// It cannot be read, or is not a whole checkpoint.
+    /// The file cannot be read, or is not a whole checkpoint.
     pub fn read(path: &Path) -> Result<Self, CheckpointError> {
         let file = input::open(path).map_err(CheckpointError::Read)?;
         let length = file.metadata().map_err(CheckpointError::Read)?.len();
@@ -267,12 +270,12 @@ impl Checkpoint {
     /// Reads the contents of a file.
     ///
     /// # Errors
-    /// They are not a whole checkpoint, or take more memory than the budget has.
+    /// The contents are not a whole checkpoint, or take more memory than the budget has.
     pub fn decode(source: impl BufRead, budget: &Budget) -> Result<Self, CheckpointError> {
         let mut source = BufReader::new(GzDecoder::new(source));
         let mut line = Vec::new();
         (&mut source).take(MAX_HEADER).read_until(b'\n', &mut line).map_err(torn)?;
-        // Another format may have other fields: its number comes first.
+        // A file of another format may have other fields, so the number of the format is checked first.
         let version: Version = serde_json::from_slice(&line).map_err(|error| torn(error.into()))?;
         if version.goblet_checkpoint != FORMAT {
             return Err(CheckpointError::Version(version.goblet_checkpoint));
@@ -289,7 +292,7 @@ impl Checkpoint {
         if !states.iter().all(is_state) {
             return Err(CheckpointError::Format("what its pixels remember makes no sense".to_owned()));
         }
-        // The checksum comes after the last byte, and nothing after that.
+        // The checksum follows the last byte, and nothing follows the checksum.
         let mut has_more = source.read(&mut [0]).map_err(torn)? > 0;
         has_more |= !source.into_inner().into_inner().fill_buf().map_err(torn)?.is_empty();
         if has_more {
@@ -318,7 +321,7 @@ impl Checkpoint {
     }
 }
 
-/// A window that is not the whole image, as a header has it.
+/// Returns the window for a header: first pixel and full size; `None` if it is the whole image.
 fn window_of(estimate: &Estimate) -> Option<[[u32; 2]; 2]> {
     let Window { first, full } = estimate.window;
     (estimate.window != Window::whole(estimate.resolution)).then(|| [first.map(i32::cast_unsigned), full])
@@ -333,7 +336,7 @@ fn torn(error: io::Error) -> CheckpointError {
     CheckpointError::Format(error.to_string())
 }
 
-/// Memory grows with what is there, not with what a header promises.
+/// Reads `length` items. Memory grows with the data that is read, and not with the length in the header.
 fn read_array<T: Pod + Zeroable>(source: &mut impl Read, length: u64) -> io::Result<Vec<T>> {
     const ITEMS_AT_ONCE: u64 = 1 << 12;
     let mut items = Vec::new();

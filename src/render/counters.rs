@@ -1,52 +1,53 @@
-//! What happened to photons and eye paths.
+//! Counts of how photon paths and eye paths ended.
 
 use serde::{Deserialize, Serialize};
 
 use crate::kernels::Counters;
 
-/// Counts over any number of iterations. Each emitted photon path ended exactly once:
-/// deposited + absorbed + escaped + truncated + lost in glass + dropped = emitted.
+/// Counts over any number of iterations. Each emitted photon path ends exactly once: deposited + absorbed +
+/// escaped + truncated + lost in glass + dropped = emitted.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Tally {
-    /// Photon paths begun.
+    /// Photon paths that were emitted.
     pub emitted: u64,
-    /// Photons stored on diffuse surfaces; a path may store several.
+    /// Photons that were recorded on diffuse surfaces; a path may record several.
     pub recorded: u64,
-    /// Paths absorbed at a surface that stores photons.
+    /// Photon paths that were absorbed at a surface that records photons.
     pub deposited: u64,
-    /// Paths absorbed at a specular surface.
+    /// Photon paths that were absorbed at a specular surface.
     pub absorbed: u64,
-    /// Paths that left the scene.
+    /// Photon paths that left the scene.
     pub escaped: u64,
-    /// Paths that reached the maximum depth, or that the driver cannot follow to it.
+    /// Photon paths that reached the maximum depth, or that the driver could not follow up to this depth.
     pub truncated: u64,
-    /// Photon paths among those, and eye paths, that the driver cannot follow: it limits the
-    /// loops of a kernel, and one segment of theirs needs more.
+    /// The photon paths among `truncated`, and the eye paths, that the driver could not follow: the driver
+    /// limits the loops of a kernel, and one segment of such a path needs more rounds.
     #[serde(default)]
     pub cut: ByPass,
-    /// Photon and eye paths that found no way out of a dielectric.
+    /// Photon and eye paths that did not leave a dielectric.
     pub lost_in_glass: u64,
-    /// The eye paths among them.
+    /// The eye paths among `lost_in_glass`.
     pub eye_lost_in_glass: u64,
-    /// Photon and eye paths that met an opaque surface while in a dielectric: 0 unless
-    /// something stands in glass or water. In a closed room, this is where lost ones end.
+    /// Photon and eye paths that met an opaque surface while in a dielectric: 0 unless an object stands in
+    /// glass or water. In a closed room, paths that lost track of a dielectric end so.
     pub immersed: u64,
-    /// Paths dropped because a value was not finite, and pixels that lost an iteration so.
+    /// Paths that were dropped because a value was not finite, and pixels that lost an iteration for this
+    /// reason.
     pub non_finite: ByPass,
-    /// Sums of photons, and pixels' terms of an iteration, that did not fit.
+    /// Sums of photons, and terms of pixels in an iteration, that were too large for their integers.
     pub saturated: ByPass,
 }
 
-/// Counts by the pass of an iteration that found them.
+/// Counts by the pass of an iteration that counted.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct ByPass {
-    /// Eye paths.
+    /// Eye paths, counted by the eye pass.
     pub eye: u64,
-    /// Photon paths.
+    /// Photon paths, counted by the photon pass.
     pub photon: u64,
-    /// Photons that are added to visible points.
+    /// Sums of photons, counted by the pass that adds photons to visible points.
     pub gathering: u64,
-    /// Pixels, as an iteration is added to the image.
+    /// Pixels, counted by the pass that adds an iteration to the image.
     pub update: u64,
 }
 
@@ -79,7 +80,7 @@ impl ByPass {
         self.update = self.update.saturating_add(other.update);
     }
 
-    /// The counts that are not 0, with the names of their passes.
+    /// Returns the counts that are not 0, with the names of their passes.
     pub fn found(&self) -> impl Iterator<Item = (&'static str, u64)> {
         let Self { eye, photon, gathering, update } = *self;
         let counts = [("eye", eye), ("photon", photon), ("gathering", gathering), ("update", update)];
@@ -88,7 +89,7 @@ impl ByPass {
 }
 
 impl Tally {
-    /// Adds what the device counted in a pass.
+    /// Adds the counters of the device after a pass.
     pub(crate) fn add(&mut self, pass: Counted, counters: &Counters) {
         self.merge(&Self {
             emitted: counters.emitted.into(),
@@ -106,7 +107,7 @@ impl Tally {
         });
     }
 
-    /// Adds other counts. Those of a file may be anything.
+    /// Adds other counts. The sums saturate, because counts from a file may have any value.
     pub fn merge(&mut self, other: &Self) {
         let add = |count: &mut u64, more: u64| *count = count.saturating_add(more);
         add(&mut self.emitted, other.emitted);

@@ -1,9 +1,9 @@
-//! Why a render fails.
+//! Errors of renders.
 
 use crate::base::room::NoRoom;
 use crate::gpu_scene::pack::PackError;
 
-/// Why a renderer cannot be made or cannot go on.
+/// The reason why a renderer cannot be made or cannot continue.
 #[derive(Debug, thiserror::Error)]
 pub enum RenderError {
     /// The scene cannot be rendered.
@@ -12,15 +12,15 @@ pub enum RenderError {
     /// An option is out of range for this scene.
     #[error("{0}")]
     Option(String),
-    /// The driver ended a kernel before it was done.
+    /// The driver ended a kernel before the kernel was finished.
     #[error("the driver limits the loops of a kernel, and the {pass} pass of this scene needs more: expected {remedy}")]
     Interrupted {
-        /// The pass.
+        /// The pass of the kernel.
         pass: &'static str,
-        /// What would help.
+        /// A change that would avoid the error.
         remedy: &'static str,
     },
-    /// The caller of [`Renderer::step_unless`] did not want the iteration any more.
+    /// The caller of [`Renderer::step_unless`] gave the iteration up.
     #[error("the iteration was given up")]
     GivenUp,
     /// The render does not fit in the device's memory.
@@ -30,22 +30,22 @@ pub enum RenderError {
         mebibytes(*needed), mebibytes(*scene), available >> 20
     )]
     Memory {
-        /// Bytes of scene and render.
+        /// Bytes of the scene and the render.
         needed: u64,
-        /// Bytes that the device has free.
+        /// Bytes that are free on the device.
         available: u64,
         /// Bytes of the scene.
         scene: u64,
     },
-    /// The device failed or is not enough.
+    /// The device failed, or lacks memory or a feature.
     #[error(transparent)]
     Device(#[from] goblet_host::Error),
-    /// The host's memory is not enough.
+    /// The host does not have enough memory.
     #[error(transparent)]
     Host(#[from] NoRoom),
 }
 
-/// Mebibytes, rounded up.
+/// Converts bytes to mebibytes, rounded up.
 fn mebibytes(bytes: u64) -> u64 {
     bytes.div_ceil(1 << 20)
 }

@@ -1,5 +1,5 @@
-//! What makes an image what it is: a checkpoint can be continued, and shards be merged,
-//! where all of it agrees.
+//! The scene and the options that determine an image. A checkpoint can be continued, and shards can be
+//! merged, only if their identities are equal.
 
 use std::collections::BTreeMap;
 
@@ -14,23 +14,23 @@ use crate::render::options::table::{Effect, OPTIONS};
 use crate::render::options::{Contribution, Options, Resolved};
 use crate::scene::{Scene, shorten};
 
-/// Names and values: options as they are written, parts of the scene as digests.
+/// Names and values: the text of options, and the digests of parts of the scene.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(transparent)]
 pub struct Identity(BTreeMap<String, String>);
 
-/// How digests are told from values that a person can read.
+/// The prefix that distinguishes a digest from the value of an option.
 const DIGEST: &str = "sha256:";
 
-/// Parts of the scene. Shapes decide where render space is, so that other parts may differ
-/// for their sake: they are looked at first.
+/// The names of the parts of the scene, in the order in which they are compared. The shapes are first because
+/// they determine render space: if they differ, other parts may differ for this reason alone.
 const PARTS: [&str; 4] = ["the shapes", "the materials", "the lights", "the camera"];
 
-/// What is said of images that have not all light.
+/// The name of the contribution, which is present only if the image does not show all light.
 const CONTRIBUTION: &str = "light";
 
 impl Identity {
-    /// Of a render with these options.
+    /// Returns the identity of a render of a scene with these options.
     pub(crate) fn new(
         scene: &Scene,
         packed: &PackedScene,
@@ -45,8 +45,7 @@ impl Identity {
         identity
     }
 
-    /// Makes it that of a render of the same shapes, materials and lights, seen and rendered
-    /// otherwise.
+    /// Changes the identity to another camera, film or options; shapes, materials and lights stay.
     pub(crate) fn set_view(&mut self, scene: &Scene, view: &View, options: &Options, resolved: &Resolved) {
         let parts = [
             (PARTS[3], digest(&[bytes(&[view.camera]), bytes(&view.filter_table), view.projection_name()])),
@@ -63,17 +62,17 @@ impl Identity {
         }
     }
 
-    /// Whether a checkpoint with the identity `other` is of this render.
+    /// Checks that a checkpoint with the identity `other` is of this render.
     ///
     /// # Errors
-    /// The first difference, of options before parts of the scene.
+    /// The identities differ. The error has the first difference; options come before parts of the scene.
     pub fn check(&self, other: &Self) -> Result<(), CheckpointError> {
         let differing = self.0.keys().chain(other.0.keys()).filter(|name| self.0.get(*name) != other.0.get(*name));
         let Some(name) = differing.min_by_key(|name| PARTS.iter().position(|part| part == name)) else {
             return Ok(());
         };
         let [here, there] = [self, other].map(|identity| identity.0.get(name).map_or("nothing", String::as_str));
-        // Those of a file may be anything.
+        // Names and values from a file may be of any length.
         let [name, here, there] = [name.as_str(), here, there].map(shorten);
         Err(if here.starts_with(DIGEST) {
             CheckpointError::Scene { part: name }
@@ -87,7 +86,8 @@ fn bytes<T: Pod>(items: &[T]) -> &[u8] {
     bytemuck::cast_slice(items)
 }
 
-/// Of arrays with their lengths, so that none flows into the next.
+/// Returns the digest of arrays. It includes their lengths, so that elements cannot move between arrays
+/// unnoticed.
 fn digest(arrays: &[&[u8]]) -> String {
     let mut hash = Sha256::new();
     for array in arrays {
@@ -101,7 +101,7 @@ fn digest(arrays: &[&[u8]]) -> String {
 fn lights(scene: &PackedScene) -> String {
     let mut arrays = scene.arrays.lights();
     let infinite = [scene.infinite.to_array()];
-    // Behind the lights themselves, which are the first array.
+    // After the lights themselves, which are the first array.
     arrays.insert(1, bytes(&infinite));
     digest(&arrays)
 }

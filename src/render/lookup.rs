@@ -1,5 +1,5 @@
-//! How photons and the visible points that they reach find each other: the passes that index
-//! one or the other, and the pass that adds photons to points.
+//! The search for the photons on the disc of each visible point: the passes that index photons or visible
+//! points, and the pass that adds photons to visible points.
 
 mod grid;
 pub mod kd_tree;
@@ -21,11 +21,11 @@ use crate::render::pacing::Pace;
 use crate::render::progress::Progress;
 use crate::render::stage::{Stage, finished};
 
-/// One way or the other; both give the same sums.
+/// An index with its passes. Both kinds give the same sums.
 pub enum Lookup {
-    /// A hash grid.
+    /// A hash grid over the photons of a batch.
     Grid(Box<HashGrid>),
-    /// A kd-tree.
+    /// A kd-tree over the visible points.
     Tree(Box<KdTree>),
 }
 
@@ -33,7 +33,7 @@ impl Lookup {
     /// Compiles the passes and allocates the index.
     ///
     /// # Errors
-    /// Out of memory, or the driver refuses a kernel.
+    /// The device has too little memory, or the driver refuses a kernel.
     pub fn new(
         device: &Device,
         buffers: &Buffers,
@@ -52,7 +52,7 @@ impl Lookup {
         })
     }
 
-    /// Bytes of the index, before it is allocated.
+    /// Returns the bytes that the index takes, without allocating it.
     pub fn bytes(kind: LookupKind, sizes: &Sizes) -> u64 {
         match kind {
             LookupKind::HashGrid => GridArrays::bytes(sizes),
@@ -60,8 +60,7 @@ impl Lookup {
         }
     }
 
-    /// Runs the passes once over nothing, since drivers may leave compilation to the first
-    /// dispatch.
+    /// Runs each pass once without work, because a driver may compile a kernel at its first dispatch.
     pub fn warm_up(&self, frame: &mut Frame<'_>) {
         match self {
             Self::Grid(grid) => grid.warm_up(frame),
@@ -69,8 +68,8 @@ impl Lookup {
         }
     }
 
-    /// Indexes the visible points, where the index is over them: `new` ones, or those of the last
-    /// call with other radii.
+    /// Indexes the visible points; a grid needs nothing. `new` says whether the points are new, or the points
+    /// of the last call with other radii.
     ///
     /// # Errors
     /// The device fails.
@@ -81,7 +80,7 @@ impl Lookup {
         }
     }
 
-    /// Indexes the `recorded` photons of a batch, where the index is over them.
+    /// Indexes the `recorded` photons of a batch; a tree needs nothing.
     ///
     /// # Errors
     /// The device fails.
@@ -92,10 +91,10 @@ impl Lookup {
         }
     }
 
-    /// Adds the `recorded` photons of a batch to the visible points on whose discs they are.
+    /// Adds each of the `recorded` photons of a batch to the visible points on whose discs it lies.
     ///
     /// # Errors
-    /// The device fails, or the driver ends the pass early.
+    /// The device fails, the driver ends the pass early, or the caller gives the iteration up.
     pub fn gather(&self, on: Stage<'_>, recorded: u32, progress: &mut Progress) -> Result<(), RenderError> {
         let gathered = match self {
             Self::Grid(grid) => grid.gather(on, recorded, &mut progress.schedule.paces.gather),
@@ -105,7 +104,7 @@ impl Lookup {
         Ok(())
     }
 
-    /// Time that the host, rather than the device, has spent on indices so far.
+    /// Returns the time that the host has spent on indices so far.
     pub fn host_time(&self) -> Duration {
         match self {
             Self::Grid(_) => Duration::ZERO,
@@ -114,8 +113,12 @@ impl Lookup {
     }
 }
 
-/// Dispatches the pass that adds photons until no invocation is unfinished. `push` is told the
-/// first of them, and whether to go on from where the dispatch before has stopped.
+/// Dispatches the pass that adds photons until all invocations are finished, and returns its counts. `push`
+/// makes the push constants from the first invocation of a dispatch and a flag: 1 if the dispatch continues
+/// the invocations that the previous dispatch left unfinished, 0 if it starts them.
+///
+/// # Errors
+/// The device fails, the driver ends the pass early, or the caller gives the iteration up.
 fn deposit<Push: Pod>(
     on: Stage<'_>,
     (name, pass): (&'static str, &Pass<Push>),

@@ -1,4 +1,4 @@
-//! Device memory that a render needs, known before anything is allocated.
+//! The device memory that a render needs, computed before anything is allocated.
 
 use goblet_host::Device;
 
@@ -11,27 +11,27 @@ use crate::render::options::LookupKind;
 /// Device memory of a render, in bytes. A device rounds each array up.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct MemoryNeed {
-    /// Arrays of the scene.
+    /// The arrays of the scene.
     pub scene: u64,
-    /// Arrays that a render writes to: visible points, photons, sums, and the index between them.
+    /// The arrays that a render writes to: visible points, photons, sums, and the index of photons or points.
     pub buffers: u64,
 }
 
 impl MemoryNeed {
-    /// Memory of a render of these sizes.
+    /// Returns the memory of a render with these sizes.
     pub fn new(scene: &PackedScene, sizes: &Sizes, lookup: LookupKind) -> Self {
         Self { scene: scene.arrays.bytes(), buffers: Buffers::bytes(sizes) + Lookup::bytes(lookup, sizes) }
     }
 
-    /// Bytes of both.
+    /// Returns the sum of both in bytes.
     pub fn total(&self) -> u64 {
         self.scene.saturating_add(self.buffers)
     }
 
-    /// Checks that it fits in what the device has free.
+    /// Checks that the render fits in the free memory of the device.
     ///
     /// # Errors
-    /// It does not; the error has both numbers.
+    /// The render does not fit; the error has both numbers.
     pub fn check(&self, device: &Device) -> Result<(), RenderError> {
         let available = device.memory().free_bytes;
         if self.total() <= available {

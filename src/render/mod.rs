@@ -1,5 +1,5 @@
-//! Renders: options, iterations, lookups, counters, checkpoints. [`renderer::Renderer`] is what
-//! callers use, `iteration.rs` is the algorithm.
+//! Renders: options, iterations, lookups, counters, checkpoints. Callers use [`renderer::Renderer`];
+//! `iteration.rs` has the algorithm.
 
 pub mod aov;
 pub(crate) mod buffers;

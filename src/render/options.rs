@@ -13,27 +13,30 @@ use crate::render::radius::RadiusSchedule;
 use crate::render::sequence::{Sequence, Shard};
 use crate::scene::{self, Scene};
 
-/// Photons of one iteration, at most: they are numbered in 32 bits.
+/// The largest number of photons in one iteration: photons are numbered in 32 bits.
 pub(crate) const MAX_PHOTONS: u64 = 1 << 31;
-/// Pixels of an image, at most.
+/// The largest number of pixels in an image.
 const MAX_PIXELS: u64 = 1 << 28;
-/// Pixels along a side of an image before it is cropped, at most: what EXR can say.
+/// The largest number of pixels along a side of the uncropped image: the limit of the EXR format.
 pub(crate) const MAX_SIDE: u32 = 1 << 29;
-/// Initial radii, in radii of the scene's bounding sphere. Positions are rounded to 6e-8 of that.
+/// The range of initial radii, in radii of the scene's bounding sphere. Positions are rounded to 6e-8 of
+/// that radius.
 const RADIUS_RANGE: [f64; 2] = [1e-7, 1e4];
-/// Iterations of a round of progressive photon mapping, by default.
+/// The default number of iterations in a round of progressive photon mapping.
 pub(crate) const DEFAULT_ROUND: u32 = 16;
-/// Noise and blur fall alike (Knaus and Zwicker 2011, section 4.2).
+/// The default share of photons that a pixel keeps. With 2/3, noise and blur fall at the same rate (Knaus
+/// and Zwicker 2011, section 4.2).
 pub(crate) const DEFAULT_ALPHA: f64 = 2.0 / 3.0;
-/// Direct light and edges are noisier than what photons bring: see docs/performance.md.
+/// The default number of eye paths per pixel and iteration. It is above 1 because direct light and edges are
+/// noisier than the light of photons: see docs/performance.md.
 pub(crate) const DEFAULT_EYE_PATHS: u32 = 4;
-/// Width of the hash grid's cells in diameters of the largest disc, by default.
+/// The default width of the hash grid's cells, in diameters of the largest disc.
 pub(crate) const DEFAULT_CELL_SCALE: f64 = 1.0;
-/// Invocations per workgroup, by default.
+/// The default number of invocations per workgroup.
 pub(crate) const DEFAULT_WORKGROUP_SIZE: u32 = 64;
 
 named! {
-    /// When new eye paths are traced.
+    /// How often new eye paths are traced.
     pub enum Integrator = Sppm {
         /// Stochastic progressive photon mapping: in every iteration (Hachisuka and Jensen 2009)
         Sppm: "sppm",
@@ -75,7 +78,7 @@ named! {
 }
 
 impl Sampler {
-    /// Pairs of dimensions that are low-discrepancy points.
+    /// Returns the number of pairs of dimensions that take low-discrepancy points.
     pub(crate) fn low_discrepancy_pairs(self) -> u32 {
         match self {
             Self::Pcg => 0,
@@ -85,7 +88,7 @@ impl Sampler {
 }
 
 named! {
-    /// How the visible points near a photon are found. Does not change the image.
+    /// How the visible points near a photon are found. The choice does not change the image.
     pub enum LookupKind = HashGrid {
         /// A hash grid
         HashGrid: "hash-grid",
@@ -94,33 +97,34 @@ named! {
     }
 }
 
-/// How to render. `None` takes the scene's value, or else the default that the field names.
+/// The options of a render. A field that is `None` takes the scene's value, or, if the scene has none, the
+/// default that the field's documentation names.
 ///
 /// [`table::OPTIONS`] has an entry for each field that users set.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Options {
-    /// Width and height in pixels, before the film's crop window.
+    /// Width and height of the image in pixels, before the film's crop window is applied.
     pub resolution: Option<[u32; 2]>,
     /// Photons per iteration.
     pub photons: Option<u64>,
-    /// Eye paths per pixel and iteration, 1 to 64; 4 by default. All bring direct light, the
-    /// last one what photons bring.
+    /// Eye paths per pixel and iteration, 1 to 64; 4 by default. Each eye path contributes direct light;
+    /// photons are gathered only at the visible point of the last one.
     pub eye_paths: Option<u32>,
-    /// Initial radius in scene units; without any, it follows the footprints of pixels.
+    /// Initial radius in scene units. If neither this field nor the scene has a radius, the initial radius
+    /// follows the footprints of pixels.
     pub radius: Option<f64>,
-    /// Initial radius in widths of a pixel where it is seen, 1/16 to 64, in place of the
-    /// scene's; 3 where there is no radius at all. Not together with `radius`.
+    /// Initial radius in widths of a pixel at the visible point, 1/16 to 64; it replaces the scene's radius.
+    /// 3 if there is no radius at all. It cannot be combined with `radius`.
     pub radius_in_pixels: Option<f64>,
     /// Share of an iteration's photons that a pixel keeps, in (0, 1]; 2/3 by default.
     pub alpha: Option<f64>,
-    /// The most segments of a path.
+    /// The largest number of segments of a path.
     pub max_depth: Option<u32>,
-    /// Seed of every random number.
+    /// Seed of all random numbers.
     pub seed: Option<u32>,
-    /// When new eye paths are traced.
+    /// How often new eye paths are traced.
     pub integrator: Integrator,
-    /// Photons for which [`Integrator::Ppm`] keeps its eye paths; rounded up to whole
-    /// iterations.
+    /// Number of photons for which [`Integrator::Ppm`] keeps its eye paths, rounded up to whole iterations.
     pub photons_per_round: Option<u64>,
     /// How radii shrink.
     pub radius_schedule: RadiusSchedule,
@@ -130,35 +134,35 @@ pub struct Options {
     pub contribution: Contribution,
     /// Where random numbers come from.
     pub sampler: Sampler,
-    /// Which part of the iterations to render.
+    /// The part of the iterations that is rendered.
     pub shard: Shard,
-    /// How photons find visible points. Does not change the image.
+    /// How the visible points near a photon are found. It does not change the image.
     pub lookup: LookupKind,
-    /// Width of the hash grid's cells in diameters of the largest disc, 1/4 to 8; 1 by
-    /// default. Does not change the image.
-    pub cell_scale: Option<f64>,
-    /// Invocations per workgroup: 32, 64 (default) or 128. Does not change the image.
-    pub workgroup_size: Option<u32>,
-    /// Photons per batch. Does not change the image.
-    pub batch_size: Option<u64>,
-    /// Keep dispatches short, so that [`crate::Renderer::step_unless`] can soon give up. Does not
+    /// Width of the hash grid's cells in diameters of the largest disc, 1/4 to 8; 1 by default. It does not
     /// change the image.
+    pub cell_scale: Option<f64>,
+    /// Invocations per workgroup: 32, 64 (default) or 128. It does not change the image.
+    pub workgroup_size: Option<u32>,
+    /// Photons per batch. It does not change the image.
+    pub batch_size: Option<u64>,
+    /// Whether dispatches are kept short, so that [`crate::Renderer::step_unless`] can give up an iteration
+    /// soon. It does not change the image.
     pub responsive: bool,
-    /// How rays meet bodies of revolution.
+    /// How rays are intersected with bodies of revolution.
     pub revolution_solver: RevolutionSolver,
 }
 
-/// Options with every gap filled from a scene, and checked.
+/// Checked options: every `None` is replaced by the scene's value or by the default.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Resolved {
     pub resolution: [u32; 2],
-    /// Where it lies in what the camera sees.
+    /// The position of the pixels in the full image of the camera.
     pub window: Window,
     pub photons: u64,
     pub eye_paths: u32,
-    /// Scene units.
+    /// Initial radius in scene units; `None` if it follows the footprints of pixels.
     pub radius: Option<f64>,
-    /// What the radius is where there is none in scene units.
+    /// Initial radius in widths of a pixel, used if `radius` is `None`.
     pub radius_in_pixels: f64,
     pub alpha: f64,
     pub max_depth: u32,
@@ -169,10 +173,10 @@ pub(crate) struct Resolved {
 }
 
 impl Options {
-    /// Workgroup sizes that kernels are built for.
+    /// The workgroup sizes that kernels are built for.
     pub const WORKGROUP_SIZES: [u32; 3] = [32, 64, 128];
 
-    /// What the options require of kernels.
+    /// Returns the features of the kernels that the options require.
     pub(crate) fn features(&self, resolved: &Resolved) -> RenderFeatures {
         RenderFeatures {
             direct_nee: self.direct == DirectLight::Nee,
@@ -181,22 +185,23 @@ impl Options {
         }
     }
 
-    /// Widths of the hash grid's cells, in diameters of the largest disc.
+    /// The range of widths of the hash grid's cells, in diameters of the largest disc.
     pub const CELL_SCALES: [f64; 2] = [0.25, 8.0];
 
-    /// The initial radius in widths of a pixel where neither caller nor scene has one.
+    /// The initial radius in widths of a pixel, used if neither the caller nor the scene gives a radius.
     pub const DEFAULT_RADIUS_IN_PIXELS: f64 = 3.0;
 
-    /// Initial radii in widths of a pixel.
+    /// The range of initial radii in widths of a pixel.
     pub const RADII_IN_PIXELS: [f64; 2] = [1.0 / 16.0, 64.0];
 
-    /// Eye paths of a pixel in an iteration.
+    /// The range of eye paths per pixel and iteration.
     pub const EYE_PATHS: [u32; 2] = [1, 64];
 
-    /// Fills the gaps from a scene whose bounding sphere has the radius `size`.
+    /// Returns the options with the values that are missing taken from a scene. `size` is the radius of the
+    /// scene's bounding sphere in scene units.
     ///
     /// # Errors
-    /// A value that is out of range for this scene.
+    /// A value is out of range for this scene, or two options contradict each other.
     pub(crate) fn resolve(&self, scene: &Scene, size: f64) -> Result<Resolved, RenderError> {
         let full_resolution = self.resolution.unwrap_or(scene.film.resolution);
         check(full_resolution.iter().all(|side| *side > 0), || "an image without pixels: expected 1 or more".into())?;
@@ -288,7 +293,8 @@ impl Options {
     }
 }
 
-/// Photons of an iteration for an image of this size, where the caller does not say.
+/// Returns the number of photons per iteration for an image of this size, if the caller gives none: the
+/// scene's number, or one photon per pixel.
 pub(crate) fn photons_of(integrator: &scene::Integrator, resolution: [u32; 2]) -> u64 {
     integrator.photons_per_iteration.unwrap_or_else(|| resolution.map(u64::from).iter().product())
 }

@@ -1,51 +1,55 @@
-//! How many photons a dispatch traces, and an invocation.
+//! The number of photons per batch and per invocation, and the number of invocations per dispatch. They
+//! follow the clock, so that no dispatch keeps the device for long.
 
 use std::time::Duration;
 
 use goblet_host::DeviceKind;
 
-/// Tracing a batch should keep the device this long: short of any watchdog, long enough that
-/// submitting costs nothing.
+/// The time that tracing a batch should take: short enough for any watchdog, and long enough that the cost
+/// of submission is negligible.
 const TARGET: Duration = Duration::from_millis(300);
-/// No CPU has a watchdog, and every batch visits every visible point.
+/// The time for a CPU, which has no watchdog. Larger batches are better, because every batch visits every
+/// visible point.
 const TARGET_OF_CPU: Duration = Duration::from_secs(3);
-/// The first batch, before anything is known.
+/// The number of photons in the first batch, before any time is measured.
 const FIRST: u64 = 1 << 12;
 const FIRST_OF_CPU: u64 = 1 << 18;
 
-/// SIMD lanes of a CPU want many photons each, to start the next where a path ends; a GPU
-/// wants many invocations.
+/// The number of photons that an invocation traces. A CPU needs many per SIMD lane, so that a lane starts
+/// its next photon when a path ends; a GPU needs many invocations.
 const PER_INVOCATION: u64 = 2;
 const PER_INVOCATION_OF_CPU: u64 = 32;
 
-/// Where a caller waits to be heard, a dispatch should keep the device this long.
+/// The time that a dispatch should take in a responsive render.
 const MOMENT: Duration = Duration::from_millis(40);
-/// The first of them; every workgroup size divides it.
+/// The number of invocations in the first dispatch of a responsive render, and the smallest number in any
+/// but the last. Every workgroup size divides it.
 const FEWEST_INVOCATIONS: u64 = 128;
 
-/// How many invocations of a pass a dispatch runs.
+/// The number of invocations of a pass in one dispatch.
 #[derive(Clone, Copy, Debug)]
 pub struct Pace {
-    /// All, where there is no such number.
+    /// The largest number of invocations in a dispatch; `None` if there is no limit.
     invocations: Option<u64>,
 }
 
 impl Pace {
-    /// All at once, or as many as a moment is enough for.
+    /// Returns a pace without limit, or, if `responsive`, with a limit that keeps a dispatch near [`MOMENT`].
     pub fn new(responsive: bool) -> Self {
         Self { invocations: responsive.then_some(FEWEST_INVOCATIONS) }
     }
 
-    /// Of those that are left. Only the last dispatch may end within a workgroup.
+    /// Returns the number of invocations of the next dispatch, if `left` invocations remain. Only the last
+    /// dispatch may end within a workgroup.
     pub fn next(&self, left: u64) -> u64 {
         self.invocations.map_or(left, |invocations| invocations.min(left))
     }
 
-    /// Learns how long a dispatch took.
+    /// Adapts the limit to the time that a dispatch took.
     pub fn observe(&mut self, invocations: u64, took: Duration) {
         let Some(most) = &mut self.invocations else { return };
         if invocations < *most && took < MOMENT {
-            return; // The last few tell little.
+            return; // The time of a small last dispatch says little.
         }
         let wanted = invocations as f64 * MOMENT.as_secs_f64() / took.as_secs_f64().max(1e-6);
         let wanted = (wanted as u64).min(most.saturating_mul(4)) / FEWEST_INVOCATIONS * FEWEST_INVOCATIONS;
@@ -53,22 +57,21 @@ impl Pace {
     }
 }
 
-/// Paces of the passes that may take long.
+/// The paces of the passes that may take long.
 #[derive(Clone, Copy, Debug)]
 pub struct Paces {
-    /// Eye paths.
+    /// The pass that traces eye paths.
     pub eye: Pace,
-    /// Photons.
+    /// The pass that traces photons.
     pub photon: Pace,
-    /// Adding photons to points.
+    /// The pass that adds photons to visible points.
     pub gather: Pace,
 }
 
-/// The size of photon batches, and of dispatches. It does not change an image, so it may follow
-/// the clock.
+/// The sizes of photon batches and of dispatches. They do not change an image, so they may follow the clock.
 #[derive(Clone, Debug)]
 pub struct Schedule {
-    /// Of each pass.
+    /// The pace of each pass.
     pub paces: Paces,
     photons: u64,
     max: u64,
@@ -78,7 +81,8 @@ pub struct Schedule {
 }
 
 impl Schedule {
-    /// Batches of at most `max` photons; of `asked` photons, where that is less.
+    /// Returns a schedule with batches of at most `max` photons. If `asked` is given, the size of batches is
+    /// fixed at the smaller of both numbers.
     pub fn new(asked: Option<u64>, max: u64, kind: DeviceKind, responsive: bool) -> Self {
         let first = if kind == DeviceKind::Cpu { FIRST_OF_CPU } else { FIRST };
         let photons = asked.unwrap_or(first).clamp(1, max);
@@ -95,13 +99,13 @@ impl Schedule {
         }
     }
 
-    /// Photons that an invocation traces, one after the other.
+    /// Returns the number of photons that an invocation traces one after the other.
     pub fn per_invocation(&self) -> u64 {
         self.per_invocation
     }
 
-    /// Learns that a batch left more records than there is room for. False if it cannot be
-    /// smaller.
+    /// Halves the size of batches, because a batch left more records than there is room for. Returns false if
+    /// a batch already had a single photon.
     pub fn overflowed(&mut self) -> bool {
         let divisible = self.photons > 1;
         self.photons = (self.photons / 2).max(1);
@@ -109,21 +113,21 @@ impl Schedule {
         divisible
     }
 
-    /// Where the batch that starts at `first` of `total` photons ends. What is left is
-    /// split evenly.
+    /// Returns the end of the batch that starts at photon `first` of `total`. The remaining photons are split
+    /// evenly into batches.
     pub fn end(&self, first: u64, total: u64) -> u64 {
         let left = total - first;
         first + left.div_ceil(left.div_ceil(self.photons))
     }
 
-    /// Learns how long a batch was traced. What its photons then cost the visible points is
-    /// cut into dispatches by itself, and hardly less for fewer photons.
+    /// Adapts the size of batches to the time in which a batch was traced. The time to gather the photons
+    /// does not count: gathering has dispatches of its own, and hardly takes less time for fewer photons.
     pub fn observe(&mut self, photons: u64, took: Duration) {
         if self.fixed || took.is_zero() {
             return;
         }
         let wanted = photons as f64 * self.target.as_secs_f64() / took.as_secs_f64();
-        // At most a factor of four at once: one slow batch may be the machine's doing.
+        // At most a factor of four at once: a batch may be slow because the machine is busy.
         let low = self.photons / 4;
         let high = self.photons.saturating_mul(4);
         self.photons = (wanted as u64).clamp(low, high).clamp(256.min(self.max), self.max);

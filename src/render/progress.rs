@@ -1,4 +1,4 @@
-//! How far a render is.
+//! The progress of a render: the state on the host that changes from iteration to iteration.
 
 use crate::render::counters::Tally;
 use crate::render::error::RenderError;
@@ -9,30 +9,34 @@ use crate::render::settings::Settings;
 use crate::render::stage::Stage;
 use crate::render::unsampled::response;
 
-/// How far a render is.
+/// The progress of a render.
 #[derive(Clone, Debug)]
 pub struct Progress {
-    /// Iterations finished.
+    /// The number of finished iterations.
     pub done: u32,
-    /// The same, by half: [`Place::half`].
+    /// The number of finished iterations in each half: [`Place::half`].
     pub halves: [u64; 2],
-    /// The radius that visible points start with, once it is known.
+    /// The initial radius of visible points; `None` until it is known.
     pub first_radius: Option<FirstRadius>,
-    /// Of the first of all rounds, once it is known: [`response`].
+    /// The [`response`] of the visible points of the first round of all shards; `None` until it is measured.
     pub response: Option<f64>,
     /// The round whose visible points are on the device.
     pub seen: Option<u32>,
-    /// How much the global schedule has shrunk squared radii.
+    /// The factor by which the global schedule shrinks squared radii.
     pub shrink: GlobalShrink,
-    /// How the next iteration's photons are cut into batches.
+    /// The sizes of the next batches and dispatches.
     pub schedule: Schedule,
-    /// What happened so far.
+    /// Counts of how paths ended in the finished iterations.
     pub tally: Tally,
 }
 
 impl Progress {
-    /// Learns from the visible points of the first of all rounds, which are on the device: the
-    /// radius that follows the footprints of pixels, and how bright photons are there.
+    /// Measures the visible points of the first round of all shards, which must be on the device. Sets the
+    /// initial radius to one that follows the footprints of pixels, unless it is known, and sets the
+    /// response.
+    ///
+    /// # Errors
+    /// The device fails.
     pub fn measure(&mut self, on: Stage<'_>) -> Result<(), RenderError> {
         let Settings { pixel_width, is_parallel, radius_per_length, .. } = *on.settings;
         let throughputs = on.device.read_first_texels(&on.buffers.visible_throughputs, on.settings.pixels())?;

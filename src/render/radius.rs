@@ -1,35 +1,36 @@
-//! How radii begin and how they shrink.
+//! The initial radii of visible points, and the global schedule by which radii shrink.
 
 use crate::base::names::named;
 use crate::kernels::RadiusPush;
 
-/// How far a radius that follows the footprints of pixels may go from its median over the
-/// image, as a factor.
+/// The largest factor between a radius that follows the footprints of pixels and the median radius of the
+/// image.
 const SPREAD: f64 = 2.0;
-/// The median is rounded to so many steps per octave, so that a device's rounding does not
-/// tell shards apart.
+/// The number of steps per octave to which the median is rounded, so that all shards have the same median
+/// in spite of a device's rounding.
 const STEPS: f64 = 8.0;
 
-/// What decides the radius that a visible point starts with.
+/// The initial radius of a visible point as a function of the length of its eye path: proportional to the
+/// length, within bounds.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct FirstRadius {
-    /// Radius over path length ..
+    /// Radius over path length.
     pub per_length: f32,
-    /// .. and its bounds, render units.
+    /// The smallest radius in render units.
     pub least: f32,
-    /// At most this.
+    /// The largest radius in render units.
     pub most: f32,
 }
 
 impl FirstRadius {
-    /// The same for all points; render units.
+    /// Returns a radius that is the same for all points, in render units.
     pub fn constant(radius: f64) -> Self {
         Self { per_length: 0.0, least: radius as f32, most: radius as f32 }
     }
 
-    /// Of a given width at the visible point, which is that of pixels there times so many. At
-    /// distance 1 the width is `width`. `lengths` are those of one round of eye paths, 0 where there is no point.
-    /// Without any, nothing will be gathered, and any radius does.
+    /// Returns a radius that follows the footprints of pixels. `width` is the radius of a visible point at
+    /// distance 1, in render units. `lengths` are the lengths of the eye paths of one round, 0 for pixels
+    /// without a visible point. If no pixel has one, nothing is gathered, and the radius is 1.
     pub fn from_footprints(width: f64, lengths: impl Iterator<Item = f32>) -> Self {
         let mut lengths: Vec<f32> = lengths.filter(|length| *length > 0.0).collect();
         if lengths.is_empty() {
@@ -42,7 +43,7 @@ impl FirstRadius {
         Self { per_length: width as f32, least: (radius / SPREAD) as f32, most: (radius * SPREAD) as f32 }
     }
 
-    /// What the radius pass is told of an iteration.
+    /// Returns the push constants of the radius pass for an iteration.
     pub fn push(&self, pixel_count: u32, shrink: f64, first: bool) -> RadiusPush {
         let Self { per_length, least, most } = *self;
         RadiusPush { pixel_count, per_length, least, most, shrink: shrink as f32, first: first.into() }
@@ -59,15 +60,15 @@ named! {
     }
 }
 
-/// Iterations after which a product of as many factors is left to its series, which is then as
-/// exact: a checkpoint may say that any number was done.
+/// The number of iterations after which [`GlobalShrink`] uses a series instead of a product. The series is
+/// as exact by then, and takes no time for the large numbers of iterations that a checkpoint may have.
 const MANY: u64 = 1 << 24;
 
-/// The squared radius of the global schedule at an iteration, over the first: the product of
-/// (i + α) / (i + 1) over the iterations before it (Knaus and Zwicker 2011, eq. 20). It starts
-/// at i = 0, one earlier than theirs: then a disc that finds as many photons in every iteration
-/// has the same radii under both schedules, and the mean of their squares is a power of N
-/// sooner.
+/// The squared radius of the global schedule at an iteration, divided by the initial squared radius: the
+/// product of (i + α) / (i + 1) over the iterations before it (Knaus and Zwicker 2011, eq. 20). The product
+/// starts at i = 0, one earlier than in the paper. So a disc that finds the same number of photons in every
+/// iteration has the same radii under both schedules, and the mean of the squared radii approaches a power
+/// of the number of iterations sooner.
 #[derive(Clone, Debug)]
 pub struct GlobalShrink {
     alpha: f64,
@@ -76,15 +77,16 @@ pub struct GlobalShrink {
 }
 
 impl GlobalShrink {
-    /// At the first iteration.
+    /// Returns the schedule at the first iteration.
     pub fn new(alpha: f64) -> Self {
         Self { alpha, step: 0, value: 1.0 }
     }
 
-    /// At iteration `step`, from 0. Iterations are asked for in order, but for new rounds.
+    /// Returns the value at iteration `step`, counted from 0. Increasing steps are fast; a smaller `step`, as
+    /// at the start of a round, starts the product again.
     pub fn at(&mut self, step: u64) -> f64 {
         if step > MANY {
-            // Γ(n + α) / Γ(n + 1), to the second term of its series.
+            // Γ(n + α) / Γ(n + 1), to the second term of its series in 1 / n.
             let alpha = self.alpha;
             let series = |n: f64| n.powf(alpha - 1.0) * (1.0 + 0.5 * alpha * (alpha - 1.0) / n);
             return self.at(MANY) * (series(step as f64) / series(MANY as f64));

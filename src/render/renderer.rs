@@ -1,4 +1,4 @@
-//! Iterations over a scene on a device.
+//! The renderer of a scene on a device: construction, iterations, images and checkpoints.
 
 mod aside;
 mod inspect;
@@ -34,18 +34,18 @@ use crate::render::stage::Stage;
 use crate::render::unsampled::{Noise, of_one_photon, photons_matter};
 use crate::scene::Scene;
 
-/// A render in progress. It may move to another thread, and several renderers may share a device: each
+/// A render in progress. A renderer may move to another thread. Several renderers may share a device; each
 /// then waits for the dispatches of the others.
 pub struct Renderer {
     device: Arc<Device>,
-    /// What `restart` keeps of a scene.
+    /// Values of the scene that `restart` keeps.
     base: Base,
-    /// What the kernels are compiled for.
+    /// Settings that the kernels are compiled for.
     compiled: Compiled,
     settings: Settings,
     exposure: f64,
     identity: Identity,
-    /// Sizes that the buffers were made for.
+    /// Sizes that the buffers were allocated for.
     sizes: Sizes,
     buffers: Buffers,
     passes: Passes,
@@ -60,7 +60,7 @@ const _: () = {
     is_send::<Renderer>();
 };
 
-/// What does not depend on the camera or on options.
+/// Values of the scene that depend neither on the camera nor on options.
 #[derive(Clone, Copy)]
 struct Base {
     space: RenderSpace,
@@ -71,7 +71,7 @@ struct Base {
     is_plane: bool,
 }
 
-/// What only a new renderer can have otherwise.
+/// Settings that are fixed at construction: to change them takes a new renderer.
 #[derive(Clone, Copy, PartialEq)]
 struct Compiled {
     specialization: Specialization,
@@ -98,7 +98,8 @@ impl Base {
                 render: options.features(resolved),
                 pass: PassFeatures { is_resumable: false },
             },
-            // The grid's points look at photons together. Trees ask for no more than any device has.
+            // The gather pass of the grid needs shuffles within a subgroup; the pass of the tree runs on any
+            // device.
             lookup: if device.info().has_shuffle { options.lookup } else { LookupKind::KdTree },
             workgroup_size: resolved.workgroup_size,
             solver: options.revolution_solver,
@@ -120,7 +121,7 @@ impl Base {
             radius_per_length: resolved.radius_in_pixels * view.pixel_width,
             sequence: resolved.sequence,
             mean_power: self.mean_power,
-            // What all lights would make of the inside of a sphere as large as the scene.
+            // The radiance inside a sphere as large as the scene with all lights in it, as a power of two.
             unit: if self.mean_power > 0.0 { self.mean_power.log2().ceil().exp2() } else { 1.0 },
             contribution: options.contribution,
             has_photons: self.mean_power > 0.0 && self.has_surfaces,
@@ -146,10 +147,10 @@ impl Base {
 }
 
 impl Renderer {
-    /// Prepares a scene for rendering: builds the hierarchy, uploads, compiles.
+    /// Prepares a scene for rendering: builds the hierarchy, uploads the scene and compiles the kernels.
     ///
     /// # Errors
-    /// The scene is beyond what can be rendered, an option is out of range, or the device has not
+    /// The scene cannot be rendered, an option is out of range, or the host or the device does not have
     /// enough memory.
     pub fn new(device: Arc<Device>, scene: &Scene, options: &Options) -> Result<Self, RenderError> {
         let start = Instant::now();
@@ -168,7 +169,7 @@ impl Renderer {
         let sizes = Sizes::new(resolved.resolution, resolved.photons, resolved.max_depth);
         let memory = MemoryNeed::new(&packed, &sizes, compiled.lookup);
         memory.check(&device)?;
-        // Drivers and compilers end the process where the host has no memory left.
+        // Drivers and compilers abort the process if the host has no memory left.
         let on_host = if device.info().kind == DeviceKind::Cpu { memory.total() } else { 0 };
         room::check("a render of this size", on_host + file::host_bytes(resolved.resolution))?;
         let gpu_scene = packed.arrays.upload(&device, &packed.info(resolved.max_depth, resolved.seed))?;
@@ -195,10 +196,10 @@ impl Renderer {
         })
     }
 
-    /// Begins again with another camera, film or options, and without building or compiling
-    /// anything; the image is that of a new renderer. All else of the scene must be as it was.
-    /// False, and nothing changes, where only a new renderer can: it needs other kernels, or more
-    /// pixels than this one was made for.
+    /// Starts the render again with another camera, film or options, without building or compiling anything.
+    /// The image is the one that a new renderer gives. All other parts of the scene must be unchanged.
+    /// Returns false and changes nothing if a new renderer is necessary: for other kernels, or for more
+    /// pixels than this renderer has memory for.
     ///
     /// # Errors
     /// An option is out of range, or the device fails.
@@ -224,23 +225,23 @@ impl Renderer {
     /// Runs one iteration.
     ///
     /// # Errors
-    /// The device fails; earlier iterations are not lost while it still answers.
+    /// The device fails. Earlier iterations are kept as long as the device still responds.
     pub fn step(&mut self) -> Result<(), RenderError> {
         self.step_unless(&|| false).map(|_| ())
     }
 
-    /// Runs one iteration, unless `gives_up` says between two dispatches that it is not wanted:
-    /// then all is as if it had not begun. Whether it is done. [`Options::responsive`] keeps
+    /// Runs one iteration, and calls `gives_up` between dispatches. If `gives_up` returns true, the iteration
+    /// ends and leaves no trace. Returns whether the iteration was finished. [`Options::responsive`] keeps
     /// dispatches short.
     ///
     /// # Errors
-    /// As [`Renderer::step`].
+    /// The same as for [`Renderer::step`].
     pub fn step_unless(&mut self, gives_up: &dyn Fn() -> bool) -> Result<bool, RenderError> {
         let tally = self.progress.tally;
         let stage = Stage { device: &self.device, buffers: &self.buffers, settings: &self.settings, gives_up };
         let outcome = iteration::run(&mut self.passes, stage, &mut self.progress);
         let Err(error) = outcome else { return Ok(true) };
-        // Its photons are not in the image, and its visible points may not be complete.
+        // The photons of the iteration are not in the image, and its visible points may be incomplete.
         self.progress.tally = tally;
         self.progress.seen = None;
         let clear = || {
@@ -251,12 +252,12 @@ impl Renderer {
         let cleared = clear();
         match error {
             RenderError::GivenUp => Ok(cleared.map(|()| false)?),
-            // A device that has failed may well fail again.
+            // Clearing may have failed too, on a device that has failed: the first error is returned.
             error => Err(error),
         }
     }
 
-    /// The sums over the iterations so far.
+    /// Returns the sums over the iterations so far.
     ///
     /// # Errors
     /// The device fails.
@@ -274,7 +275,8 @@ impl Renderer {
         })
     }
 
-    /// How far the noise of the image is known; `estimate` is that of the iterations so far.
+    /// Returns the noise of the image and how well it is known. `estimate` is the result of
+    /// [`Renderer::estimate`] for the iterations so far.
     ///
     /// # Errors
     /// The device fails.
@@ -285,7 +287,8 @@ impl Renderer {
             return Ok(Noise { of_halves, of_one_photon: 0.0 });
         }
         if self.progress.response.is_none() {
-            // After a checkpoint: what follows must not depend on where that was.
+            // A resumed render has not measured it. The result must not depend on when the checkpoint was
+            // made.
             let stage =
                 Stage { device: &self.device, buffers: &self.buffers, settings: &self.settings, gives_up: &|| false };
             self.passes.eye.measure(stage, &mut self.progress)?;
@@ -295,7 +298,7 @@ impl Renderer {
         Ok(Noise { of_halves, of_one_photon: of_one_photon(response, flux, self.settings.unit, estimate) })
     }
 
-    /// The relative error of the image so far, as far as it is known: [`Noise::relative_error`].
+    /// Returns the relative error of the image so far: [`Noise::relative_error`]. `None` if it is unknown.
     ///
     /// # Errors
     /// The device fails.
@@ -304,7 +307,7 @@ impl Renderer {
         Ok(self.noise(&estimate)?.relative_error())
     }
 
-    /// The image after the iterations so far; black before the first.
+    /// Returns the image after the iterations so far; it is black before the first iteration.
     ///
     /// # Errors
     /// The device fails.
@@ -312,7 +315,7 @@ impl Renderer {
         Ok(self.estimate()?.image())
     }
 
-    /// All that a later run needs to go on from here; `scene` is the scene's name, for people.
+    /// Returns a checkpoint, from which a later run can continue. `scene` is the scene's name, for messages.
     ///
     /// # Errors
     /// The device fails.
@@ -332,10 +335,10 @@ impl Renderer {
         })
     }
 
-    /// Goes on from where another render of the same scene with the same options was.
+    /// Continues a render of the same scene with the same options from a checkpoint.
     ///
     /// # Errors
-    /// The checkpoint is of another render; the error names a difference.
+    /// The checkpoint is of another render (the error names a difference), or the device fails.
     pub fn resume(&mut self, checkpoint: &Checkpoint) -> Result<(), CheckpointError> {
         self.identity.check(&checkpoint.identity)?;
         checkpoint.check_form(self.settings.resolution, self.settings.unit * self.exposure)?;
@@ -352,39 +355,39 @@ impl Renderer {
         Ok(())
     }
 
-    /// What of the scene rays cannot decide, one line each.
+    /// Returns warnings about surfaces in contact whose order rays cannot decide, one line each.
     pub fn warnings(&self) -> &[String] {
         &self.warnings
     }
 
-    /// Iterations finished.
+    /// Returns the number of finished iterations.
     pub fn iterations(&self) -> u32 {
         self.progress.done
     }
 
-    /// Which iterations it is made of.
+    /// Returns the sequence of iterations of the render.
     pub fn sequence(&self) -> Sequence {
         self.settings.sequence
     }
 
-    /// Photons emitted by the iterations so far.
+    /// Returns the number of photons that the iterations so far have emitted.
     pub fn photons(&self) -> u64 {
         self.settings.wanted_photons() * u64::from(self.progress.done)
     }
 
-    /// Eye paths traced for the iterations so far.
+    /// Returns the number of eye paths that were traced for the iterations so far.
     pub fn eye_paths(&self) -> u64 {
         let rounds = self.progress.done.div_ceil(self.settings.sequence.round_length);
         self.settings.pixels() * u64::from(self.settings.eye_paths) * u64::from(rounds)
     }
 
-    /// What happened to photon and eye paths.
+    /// Returns the counts of how photon paths and eye paths ended.
     pub fn tally(&self) -> &Tally {
         &self.progress.tally
     }
 
-    /// The smallest and largest radius of a visible point in the last iteration, scene
-    /// units; 0 if there is none.
+    /// Returns the smallest and the largest radius of a visible point in the last iteration, in scene units;
+    /// 0 if there is no visible point.
     ///
     /// # Errors
     /// The device fails.
@@ -395,23 +398,23 @@ impl Renderer {
         Ok([least.min(most), most].map(|radius2| radius2.sqrt() / self.base.space.scale))
     }
 
-    /// Time to build the hierarchy and to upload.
+    /// Returns the time that building the hierarchy and uploading the scene took.
     pub fn build_time(&self) -> Duration {
         self.build_time
     }
 
-    /// Time to compile the kernels.
+    /// Returns the time that compiling the kernels took.
     pub fn compile_time(&self) -> Duration {
         self.compile_time
     }
 
-    /// Time that the host has spent on kd-trees over visible points, to read the points and to
-    /// write the nodes included; 0 with a hash grid, which is the device's work alone.
+    /// Returns the time that the host has spent on kd-trees over visible points, including the transfer of
+    /// points and nodes; 0 with a hash grid, which the device builds alone.
     pub fn kd_build_time(&self) -> Duration {
         self.passes.index_host_time()
     }
 
-    /// The device it runs on.
+    /// Returns the device of the render.
     pub fn device(&self) -> &Device {
         &self.device
     }

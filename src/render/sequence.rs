@@ -1,12 +1,12 @@
-//! Which iterations a render is made of, and in which order.
+//! The iterations of a render: their order in rounds, and their distribution over shards.
 
-/// One of several renders that share the work: it takes every `count`-th round, from round
-/// `index` on.
+/// One of several renders that share the iterations: it renders every `count`-th round, starting with round
+/// `index`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Shard {
-    /// Which one, from 0.
+    /// The index of the shard, from 0.
     pub index: u32,
-    /// How many there are.
+    /// The number of shards.
     pub count: u32,
 }
 
@@ -17,54 +17,54 @@ impl Default for Shard {
 }
 
 impl Shard {
-    /// All rounds.
+    /// The only shard of a render, with all rounds.
     pub const WHOLE: Self = Self { index: 0, count: 1 };
-    /// The most shards of a render: 64 bits are then enough for every number of iterations.
+    /// The largest number of shards. With it, 64 bits are enough for the numbers of all iterations.
     pub const MAX_COUNT: u32 = 1 << 16;
 }
 
-/// Iterations come in rounds, which share their eye paths: of one iteration in stochastic
-/// progressive photon mapping, of many in progressive photon mapping.
+/// The iterations of a shard. The iterations of a round share their eye paths. A round has one iteration in
+/// stochastic progressive photon mapping, and many in progressive photon mapping.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Sequence {
-    /// Iterations of a round.
+    /// The number of iterations in a round.
     pub round_length: u32,
-    /// Whose rounds.
+    /// The shard, which determines the rounds.
     pub shard: Shard,
 }
 
-/// Where an iteration stands.
+/// The position of an iteration in the sequence of all shards.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Place {
-    /// Its round, among those of all shards.
+    /// The number of its round among the rounds of all shards, from 0.
     pub round: u32,
-    /// Which of the round it is.
+    /// Its number within the round, from 0.
     pub step: u32,
-    /// Which of all iterations of all shards it is.
+    /// Its number among the iterations of all shards, from 0.
     pub iteration: u64,
-    /// Rounds come in two halves, whose random numbers are independent: 0 or 1.
+    /// The half of its round, 0 or 1. The random numbers of the two halves are independent.
     pub half: u32,
-    /// Its round, among those of its half.
+    /// The number of its round among the rounds of its half, from 0.
     pub turn: u32,
-    /// Which of the iterations of its half it is.
+    /// Its number among the iterations of its half, from 0.
     pub iteration_of_half: u64,
 }
 
-/// The half of a round: one of rounds 2k and 2k + 1 each. By the parity of its bits (Thue and
-/// Morse), so that the rounds of a shard are shared evenly too.
+/// Returns the half of a round. Of rounds 2k and 2k + 1, one is in each half. The half is the parity of the
+/// bits of the number (Thue and Morse), so that the rounds of each shard are divided evenly too.
 fn half(round: u64) -> u32 {
     round.count_ones() % 2
 }
 
 impl Sequence {
-    /// The place of this shard's next iteration after `done` ones.
+    /// Returns the place of this shard's next iteration after `done` iterations.
     pub fn place(&self, done: u32) -> Place {
         let round = u64::from(self.shard.index) + u64::from(self.shard.count) * u64::from(done / self.round_length);
         let step = done % self.round_length;
         let length = u64::from(self.round_length);
         let turn = round / 2;
         Place {
-            // Random numbers count rounds in 32 bits, and may start again after that.
+            // Random numbers use 32 bits of the number of the round, and repeat after 2^32 rounds.
             round: round as u32,
             step,
             iteration: round * length + u64::from(step),
@@ -74,7 +74,7 @@ impl Sequence {
         }
     }
 
-    /// How many of the first `total` iterations are this shard's.
+    /// Returns the number of this shard's iterations among the first `total` iterations of all shards.
     pub fn share(&self, total: u32) -> u32 {
         let (rounds, rest) = (total / self.round_length, total % self.round_length);
         let Shard { index, count } = self.shard;

@@ -8,50 +8,51 @@ use crate::render::sequence::{Place, Sequence, Shard};
 /// Settings of a render, constant over its iterations.
 #[derive(Clone, Copy, Debug)]
 pub struct Settings {
-    /// Width and height of the image.
+    /// Width and height of the image in pixels.
     pub resolution: [u32; 2],
-    /// Where it lies in what the camera sees.
+    /// The position of the pixels in the full image of the camera.
     pub window: Window,
-    /// Photons to emit.
+    /// Photons per iteration.
     pub photons: u64,
-    /// Eye paths of a pixel.
+    /// Eye paths per pixel and iteration.
     pub eye_paths: u32,
     /// Share of an iteration's photons that a pixel keeps (Hachisuka 2008, eq. 5).
     pub alpha: f64,
-    /// Who decides how radii shrink.
+    /// The schedule by which radii shrink.
     pub radius_schedule: RadiusSchedule,
-    /// Width of a pixel at distance 1, or at any where rays are parallel; render units.
+    /// Width of a pixel at distance 1, or at any distance if rays are parallel; render units.
     pub pixel_width: f64,
-    /// Rays of the camera are parallel.
+    /// Whether the rays of the camera are parallel.
     pub is_parallel: bool,
-    /// Radius of a visible point at distance 1, where radii follow the footprints of pixels.
+    /// Radius of a visible point at distance 1, if radii follow the footprints of pixels; render units.
     pub radius_per_length: f64,
-    /// The iterations.
+    /// The sequence of iterations.
     pub sequence: Sequence,
     /// Mean flux of a photon times the number of photons, W.
     pub mean_power: f64,
-    /// Unit of the sums, W/(m² sr).
+    /// Unit of the sums before exposure, W/(m² sr).
     pub unit: f64,
-    /// Which light the image has.
+    /// The part of the light that the image shows.
     pub contribution: Contribution,
-    /// Whether there is a light, and a surface for its photons to meet.
+    /// Whether the scene has a light with power, and a surface that its photons can meet.
     pub has_photons: bool,
-    /// Photons may bring light that eye paths do not.
+    /// Whether photons may contribute light that eye paths do not.
     pub photons_matter: bool,
 }
 
 impl Settings {
-    /// Photons to emit: none where they would bring nothing, or nobody wants to see it.
+    /// Returns the number of photons to emit per iteration: 0 if photons cannot contribute, or if the image
+    /// shows direct light only.
     pub fn wanted_photons(&self) -> u64 {
         if self.has_photons && self.contribution != Contribution::Direct { self.photons } else { 0 }
     }
 
-    /// The first of all iterations, of whichever shard.
+    /// Returns the place of the first iteration of all shards.
     pub fn first_place(&self) -> Place {
         Sequence { shard: Shard::WHOLE, ..self.sequence }.place(0)
     }
 
-    /// Pixels of the image.
+    /// Returns the number of pixels of the image.
     pub fn pixels(&self) -> u64 {
         self.resolution.map(u64::from).iter().product()
     }

@@ -1,4 +1,5 @@
-//! What every pass of an iteration has at hand, and how a pass is dispatched and counted.
+//! The device, memory and settings that all passes of an iteration use, and functions that dispatch a pass
+//! and read its counters.
 
 use std::time::Instant;
 
@@ -11,30 +12,30 @@ use crate::render::error::RenderError;
 use crate::render::pacing::Pace;
 use crate::render::settings::Settings;
 
-/// Where an iteration runs.
+/// The device, memory and settings of an iteration.
 #[derive(Clone, Copy)]
 pub struct Stage<'a> {
     /// The device.
     pub device: &'a Device,
-    /// Its memory.
+    /// The arrays on the device.
     pub buffers: &'a Buffers,
-    /// The render.
+    /// The settings of the render.
     pub settings: &'a Settings,
-    /// Asked between dispatches: whether the iteration is not wanted any more.
+    /// A function that is called between dispatches; it returns true to give the iteration up.
     pub gives_up: &'a dyn Fn() -> bool,
 }
 
 impl Stage<'_> {
-    /// Whether the caller still wants the iteration.
+    /// Asks the caller whether to continue the iteration.
     ///
     /// # Errors
-    /// It does not.
+    /// The caller gives the iteration up.
     pub fn may_go_on(&self) -> Result<(), RenderError> {
         if (self.gives_up)() { Err(RenderError::GivenUp) } else { Ok(()) }
     }
 
-    /// Runs a pass, in as many dispatches as its pace asks for; what was counted meanwhile.
-    /// `push` is told the first invocation of each.
+    /// Runs a pass in dispatches whose size its pace chooses, and returns the counters. `push` makes the push
+    /// constants from the first invocation of a dispatch.
     ///
     /// # Errors
     /// The device fails, or the caller gives the iteration up.
@@ -62,7 +63,7 @@ impl Stage<'_> {
         Ok(self.device.read(&self.buffers.counters)?[0])
     }
 
-    /// Runs what `record` records; what was counted meanwhile.
+    /// Runs the commands that `record` records, and returns the counters.
     ///
     /// # Errors
     /// The device fails.
@@ -75,7 +76,10 @@ impl Stage<'_> {
     }
 }
 
-/// Whether no invocation was ended early.
+/// Checks that the driver ended no invocation early. `remedy` is a change that would avoid the error.
+///
+/// # Errors
+/// The driver ended an invocation early.
 pub fn finished(counters: &Counters, pass: &'static str, remedy: &'static str) -> Result<(), RenderError> {
     if counters.interrupted == 0 { Ok(()) } else { Err(RenderError::Interrupted { pass, remedy }) }
 }

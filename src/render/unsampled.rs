@@ -1,51 +1,53 @@
-//! Light that photons could bring, and that none has brought yet.
+//! A lower bound of the error that is known: the light of one photon.
 //!
-//! The error of an image is estimated from what two halves of its iterations do not agree on.
-//! Where nearly all photons land far from what is seen, both halves agree on an image without
-//! the light that photons bring: no half has met it. What the light of a single photon would
-//! add to the image tells how much of that there may be. An expectation of one photon is not
-//! refuted by having met none, so an error below this is not known, whatever the halves say.
+//! The error of an image is estimated from the difference between two halves of its iterations. If nearly
+//! all photons land far from the surfaces that are seen, both halves agree on an image without the light of
+//! photons, because neither half has recorded any of them near a visible point. The light that a single
+//! photon would add to the image tells how much light may be missing: if one photon is expected and none is
+//! found, the expectation is not refuted. So an error below the light of one photon is not known, whatever
+//! the difference between the halves.
 
 use crate::image::estimate::Estimate;
 use crate::image::film::LUMINANCE;
 use crate::render::options::{Contribution, DirectLight, Options};
 
-/// Part of what is seen that photons may leave unknown before a render says so.
+/// The share of the image's radiance that may be unknown before a render reports missing light.
 const NOTABLE: f64 = 0.01;
-/// Photons are few where less than this part of those emitted is recorded.
+/// Recorded photons are few if they are less than this share of the emitted photons.
 const FEW: f64 = 0.001;
-/// How known the error of an image is.
+
+/// The estimated error of an image, and the smallest error that is known.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Noise {
-    /// What two halves of the iterations say: [`Estimate::relative_error`].
+    /// The error from the two halves of the iterations: [`Estimate::relative_error`].
     pub of_halves: Option<f64>,
-    /// What the light of one photon adds to an image, evenly spread over all that is seen: the
-    /// mean radiance, over the median of the pixels that have any light. 0 where photons bring
-    /// nothing; infinite where an image that they could light is black.
+    /// The light that one photon adds to an image if it is spread evenly over the surfaces that are seen: the
+    /// mean radiance divided by the median of the pixels that are not black. 0 if photons cannot contribute;
+    /// infinite if photons could contribute to an image that is black.
     pub of_one_photon: f64,
 }
 
 impl Noise {
-    /// The relative error as far as it is known; `None` before both halves have an iteration,
-    /// and where nothing is known, since an image that photons could light is black.
+    /// Returns the larger of both errors. `None` before both halves have an iteration, and if photons could
+    /// contribute to an image that is black.
     pub fn relative_error(&self) -> Option<f64> {
         self.of_halves.map(|error| error.max(self.of_one_photon)).filter(|error| error.is_finite())
     }
 
-    /// Whether light may be missing, where of `emitted` photons, so many were `recorded`.
+    /// Returns whether light may be missing from the image of a render that emitted `emitted` photons and
+    /// recorded `recorded` of them.
     pub fn misses_light(&self, emitted: u64, recorded: u64) -> bool {
-        // Of a number that has come out as n, n + 1 may have been expected: its deviation is the
-        // root of that.
+        // If n photons were recorded, n + 1 may have been expected, with a standard deviation of sqrt(n + 1).
         let expected = recorded as f64 + 1.0;
         let few = expected < FEW * emitted as f64 && expected.sqrt() * self.of_one_photon > NOTABLE;
         few || (self.of_one_photon > NOTABLE && self.of_halves.is_some_and(|error| error < self.of_one_photon))
     }
 }
 
-/// Mean radiance that one watt brings to an image, evenly spread over all that is seen, or over a
-/// photon's disc of that `radius` where less than that is seen; 1/(m² sr) in render units. Each pixel has a bsdf times throughput, 1/sr, and the length of
-/// its eye path, 0 where that found nothing; a pixel is `width` wide at distance 1, or
-/// everywhere where rays are parallel.
+/// Returns the mean radiance that one watt adds to an image if it is spread evenly over the surfaces that are
+/// seen, or over a disc of `radius` if their area is smaller; 1/(m² sr) in render units. `pixels` has for
+/// each pixel BSDF times throughput in 1/sr for red, green and blue, and the length of its eye path, 0 if
+/// there is no visible point. A pixel is `width` wide at distance 1, or at any distance if rays are parallel.
 pub fn response(pixels: impl ExactSizeIterator<Item = [f32; 4]>, width: f64, is_parallel: bool, radius: f64) -> f64 {
     let count = pixels.len() as f64;
     let (mut bsdfs, mut area) = (0.0, 0.0);
@@ -58,8 +60,8 @@ pub fn response(pixels: impl ExactSizeIterator<Item = [f32; 4]>, width: f64, is_
     if bsdfs > 0.0 { bsdfs / (count * area) } else { 0.0 }
 }
 
-/// What the light of one photon of `flux` W adds to an image with this [`response`]; `unit` is
-/// that of the estimate before exposure. As [`Noise::of_one_photon`].
+/// Returns [`Noise::of_one_photon`] for a photon of `flux` W in an image with this [`response`]. `unit` is
+/// the unit of the estimate before exposure.
 pub fn of_one_photon(response: f64, flux: f64, unit: f64, estimate: &Estimate) -> f64 {
     if response == 0.0 {
         return 0.0;
@@ -67,9 +69,9 @@ pub fn of_one_photon(response: f64, flux: f64, unit: f64, estimate: &Estimate) -
     estimate.median_lit().map_or(f64::INFINITY, |median| response * flux / (unit * median))
 }
 
-/// Whether photons may bring light at all: more than eye paths do.
+/// Returns whether photons may contribute light that eye paths do not.
 pub fn photons_matter(options: &Options, max_depth: u32, is_plane: bool) -> bool {
-    // Where eye paths bring direct light, the first surface of a photon records nothing.
+    // If eye paths contribute direct light, a photon is not recorded at its first surface.
     let records = options.direct == DirectLight::Photons || (max_depth > 1 && !is_plane);
     options.contribution != Contribution::Direct && records
 }

@@ -1,4 +1,4 @@
-//! The window: events in, frames out.
+//! The application: it handles the events of the window and draws frames.
 
 use std::sync::Arc;
 use std::time::{Duration, Instant};
@@ -20,52 +20,52 @@ use super::session::{Effect, Session};
 use super::{area, panel};
 use crate::cli::Failure;
 
-/// What the event loop drives.
+/// The application that the event loop drives.
 pub struct App {
-    /// What the user looks at.
+    /// The state of the user's session.
     pub session: Session,
-    /// How long the user waits.
+    /// Measures the time that the user waits.
     pub latency: Latency,
-    /// Why it has ended early.
+    /// The error that ended the application early.
     pub failure: Option<Failure>,
-    /// Messages of the validation layer.
+    /// Messages of the validation layers, once the window is closed.
     pub validation: Vec<String>,
     device: Option<String>,
     validate: bool,
     context: Context,
     keys: Keys,
-    /// Keys that went down or up since the window was drawn, each with what was held then.
+    /// The strokes since the last frame, each with the modifiers that were held with it.
     strokes: Vec<Stroke>,
     has_super: bool,
-    /// When the window is to be drawn next, if it is.
+    /// The time to draw the next frame; `None` if no frame is due.
     draw_at: Option<Instant>,
-    /// But not before: drawing must leave time to render.
+    /// The earliest time of the next frame, which leaves time to render.
     draw_after: Instant,
     opened: Option<Opened>,
 }
 
-/// The window pauses so many times as long as it draws ..
+/// The pause after a frame, in multiples of the time that drawing the frame took.
 const PAUSE: u32 = 2;
-/// .. but no longer than this.
+/// The longest pause after a frame.
 const MOST_PAUSE: Duration = Duration::from_millis(25);
-/// Distances to the pivot that are flown in a second.
+/// The speed of flight, in distances to the pivot per second.
 const SPEED: f64 = 0.4;
-/// The longest time, in seconds, that one frame flies.
+/// The longest time of flight per frame, in seconds.
 const LONGEST_FLIGHT: f32 = 0.1;
 
-/// What there is once the window is open. The display goes before the window.
+/// The state of an open window. The display is dropped before the window.
 struct Opened {
     display: Display,
     input: egui_winit::State,
     window: Arc<Window>,
-    /// Its size when it was drawn last.
+    /// The size of the window in the last frame, in pixels.
     size: [u32; 2],
-    /// Whether the window may have another size than its pixels.
+    /// Whether the size of the window may differ from the size of the display.
     is_stale: bool,
 }
 
 impl App {
-    /// On the device that is named, or the first that fits.
+    /// Returns an application whose window opens on the named device, or on the first device that fits.
     pub fn new(session: Session, device: Option<String>, validate: bool) -> Self {
         Self {
             session,
@@ -105,7 +105,8 @@ impl App {
         Ok(())
     }
 
-    /// Follows the window's size and takes the news; whether there is anything to be seen.
+    /// Adapts to the size of the window and takes the news. Returns false if the window has no area or is not
+    /// open.
     fn catch_up(&mut self) -> Result<bool, Failure> {
         let Some(Opened { display, window, size: known, is_stale, .. }) = &mut self.opened else { return Ok(false) };
         let size: [u32; 2] = window.inner_size().into();
@@ -126,7 +127,7 @@ impl App {
         Ok(true)
     }
 
-    /// Shows what there is.
+    /// Draws a frame.
     fn draw(&mut self, events: &ActiveEventLoop) -> Result<(), Failure> {
         let start = Instant::now();
         self.draw_at = None;
@@ -162,7 +163,7 @@ impl App {
         Ok(())
     }
 
-    /// Does what the keys ask for that were struck since the last frame, and flies.
+    /// Carries out the commands of the strokes since the last frame, and flies.
     fn take_keys(&mut self, events: &ActiveEventLoop, busy: Busy) {
         let Some(Opened { input, .. }) = &mut self.opened else { return };
         let strokes = std::mem::take(&mut self.strokes);
@@ -199,12 +200,12 @@ impl App {
     }
 }
 
-/// An event of another thread: there are news, or files have changed.
+/// An event from another thread.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Wake {
-    /// The thread that renders has something to tell.
+    /// The render thread has news.
     News,
-    /// A file of the scene is another one.
+    /// A file of the scene has changed.
     Changed,
 }
 
@@ -275,11 +276,11 @@ impl ApplicationHandler<Wake> for App {
     }
 }
 
-/// What a key event says.
+/// Returns the stroke of a key event; `None` for other events.
 fn stroke(event: &egui::Event, is_repeat: bool, has_super: bool) -> Option<Stroke> {
     let egui::Event::Key { key, pressed, modifiers, .. } = event else { return None };
     let egui::Modifiers { alt, ctrl, shift, command, .. } = *modifiers;
-    // Where Cmd is the key of commands, it is also the Super key, and Ctrl is none of commands.
+    // If Cmd is the key of commands, it is also the Super key, and Ctrl is not the key of commands.
     let is_cmd = command && !ctrl;
     let other = alt || (ctrl && !command) || (has_super && !is_cmd);
     Some(Stroke { key: *key, is_pressed: *pressed, is_repeat, with: With { command, other, shift } })

@@ -1,22 +1,22 @@
-//! The mouse on the image.
+//! Mouse input on the image: it moves the camera.
 
 use egui::{CentralPanel, Context, Frame, PointerButton, Response, Sense};
 
 use super::session::Session;
 
-/// Radians of a drag across a point.
+/// The angle in radians that a drag by one point turns the camera.
 const TURN: f64 = 0.008;
-/// Nearer by so much with each notch of the wheel.
+/// The factor of the distance to the pivot for each notch of the wheel.
 const NOTCH: f64 = 0.9;
-/// Points of a notch.
+/// The scroll distance of a notch in points.
 const NOTCH_POINTS: f64 = 50.0;
-/// A lens where there was none, in distances to the pivot.
+/// The radius of a lens that replaces a pinhole, in distances to the pivot.
 const FIRST_LENS: f64 = 0.005;
 
-/// Lets the user move the camera.
+/// Handles the mouse input of a frame: lets the user move the camera.
 pub fn show(context: &Context, session: &mut Session) {
     CentralPanel::default().frame(Frame::NONE).show(context, |ui| {
-        // It never has the focus of the keyboard, with which keys would be for it alone.
+        // The image never takes the keyboard focus, with which it would get all keys.
         let response = ui.interact(ui.max_rect(), ui.id().with("image"), Sense::CLICK | Sense::DRAG);
         let mut moved = drag(&response, session);
         moved |= click(&response, session);
@@ -53,17 +53,19 @@ fn drag(response: &Response, session: &mut Session) -> bool {
     true
 }
 
-/// A click focuses, and what it hits is what the camera turns about.
+/// Handles a click: it focuses on the point under the cursor and moves the pivot there. Returns whether the
+/// image changes.
 fn click(response: &Response, session: &mut Session) -> bool {
     let position = response.interact_pointer_pos().filter(|_| response.clicked());
     let at = position.map(|position| session.on_image(pixels(&response.ctx, position)));
     let Some(point) = at.and_then(|at| session.point_at(at)) else { return false };
     session.control.focus(point);
-    // Through a pinhole everything is sharp.
+    // A pinhole camera has everything in focus, so its image does not change.
     session.control.camera().lens_radius > 0.0
 }
 
-/// The wheel goes nearer; with Ctrl it opens the lens.
+/// Handles the wheel: it moves the camera nearer, or, with Ctrl, opens the lens. Returns whether the camera
+/// changed.
 fn wheel(context: &Context, response: &Response, session: &mut Session) -> bool {
     if !response.hovered() {
         return false;

@@ -1,58 +1,59 @@
-//! Moves a camera as a hand does.
+//! Camera control: orbit, pan, dolly, flight, focus and lens.
 
 use glam::{DAffine3, DMat3, DVec2, DVec3};
 
 use crate::gpu_scene::camera::ImagePlane;
 use crate::scene::{Camera, Film, Projection};
 
-/// How near to the up direction a camera looks, radians: nearer, it would turn over.
+/// The smallest angle between the viewing direction and the up direction (or its opposite), in radians. At
+/// smaller angles the camera could turn over.
 const LEAST_TILT: f64 = 0.02;
 
-/// A camera, and what it turns about.
+/// A camera with the pivot about which it turns.
 #[derive(Clone, Debug)]
 pub struct CameraControl {
     camera: Camera,
-    /// Where it was at first.
+    /// The camera to which `reset` returns.
     home: Camera,
     film: Film,
-    /// A unit vector that stays upright.
+    /// The up direction, a unit vector in world space.
     up: DVec3,
-    /// From the eye to the point that it turns about, world units; unknown until something is seen.
+    /// The distance from the eye to the pivot in world units; `None` until the first picture.
     distance: Option<f64>,
 }
 
 impl CameraControl {
-    /// Of a camera that the scene has.
+    /// Returns the control of a scene's camera.
     pub fn new(camera: Camera, film: Film) -> Self {
-        // What the scene called up is forgotten; most have an axis there.
+        // A `Scene` does not keep the up vector of the file. In most scenes it is a coordinate axis.
         let seen = camera.world_from_camera.matrix3.y_axis;
         let axes = [DVec3::X, DVec3::Y, DVec3::Z].map(|axis| axis * seen.dot(axis).signum());
         let up = axes.into_iter().max_by(|a, b| a.dot(seen).total_cmp(&b.dot(seen))).unwrap_or(DVec3::Y);
         Self { camera, home: camera, film, up, distance: None }
     }
 
-    /// The camera as it is now.
+    /// Returns the current camera.
     pub fn camera(&self) -> &Camera {
         &self.camera
     }
 
-    /// Back to where it was at first.
+    /// Resets the camera to the one of the scene.
     pub fn reset(&mut self) {
         self.camera = self.home;
         self.distance = None;
     }
 
-    /// The middle of the image is so far away.
+    /// Sets the distance to the pivot in world units, unless it is known.
     pub fn set_distance_once(&mut self, distance: f64) {
         self.distance.get_or_insert(distance);
     }
 
-    /// Comes back to where another one is at first, and has its film.
+    /// Takes the home camera and the film of another control, and keeps the current camera.
     pub fn set_home(&mut self, other: Self) {
         (self.home, self.film) = (other.home, other.film);
     }
 
-    /// Width of a pixel at the pivot, world units.
+    /// Returns the width of a pixel at the pivot in world units.
     pub fn pixel_width(&self, resolution: [u32; 2]) -> f64 {
         let across = ImagePlane::new(&self.camera, &self.film, resolution).across.abs();
         let matrix = self.camera.world_from_camera.matrix3;
@@ -62,7 +63,7 @@ impl CameraControl {
         }
     }
 
-    /// From the eye to the pivot, world units.
+    /// Returns the distance from the eye to the pivot in world units; 1 if it is unknown.
     pub fn distance(&self) -> f64 {
         self.distance.unwrap_or(1.0)
     }
@@ -71,7 +72,7 @@ impl CameraControl {
         self.camera.world_from_camera.matrix3.z_axis.normalize()
     }
 
-    /// The point that it turns about.
+    /// Returns the point about which the camera turns.
     pub fn pivot(&self) -> DVec3 {
         self.camera.world_from_camera.translation + self.forward() * self.distance()
     }
@@ -82,21 +83,22 @@ impl CameraControl {
             DAffine3 { matrix3: rotation * matrix3, translation: pivot + rotation * (translation - pivot) };
     }
 
-    /// Turns about the pivot, radians: to the right about what is up, and then upward.
+    /// Turns the camera about the pivot, by angles in radians: to the right about the up direction, and
+    /// upward.
     pub fn orbit(&mut self, right: f64, upward: f64) {
         let tilt = self.forward().angle_between(self.up);
-        // Who goes up looks down.
+        // A camera that moves up looks down.
         let most = std::f64::consts::PI - LEAST_TILT;
         let upward = (tilt + upward).clamp(LEAST_TILT.min(tilt), most.max(tilt)) - tilt;
         let sideways = self.up.cross(self.forward()).normalize_or(self.camera.world_from_camera.matrix3.x_axis);
-        // What is right on the image may be left in a mirrored world.
+        // In a mirrored world, right on the image may be left.
         let right = right * sideways.dot(self.camera.world_from_camera.matrix3.x_axis).signum();
         let rotation = DMat3::from_axis_angle(self.up, right) * DMat3::from_axis_angle(sideways.normalize(), upward);
         self.turn_about(self.pivot(), rotation);
     }
 
-    /// Moves sideways, so that what is so deep in the image (or at the pivot) goes from one place
-    /// on it to another; the corners are (0, 0) and (1, 1).
+    /// Moves the camera sideways, so that a point at `depth` (or at the depth of the pivot) moves on the
+    /// image from one place to another. The corners of the image are (0, 0) and (1, 1).
     pub fn pan(&mut self, from: DVec2, to: DVec2, depth: Option<f64>, resolution: [u32; 2]) {
         let Some([from, to]) = self.on_plane(from, resolution).zip(self.on_plane(to, resolution)).map(<[_; 2]>::from)
         else {
@@ -110,10 +112,10 @@ impl CameraControl {
         self.camera.world_from_camera.translation -= matrix * ((to - from) * scale).extend(0.0);
     }
 
-    /// Goes nearer to the pivot, or further away from it where the factor is above 1.
+    /// Multiplies the distance to the pivot by a factor: below 1, the camera moves nearer.
     pub fn dolly(&mut self, factor: f64) {
         if self.camera.projection == Projection::Orthographic {
-            // Going nowhere would change nothing.
+            // A distance has no effect on parallel rays, so the image plane is scaled.
             let zoom = DMat3::from_diagonal(DVec3::new(factor, factor, 1.0));
             self.camera.world_from_camera.matrix3 *= zoom;
             return;
@@ -123,14 +125,14 @@ impl CameraControl {
         self.camera.world_from_camera.translation = pivot - self.forward() * self.distance();
     }
 
-    /// Flies along its own axes (right, up, forward), in distances to the pivot, which goes along.
+    /// Moves the camera and its pivot along its axes (right, up, forward), in distances to the pivot.
     pub fn fly(&mut self, by: DVec3) {
         let matrix = self.camera.world_from_camera.matrix3;
         let axes = DMat3::from_cols(matrix.x_axis.normalize(), self.up, matrix.z_axis.normalize());
         self.camera.world_from_camera.translation += axes * by * self.distance();
     }
 
-    /// Focuses there, and turns about a point as far away.
+    /// Focuses on a point, and moves the pivot to the depth of this point.
     pub fn focus(&mut self, point: DVec3) {
         let depth = self.depth_of(point);
         if depth > 0.0 {
@@ -139,19 +141,21 @@ impl CameraControl {
         }
     }
 
-    /// Sets the lens. One that was a pinhole, to which all is sharp, comes to focus on the pivot.
+    /// Sets the radius and the focal distance of the lens. If the camera was a pinhole, which has everything
+    /// in focus, it focuses on the pivot instead.
     pub fn set_lens(&mut self, radius: f64, focal_distance: f64) {
         let was_pinhole = self.camera.lens_radius == 0.0 && radius > 0.0;
         let focal_distance = if was_pinhole { self.depth_of(self.pivot()) } else { focal_distance };
         (self.camera.lens_radius, self.camera.focal_distance) = (radius, focal_distance);
     }
 
-    /// How deep a point is in the image, in units of camera space.
+    /// Returns the depth of a point, which is its z in camera space.
     pub fn depth_of(&self, point: DVec3) -> f64 {
         self.camera.world_from_camera.inverse().transform_point3(point).z
     }
 
-    /// What a path of this length from a place on the image has come to, as far as it is straight.
+    /// Returns the end point of a straight path of this length from a place on the image; `None` for
+    /// spherical cameras.
     pub fn seen(&self, at: DVec2, length: f64, resolution: [u32; 2]) -> Option<DVec3> {
         let place = self.on_plane(at, resolution)?;
         let (origin, direction) = match self.camera.projection {
@@ -163,7 +167,7 @@ impl CameraControl {
         Some(camera.transform_point3(origin) + direction * length)
     }
 
-    /// From a place on the image to one on the image plane; spherical cameras have none.
+    /// Converts a place on the image to a place on the image plane; `None` for spherical cameras.
     fn on_plane(&self, at: DVec2, resolution: [u32; 2]) -> Option<DVec2> {
         let has_plane = matches!(self.camera.projection, Projection::Perspective { .. } | Projection::Orthographic);
         let ImagePlane { lower, upper, .. } = ImagePlane::new(&self.camera, &self.film, resolution);

@@ -1,4 +1,4 @@
-//! `goblet view`: a scene in a window.
+//! The subcommand `goblet view`.
 
 use crate::cli::outputs::{AN_IMAGE, Files, THE_STATISTICS};
 use crate::cli::stats::{Stats, write_json};
@@ -9,7 +9,7 @@ use crate::scene::Scene;
 /// Shows a scene until the window is closed.
 ///
 /// # Errors
-/// The scene, an option, the display or the device is at fault.
+/// The scene or an option is invalid, there is no display, or the device or an output fails.
 pub fn run(args: &RenderArgs) -> Result<(), Failure> {
     refuse(args)?;
     if let Some(path) = &args.stats {
@@ -25,7 +25,7 @@ pub fn run(args: &RenderArgs) -> Result<(), Failure> {
     args.stats.as_ref().map_or(Ok(()), |path| write_json(path, &stats))
 }
 
-/// What only `goblet render` does.
+/// Refuses the arguments that only `goblet render` accepts.
 fn refuse(args: &RenderArgs) -> Result<(), Failure> {
     let others = [
         ("--time", args.request.limits.time.is_some()),

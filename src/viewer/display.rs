@@ -1,4 +1,4 @@
-//! From a picture to the pixels of the window.
+//! The display: maps a picture to the pixels of the window.
 
 use std::sync::Arc;
 
@@ -16,22 +16,22 @@ const WORKGROUP_SIZE: u32 = 64;
 /// A tone curve.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Curve {
-    /// Values as they are.
+    /// No curve.
     Linear,
-    /// As a PNG has it.
+    /// The sRGB curve, as in PNG outputs.
     #[default]
     Srgb,
-    /// Film-like.
+    /// A curve like film.
     Aces,
-    /// Film-like, and bright colours fade to white.
+    /// A curve like film, in which bright colours fade to white.
     Agx,
 }
 
 impl Curve {
-    /// All, as they are listed.
+    /// All curves, in the order of the panel's list.
     pub const ALL: [Self; 4] = [Self::Linear, Self::Srgb, Self::Aces, Self::Agx];
 
-    /// For people.
+    /// Returns the name that the panel shows.
     pub fn name(self) -> &'static str {
         match self {
             Self::Linear => "linear",
@@ -51,7 +51,7 @@ impl Curve {
     }
 }
 
-/// How light is shown.
+/// The mapping of light to the screen.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Look {
     /// Exposure in stops.
@@ -60,12 +60,12 @@ pub struct Look {
     pub curve: Curve,
 }
 
-/// A window's pixels, and what makes them.
+/// The pixels of a window, and the pass that computes them from a picture.
 pub struct Display {
     shown: Texels<[f32; 4]>,
     pixels: Buffer<u32>,
     pass: Pass<ToneMapPush>,
-    /// Size of the image, whether it is light, and how it was last shown, and where.
+    /// Size of the picture, whether it is of light, and the look, place and window size of the last mapping.
     image: [u32; 2],
     is_light: bool,
     mapped: Option<(Look, Placement, [u32; 2])>,
@@ -73,10 +73,10 @@ pub struct Display {
 }
 
 impl Display {
-    /// Opens the device that `selector` names, or the first that fits, for a window.
+    /// Opens the device that `selector` names for a window, or the first device that can show images in it.
     ///
     /// # Errors
-    /// The device cannot show images there.
+    /// No such device can show images in the window.
     pub fn new(window: Arc<Window>, selector: Option<&str>, validation: bool) -> Result<Self> {
         let screen = Screen::new(Arc::clone(&window), window.inner_size().into(), selector, &REQUIREMENTS, validation)?;
         let (shown, pixels, pass) = arrays(&screen, screen.size())?;
@@ -84,7 +84,7 @@ impl Display {
         Ok(Self { shown, pixels, pass, image: [1, 1], is_light: true, mapped: None, screen })
     }
 
-    /// Takes a picture to be shown from now on.
+    /// Uploads a picture, which is shown from now on.
     ///
     /// # Errors
     /// The device fails.
@@ -108,7 +108,7 @@ impl Display {
         Ok(())
     }
 
-    /// Follows the window.
+    /// Adapts to a new size of the window in pixels.
     ///
     /// # Errors
     /// The device fails.
@@ -117,8 +117,8 @@ impl Display {
         self.make_room(self.screen.size())
     }
 
-    /// Shows the picture at a place, and the interface above it. False if the window has another
-    /// size by now.
+    /// Shows the picture at a place, and the interface above it. Returns false if the window has another size
+    /// by now.
     ///
     /// # Errors
     /// The device fails.
@@ -138,7 +138,7 @@ impl Display {
                 bgra: self.screen.is_bgra().into(),
                 pad: 0,
             };
-            // The frame before may still be reading the pixels.
+            // The previous frame may still be reading the pixels.
             self.screen.finish()?;
             let mut frame = self.screen.device().frame()?;
             frame.dispatch(&self.pass, push, window.map(u64::from).iter().product());
@@ -148,7 +148,7 @@ impl Display {
         self.screen.show(&self.pixels, interface)
     }
 
-    /// What the validation layer has said so far.
+    /// Returns the messages of the validation layers so far.
     pub fn validation_messages(&self) -> Vec<String> {
         self.screen.device().validation_messages()
     }
@@ -156,7 +156,7 @@ impl Display {
 
 type Arrays = (Texels<[f32; 4]>, Buffer<u32>, Pass<ToneMapPush>);
 
-/// Room for an image and a window of this size.
+/// Allocates arrays for an image of this size and for the window.
 fn arrays(screen: &Screen, size: [u32; 2]) -> Result<Arrays> {
     let device = screen.device();
     let [width, height] = [0, 1].map(|axis| u64::from(size[axis].max(screen.size()[axis])));

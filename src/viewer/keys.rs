@@ -1,4 +1,4 @@
-//! What keys mean: strokes in, commands and flight out. It knows no window.
+//! Keyboard input: it translates key strokes into commands and into flight. It uses no window.
 
 use std::collections::HashSet;
 
@@ -7,41 +7,41 @@ use glam::DVec3;
 
 use super::quantity::Quantity;
 
-/// A key that goes down or up.
+/// A press or a release of a key.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Stroke {
-    /// Which one.
+    /// The key.
     pub key: Key,
-    /// Down, else up.
+    /// Whether the key was pressed; else it was released.
     pub is_pressed: bool,
-    /// It was down already: the system repeats it.
+    /// Whether the system repeats a key that is held.
     pub is_repeat: bool,
-    /// What was held with it, at that moment.
+    /// The modifiers that were held at that moment.
     pub with: With,
 }
 
-/// The keys that change what others mean.
+/// The modifier keys.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct With {
-    /// Ctrl; Cmd where that is the key of commands.
+    /// The key of commands: Ctrl, or Cmd on a Mac.
     pub command: bool,
-    /// Alt, Super, or Ctrl where that is not the key of commands.
+    /// Alt, Super, or Ctrl if Ctrl is not the key of commands.
     pub other: bool,
     /// Shift.
     pub shift: bool,
 }
 
-/// Who else takes keys.
+/// Whether other parts of the interface take keys.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Busy {
-    /// A text field or another widget has the focus, or a list is open: plain keys are for it.
+    /// Whether a text field or another widget has the focus, or a list is open, and takes plain keys.
     pub with_keys: bool,
-    /// Something is being dragged, which Esc ends.
+    /// Whether a drag is in progress, which Esc ends.
     pub with_drag: bool,
 }
 
 impl Busy {
-    /// As it is between two frames.
+    /// Returns the state between two frames.
     pub fn of(context: &Context) -> Self {
         Self {
             with_keys: context.wants_keyboard_input() || Popup::is_any_open(context),
@@ -49,21 +49,22 @@ impl Busy {
         }
     }
 
-    /// During a frame, before which it was this: what took keys before it has had them, though
-    /// they have closed it, and so has what takes them after it.
+    /// Returns the state during a frame, from the states before (`self`) and after it. A widget that took
+    /// keys before the frame has got the keys, even if they closed it; so has a widget that takes keys after
+    /// it.
     pub fn until(self, after: Self) -> Self {
         Self { with_keys: self.with_keys || after.with_keys, with_drag: self.with_drag || after.with_drag }
     }
 }
 
-/// What a key asks for.
+/// The command of a key.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Command {
-    /// Show something else that pixels have.
+    /// Show this quantity.
     Show(Quantity),
-    /// Put the camera back.
+    /// Reset the camera to the one of the scene.
     Reset,
-    /// Pause, or go on.
+    /// Pause or continue.
     Pause,
     /// Copy the camera as pbrt text.
     Copy,
@@ -75,7 +76,7 @@ pub enum Command {
     Quit,
 }
 
-/// Keys of what can be shown, in the order of the list.
+/// Keys that show a quantity, in the order of [`Quantity::ALL`].
 const DIGITS: [Key; 8] = [Key::Num1, Key::Num2, Key::Num3, Key::Num4, Key::Num5, Key::Num6, Key::Num7, Key::Num8];
 /// Plain keys with a command.
 const PLAIN: [(Key, Command); 5] = [
@@ -85,7 +86,7 @@ const PLAIN: [(Key, Command); 5] = [
     (Key::H, Command::Panel),
     (Key::Escape, Command::Quit),
 ];
-/// Keys that fly, and where to: right, up, forward.
+/// Keys that fly, with their directions: x is right, y is up, z is forward.
 const FLIGHT: [(Key, DVec3); 6] = [
     (Key::D, DVec3::X),
     (Key::A, DVec3::NEG_X),
@@ -94,21 +95,21 @@ const FLIGHT: [(Key, DVec3); 6] = [
     (Key::W, DVec3::Z),
     (Key::S, DVec3::NEG_Z),
 ];
-/// How much faster shift is.
+/// The factor of the speed while shift is held.
 const FASTER: f64 = 4.0;
 
-/// Which keys are down.
+/// The keys of flight that are held.
 #[derive(Debug, Default)]
 pub struct Keys {
-    /// That fly.
+    /// The keys that are held.
     held: HashSet<Key>,
-    /// That were pressed since the last flight: one that is up again counts for a moment.
+    /// The keys that were pressed since the last call of `flight`. They count once, even if released.
     tapped: HashSet<Key>,
 }
 
 impl Keys {
-    /// Takes a stroke; what it asks for, if anything. Every stroke is judged by what was held
-    /// with it, however soon that is let go.
+    /// Takes a stroke and returns its command, if it has one. The modifiers are the ones that were held with
+    /// the stroke, even if they are released before this call.
     pub fn take(&mut self, stroke: Stroke, busy: Busy) -> Option<Command> {
         let Stroke { key, is_pressed, is_repeat, with } = stroke;
         if !is_pressed {
@@ -131,7 +132,8 @@ impl Keys {
         command(key)
     }
 
-    /// Where the keys that are down fly, or were since this was last asked: right, up, forward.
+    /// Returns the direction of flight (right, up, forward) of the keys that are held or were pressed since
+    /// the last call.
     pub fn flight(&mut self, is_fast: bool) -> DVec3 {
         let tapped = std::mem::take(&mut self.tapped);
         let is_down = |key| self.held.contains(key) || tapped.contains(key);
@@ -139,18 +141,19 @@ impl Keys {
         if is_fast { by * FASTER } else { by }
     }
 
-    /// That nothing is held any more: the window does not see keys that go up elsewhere.
+    /// Returns strokes that release all keys of flight. The window needs them when it loses the focus,
+    /// because it does not get the releases of keys after that.
     pub fn all_up() -> impl Iterator<Item = Stroke> {
         FLIGHT.iter().map(|(key, _)| Stroke { key: *key, is_pressed: false, is_repeat: false, with: With::default() })
     }
 
-    /// All keys are up, or for somebody else.
+    /// Forgets all keys, because they are released or another widget takes them.
     pub fn release(&mut self) {
         *self = Self::default();
     }
 }
 
-/// What a plain key asks for.
+/// Returns the command of a key without modifiers.
 fn command(key: Key) -> Option<Command> {
     let shown = DIGITS.iter().position(|digit| *digit == key).and_then(|place| Quantity::ALL.get(place));
     let shown = shown.map(|quantity| Command::Show(*quantity));

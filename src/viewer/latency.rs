@@ -1,11 +1,11 @@
-//! How long the window keeps its user waiting.
+//! Measurement of the time that a user waits for the window.
 
 use std::collections::VecDeque;
 use std::time::{Duration, Instant};
 
 use serde::Serialize;
 
-/// Times from events to what they bring about.
+/// Statistics of the times from events to their effects.
 #[derive(Clone, Copy, Debug, Default, Serialize)]
 pub struct Times {
     count: u64,
@@ -22,39 +22,39 @@ impl Times {
     }
 }
 
-/// What the window's `--stats` say.
+/// The statistics that `goblet view --stats` writes.
 #[derive(Clone, Debug, Default, Serialize)]
 pub struct Stats {
-    /// Frames that were shown.
+    /// The number of frames that were shown.
     pub frames: u64,
-    /// Iterations of the last render.
+    /// The number of iterations of the last render.
     pub iterations: u32,
-    /// From an input event to the next frame, the newest picture with the interface above it.
+    /// Times from an input event to the next frame, which has the newest picture and the interface.
     pub input_to_frame: Times,
-    /// From a move of the camera to the first picture that has seen it.
+    /// Times from a move of the camera to the first picture from the new place.
     pub move_to_picture: Times,
 }
 
-/// Measures both.
+/// Measures the times of [`Stats`].
 #[derive(Debug, Default)]
 pub struct Latency {
-    /// When the window was last done with all events.
+    /// The time when the window had last handled all events.
     idle: Option<Instant>,
-    /// When it last looked for them.
+    /// The time when the window last looked for events.
     looked: Option<Instant>,
-    /// From when on events may have come that are seen only now.
+    /// The earliest time at which an event that is handled now may have come.
     since: Option<Instant>,
-    /// The oldest event that no frame has followed.
+    /// The time of the oldest event that no frame has followed.
     waiting: Option<Instant>,
-    /// Moves of the camera that no picture has seen.
+    /// Numbers and times of the moves of the camera that no picture shows yet.
     moves: VecDeque<(u64, Instant)>,
-    /// What there is so far.
+    /// The statistics so far.
     pub stats: Stats,
 }
 
 impl Latency {
-    /// The window goes to look for events. Those that came while it was busy may be as old as its
-    /// last look.
+    /// Notes that the window looks for events. Events that came while the window was busy may be as old as
+    /// its last look.
     pub fn looks(&mut self) {
         let now = Instant::now();
         let waited = self.idle.is_some_and(|idle| now - idle > Duration::from_millis(1));
@@ -62,22 +62,22 @@ impl Latency {
         self.looked = Some(now);
     }
 
-    /// All events are dealt with.
+    /// Notes that all events are handled.
     pub fn rests(&mut self) {
         self.idle = Some(Instant::now());
     }
 
-    /// An input event.
+    /// Notes an input event.
     pub fn input(&mut self) {
         self.waiting = self.waiting.or(self.since);
     }
 
-    /// A move of the camera.
+    /// Notes a move of the camera; `moves` is its number.
     pub fn moved(&mut self, moves: u64) {
         self.moves.push_back((moves, self.waiting.unwrap_or_else(Instant::now)));
     }
 
-    /// A frame is shown; its picture has seen so many moves.
+    /// Notes that a frame is shown. `seen` is the number of the last move of the camera in its picture.
     pub fn shown(&mut self, seen: u64) {
         self.stats.frames += 1;
         if let Some(event) = self.waiting.take() {

@@ -1,40 +1,40 @@
-//! Where things are in the window: the panel on the left, the image in the rest.
+//! The layout of the window: the panel on the left, and the image in the rest.
 
-/// Width of the panel, points.
+/// Width of the panel in points.
 pub const PANEL: f32 = 280.0;
-/// Room for the image that a window has at least, pixels.
+/// The smallest area for the image in a window, in pixels.
 const LEAST: [u32; 2] = [240, 480];
 
-/// A part of the window, in its pixels.
+/// A rectangle in the window, in pixels.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Area {
-    /// Its upper left corner.
+    /// The upper left corner.
     pub origin: [u32; 2],
     /// Width and height.
     pub size: [u32; 2],
 }
 
 impl Area {
-    /// Of the image, in a window of this size with the panel or without.
+    /// Returns the area of the image in a window of this size in pixels, with or without the panel.
     pub fn of_image([width, height]: [u32; 2], has_panel: bool, pixels_per_point: f32) -> Self {
         let panel = if has_panel { panel_pixels(pixels_per_point).min(width) } else { 0 };
         Self { origin: [panel, 0], size: [width - panel, height] }
     }
 }
 
-/// How a window opens.
+/// The sizes with which a window opens.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Opening {
-    /// Its width and height, pixels.
+    /// Width and height of the window in pixels.
     pub window: [u32; 2],
-    /// Those of the image.
+    /// Width and height of the image in pixels.
     pub image: [u32; 2],
 }
 
 impl Opening {
-    /// For an image of this size, beside a panel of this width, on a screen if there is one: the
-    /// window has a size that can be used, and the image its own, so long as the screen has room
-    /// for it; what has none beside the panel has it without.
+    /// Returns the sizes for an image of this size beside a panel of this width. `screen` is the size of the
+    /// screen, if it is known. The window has at least a usable size. The image keeps its size if it fits on
+    /// the screen, with or without the panel; else it shrinks to the area beside the panel.
     pub fn new(image: [u32; 2], panel: u32, screen: Option<[u32; 2]>) -> Self {
         let screen = screen.unwrap_or([u32::MAX; 2]);
         let beside = [screen[0].saturating_sub(panel).max(1), screen[1].max(1)];
@@ -44,35 +44,36 @@ impl Opening {
         Self { window: [wanted[0].min(screen[0]), wanted[1].min(screen[1])], image }
     }
 
-    /// The least size that a window should be given, beside a panel of this width.
+    /// Returns the smallest size of a window with a panel of this width.
     pub fn least(panel: u32) -> [u32; 2] {
         [panel + LEAST[0], LEAST[1]]
     }
 }
 
-/// The panel's width in pixels.
+/// Returns the width of the panel in pixels.
 pub fn panel_pixels(pixels_per_point: f32) -> u32 {
     (PANEL * pixels_per_point).round() as u32
 }
 
-/// A size that is no larger than another, in the same proportions.
+/// Returns the size scaled down to fit into `most`, with the same aspect ratio.
 fn fit([width, height]: [u32; 2], most: [u32; 2]) -> [u32; 2] {
     let scale = (f64::from(most[0]) / f64::from(width)).min(f64::from(most[1]) / f64::from(height)).min(1.0);
     [width, height].map(|side| ((f64::from(side) * scale) as u32).max(1))
 }
 
-/// Where an image is in a window: in the middle of its area, in its own size, or smaller if it
-/// has no room.
+/// The place of an image in a window: in the middle of its area, in its own size, or smaller if the area is
+/// smaller.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Placement {
-    /// Its upper left corner, in pixels of the window.
+    /// The upper left corner, in pixels of the window.
     pub origin: [f32; 2],
     /// Width and height, in pixels of the window.
     pub size: [f32; 2],
 }
 
 impl Placement {
-    /// Of an image of this resolution. Pictures of it that have fewer pixels are as large.
+    /// Returns the place of an image of this resolution. Coarse pictures of the image are enlarged to the
+    /// same place.
     pub fn new(area: Area, image: [u32; 2]) -> Self {
         let size = fit(image, area.size.map(|side| side.max(1)));
         let origin = [0, 1].map(|axis| area.origin[axis] + area.size[axis].saturating_sub(size[axis]) / 2);

@@ -1,6 +1,6 @@
-//! `goblet view`: a window on a render. One thread is the window's, with a device of its own to
-//! draw with; another one renders, with the device that `goblet render` would take. What the
-//! window wishes, the other does as soon as the dispatch in flight is done.
+//! `goblet view`: a window that shows a render. The thread of the window draws with a device of its own.
+//! The render thread uses the device that `goblet render` would use, and follows the wishes of the window
+//! as soon as the dispatch in flight is done.
 
 mod app;
 mod area;
@@ -37,10 +37,10 @@ use crate::scene::Scene;
 
 pub use latency::Stats;
 
-/// Opens the window, and shows a scene until it is closed.
+/// Opens a window, and shows a scene until the window is closed. Returns the statistics of the window.
 ///
 /// # Errors
-/// There is no display, or a device fails.
+/// There is no display, a device fails, a file cannot be written, or the validation layers have messages.
 pub fn run(args: &RenderArgs, scene: Scene) -> Result<Stats, Failure> {
     let events = EventLoop::<Wake>::with_user_event().build().map_err(|error| Failure::Window(error.to_string()))?;
     let size = args.request.options.resolution.unwrap_or(scene.film.resolution);
@@ -76,7 +76,7 @@ pub fn run(args: &RenderArgs, scene: Scene) -> Result<Stats, Failure> {
 }
 
 fn wake(window: &EventLoopProxy<Wake>, wake: Wake) {
-    // When nobody listens any more, the window is closed.
+    // Sending fails only after the window is closed.
     let _ = window.send_event(wake);
 }
 

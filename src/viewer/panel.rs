@@ -1,4 +1,4 @@
-//! The panel: how the render is doing, and what can be changed.
+//! The panel: the status of the render and the controls.
 
 use std::path::PathBuf;
 
@@ -13,10 +13,10 @@ use crate::base::names::Named;
 use crate::gpu_scene::pack::RevolutionSolver;
 use crate::render::options::table::{Fallback, RenderOption, find};
 
-/// Width of a file's name, points.
+/// Width of the field for a file name, in points.
 const NAME: f32 = 190.0;
 
-/// Shows it.
+/// Shows the panel, if it is open.
 pub fn show(context: &Context, session: &mut Session) {
     if !session.has_panel {
         return;
@@ -30,7 +30,7 @@ fn contents(ui: &mut Ui, session: &mut Session) {
     status(ui, session);
     ui.separator();
     look(ui, session);
-    // Above what can be unfolded, so that it is always seen.
+    // The message is above the sections that can be unfolded, so that it is always visible.
     if let Some(message) = &session.message {
         ui.separator();
         match message {
@@ -86,7 +86,7 @@ fn status(ui: &mut Ui, session: &mut Session) {
     }
 }
 
-/// A number with three digits.
+/// Writes a number with about three digits and a decimal prefix.
 fn short(number: f64) -> String {
     match number {
         n if n >= 1e9 => format!("{:.2} G", n / 1e9),
@@ -126,12 +126,12 @@ const LOOKUP: &RenderOption = find("lookup");
 const DIRECT: &RenderOption = find("direct");
 const SAMPLER: &RenderOption = find("sampler");
 
-/// The option as the panel calls it.
+/// Returns the name of an option in the panel.
 fn label(option: &RenderOption) -> String {
     option.name.replace('-', " ")
 }
 
-/// A list of an option's names.
+/// Shows a list of the names of an option's values.
 fn choice<T: Named>(ui: &mut Ui, option: &RenderOption, value: &mut T) {
     let list = ComboBox::from_label(label(option)).selected_text(value.name()).show_ui(ui, |ui| {
         for (other, (name, line)) in T::ALL.iter().zip(T::NAMES) {
@@ -141,14 +141,16 @@ fn choice<T: Named>(ui: &mut Ui, option: &RenderOption, value: &mut T) {
     list.response.on_hover_text(option.help);
 }
 
-/// A number of an option that has a default of its own. `speed` is per point of a drag.
+/// Shows a field for a number, if the option has a number as its default. `speed` is the change per point of
+/// a drag.
 fn number<T: Numeric>(ui: &mut Ui, option: &RenderOption, value: &mut Option<T>, speed: f64) {
     if let (Fallback::Number(first, _), Some(range)) = (&option.fallback, option.range()) {
         number_from(ui, option, value, (T::from_f64(*first), range.map(T::from_f64)), speed);
     }
 }
 
-/// A number that is `first` when the user asks for one, and then stays in a range.
+/// Shows a field for a number. When the user enables the field, the number is `first`; edits keep it within
+/// the range.
 fn number_from<T: Numeric>(
     ui: &mut Ui,
     option: &RenderOption,
@@ -161,7 +163,7 @@ fn number_from<T: Numeric>(
         ui.checkbox(&mut is_own, label(option)).on_hover_text(option.help);
         *value = is_own.then(|| value.unwrap_or(first));
         if let Some(value) = value {
-            // A range follows the camera; a value that the user has set stays.
+            // A range may change with the camera; a value that the user has set does not change.
             let number = DragValue::new(value).range(least..=most).clamp_existing_to_range(false);
             ui.add(number.speed(speed).update_while_editing(false));
         }

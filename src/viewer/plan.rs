@@ -1,65 +1,64 @@
-//! What the thread that renders does next: what the window wishes and how things stand in, one
-//! step out. It knows no device.
+//! The plan of the render thread: a function from the wish of the window and the state of the render to the
+//! next step. It uses no device.
 
 use super::quantity::Quantity;
 use super::shared::{Save, Target, Wish};
 
-/// How things stand.
+/// The state of the render thread.
 #[derive(Clone, Copy, Debug)]
 pub struct Standing<'a> {
-    /// Which reading of a scene was tried last.
+    /// The value of [`Target::loads`] for which a scene was last read, with or without success.
     pub loads: u64,
-    /// What is being rendered.
+    /// The render in progress.
     pub render: Option<Rendered<'a>>,
-    /// What has failed, and is not tried again.
+    /// The target that has failed. It is not tried again.
     pub failed: Option<&'a Target>,
-    /// Whether what is wished was put aside with its iterations.
+    /// Whether the wished target was put aside with its iterations.
     pub is_aside: bool,
-    /// Pixels along each axis that are one in a first image.
+    /// The coarseness of the first image of a target.
     pub coarsest: u32,
-    /// Iterations to be done, at most; 1 or more.
+    /// The largest number of iterations; 1 or more.
     pub most: u32,
     /// Files to write.
     pub saves: &'a [Save],
 }
 
-/// What is being rendered.
+/// The render in progress.
 #[derive(Clone, Copy, Debug)]
 pub struct Rendered<'a> {
-    /// Of what.
+    /// The target of the render.
     pub target: &'a Target,
-    /// Pixels along each axis that are one.
+    /// The number of image pixels along each axis per rendered pixel.
     pub coarseness: u32,
-    /// Iterations finished.
+    /// The number of finished iterations.
     pub iterations: u32,
-    /// What the window has been told, after how many iterations.
+    /// The number of iterations and the quantity of the last picture that the window has got.
     pub shown: Option<(u32, Quantity)>,
 }
 
 impl Rendered<'_> {
-    /// Whether there is an image to be saved.
+    /// Returns whether there is an image that can be saved: in full resolution, with an iteration.
     pub fn is_whole(&self) -> bool {
         self.coarseness == 1 && self.iterations > 0
     }
 }
 
-/// One step.
+/// A step of the render thread.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Next {
-    /// Write the file of this number: what it is of is there.
+    /// Write the file with this index: its target has an image.
     Save(usize),
-    /// Let files that wait have what is wished now: what they were asked for has no iteration.
+    /// Change the target of waiting files to the wished target, because their own target has no iteration.
     Follow,
     /// The window is closed and everything is written.
     End,
     /// Read the scene.
     Load,
-    /// Say that no file can be written.
+    /// Report that no file can be written.
     Refuse,
-    /// Begin to render what is wished, with so many pixels along each axis made one; or take it
-    /// up again.
+    /// Start to render the wished target at this coarseness, or continue a render that was put aside.
     Aim(u32),
-    /// Tell the window what there is.
+    /// Send the window a picture.
     Show,
     /// Render an iteration.
     Iterate,
@@ -67,12 +66,11 @@ pub enum Next {
     Rest,
 }
 
-/// The next step. `is_moving` says that the camera moved just now, so that coarse images are
-/// enough.
+/// Returns the next step. `is_moving` says that the camera moved just now, so that coarse images are enough.
 ///
-/// A file gets the image that was wished when it was asked for, if that has an iteration; else
-/// what has one first. So no file is of 0 iterations: paused or not, there is an iteration of
-/// whatever is shown.
+/// A file gets the image of the target that was wished when the user saved it, if this target has an
+/// iteration, or else of the next wished target that has one. So no file has 0 iterations: whether paused or
+/// not, every target that is shown gets an iteration.
 pub fn next(wish: &Wish, standing: &Standing<'_>, is_moving: bool) -> Next {
     let Standing { loads, render, failed, saves, .. } = standing;
     let is_there = |save: &Save| render.is_some_and(|render| render.is_whole() && *render.target == save.target);
@@ -107,7 +105,7 @@ pub fn next(wish: &Wish, standing: &Standing<'_>, is_moving: bool) -> Next {
     if render.shown == Some((render.iterations, wish.quantity)) { Next::Rest } else { Next::Show }
 }
 
-/// What was rendered before is shown as long as it is there, and can be looked at.
+/// Returns the next step if the wished target has failed. The previous render is shown as long as it exists.
 fn after_failure(wish: &Wish, standing: &Standing<'_>) -> Next {
     if !standing.saves.is_empty() {
         return Next::Refuse;

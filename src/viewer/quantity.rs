@@ -1,4 +1,4 @@
-//! What the window can show of a render: the image, two parts of it, and every AOV.
+//! The quantities of a render that the window can show: the image, two parts of its light, and every AOV.
 
 use crate::image::estimate::Estimate;
 use crate::render::aov::{AOVS, Aov};
@@ -6,15 +6,15 @@ use crate::render::error::RenderError;
 use crate::render::options::Contribution;
 use crate::render::renderer::Renderer;
 
-/// Something that each pixel has.
+/// A quantity of each pixel.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Quantity {
     /// The image.
     #[default]
     Image,
-    /// The light that eye paths bring.
+    /// The light of eye paths.
     Direct,
-    /// The light that photons bring.
+    /// The light of photons.
     Photons,
     /// An AOV.
     Aov(&'static Aov),
@@ -26,17 +26,18 @@ pub struct Picture {
     pub size: [u32; 2],
     /// Row by row, the top row first; the fourth number is unused.
     pub pixels: Vec<[f32; 4]>,
-    /// Of an AOV that is a number: the value that is shown as white; infinite where no value is known.
+    /// The value that is shown as white, if the picture is of an AOV with one channel; infinite if no value
+    /// is known.
     pub white: Option<f32>,
-    /// Whether it is light, and tone curves apply.
+    /// Whether the picture is of light, so that tone curves apply.
     pub is_light: bool,
 }
 
-/// Values above those of this part of the pixels are shown as white.
+/// The quantile of an AOV's values that is shown as white.
 const BRIGHT: f64 = 0.99;
 
 impl Quantity {
-    /// All of them, in the order of the window's list.
+    /// All quantities, in the order of the window's list.
     pub const ALL: [Self; 3 + AOVS.len()] = {
         let mut all = [Self::Image; 3 + AOVS.len()];
         all[1] = Self::Direct;
@@ -68,7 +69,8 @@ impl Quantity {
         }
     }
 
-    /// Returns the picture of it after the iterations so far; `estimate` is that of `renderer`.
+    /// Returns the picture of the quantity after the iterations so far. `estimate` is the estimate of
+    /// `renderer`.
     ///
     /// # Errors
     /// The device fails.
@@ -91,7 +93,7 @@ impl Quantity {
     }
 }
 
-/// Directions as colours: -1 to 1 is 0 to 1, and no direction is black.
+/// Returns directions as colours: coordinates from -1 to 1 become 0 to 1, and a zero vector is black.
 fn directions([x, y, z]: [&Vec<f32>; 3]) -> Vec<[f32; 4]> {
     let shown = |direction: [f32; 3]| {
         let [x, y, z] = if direction == [0.0; 3] { direction } else { direction.map(|axis| 0.5 + 0.5 * axis) };
@@ -100,13 +102,14 @@ fn directions([x, y, z]: [&Vec<f32>; 3]) -> Vec<[f32; 4]> {
     x.iter().zip(y).zip(z).map(|((x, y), z)| shown([*x, *y, *z])).collect()
 }
 
-/// Numbers as shares of the one that is white; infinite ones are white, too.
+/// Returns numbers divided by the value that is white; infinite numbers are white too.
 fn numbers(values: &[f32], white: f32) -> Vec<[f32; 4]> {
     let shown = |value: f32| if value.is_finite() { value / white } else { 1.0 };
     values.iter().map(|value| [shown(*value), shown(*value), shown(*value), 0.0]).collect()
 }
 
-/// Returns a value that few are above: infinite where that one is, and 1 where it is 0.
+/// Returns the [`BRIGHT`] quantile of the values, which may be infinite; 1 if the quantile is 0 or if there
+/// is no value.
 fn bright(mut values: Vec<f32>) -> f32 {
     let place = (values.len().saturating_sub(1) as f64 * BRIGHT) as usize;
     if values.is_empty() {

@@ -1,4 +1,4 @@
-//! Renders what the window wishes, and tells it.
+//! The render thread: it renders the target that the window wishes, and sends pictures to the window.
 
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -17,46 +17,46 @@ use crate::render::options::Options;
 use crate::render::renderer::Renderer;
 use crate::scene::{Camera, Scene};
 
-/// After the camera has come to rest, coarse images are enough for so long.
+/// The time after a move of the camera during which coarse images are enough.
 const REST: Duration = Duration::from_millis(150);
-/// The first image of something has a pixel for so many along each axis, at least and at most:
-/// as many as it takes to be made in no time. Then half as many, and so on to one.
+/// The range of the coarseness of a target's first image. The coarseness is chosen so that the first image
+/// takes less than [`AT_ONCE`]; each following image has half the coarseness of the one before, down to 1.
 const COARSE: [u32; 2] = [2, 8];
-/// No time, as a hand feels it.
+/// The longest time for an image that a user perceives as immediate.
 const AT_ONCE: Duration = Duration::from_millis(120);
-/// With nothing to do, it looks up so often.
+/// The longest wait for a wish when there is nothing to do.
 const IDLE: Duration = Duration::from_millis(500);
-/// How far the window's thread comes before this one.
+/// The niceness of the render thread, so that the thread of the window has priority.
 #[cfg(unix)]
 const NICENESS: i32 = 10;
 
-/// The thread's state.
+/// The state of the render thread.
 struct RenderThread<'a> {
     shared: &'a Shared,
     args: &'a RenderArgs,
     device: Arc<Device>,
-    /// With the camera that is in use ..
+    /// The scene, with the camera of the target.
     scene: Scene,
-    /// .. and the one that it has in the file.
+    /// The camera in the scene file.
     home: Camera,
-    /// Its file.
+    /// The scene file.
     path: PathBuf,
     loads: u64,
-    /// None before the first one, and where scene or options do not let themselves be rendered.
+    /// The render in progress; `None` before the first one, and if scene or options cannot be rendered.
     render: Option<Render>,
-    /// Images of the same with another part of the light: at most one of each other part.
+    /// Images of the same target with other parts of the light: at most one for each part.
     kept: Vec<Kept>,
-    /// What has failed, and is not tried again; and why.
+    /// The target that has failed, and the error. It is not tried again.
     failed: Option<(Target, String)>,
     /// Files that wait for an iteration.
     saves: Vec<Save>,
-    /// Pixels along each axis that are one in a first image.
+    /// The coarseness of the first image of a target.
     coarsest: u32,
 }
 
 /// Renders until the window closes.
 pub fn run(shared: &Shared, args: &RenderArgs, scene: Scene) {
-    // The threads of a device that is software inherit it. If it cannot be had, that is no error.
+    // The threads of a software device inherit the niceness. If it cannot be set, that is no error.
     #[cfg(unix)]
     let _ = rustix::process::nice(NICENESS);
     let device = match open_device(&DeviceOptions { selector: args.device.as_deref(), validation: args.validate }) {
@@ -94,7 +94,7 @@ pub fn run(shared: &Shared, args: &RenderArgs, scene: Scene) {
     shared.tell(|news| news.validation = messages);
 }
 
-/// There is nothing but errors to tell.
+/// Answers all wishes with an error, because there is no device.
 fn without_device(shared: &Shared, error: &str) {
     shared.tell(|news| news.message = Some(Err(error.to_owned())));
     loop {
@@ -107,7 +107,7 @@ fn without_device(shared: &Shared, error: &str) {
     }
 }
 
-/// Says that files are not written.
+/// Reports that files are not written, with the reason.
 fn refuse(shared: &Shared, wish: &Wish, saves: &[Save], why: &str) {
     for save in saves {
         let path = save.path.display();
@@ -125,7 +125,7 @@ fn not_written(shared: &Shared, wish: &Wish, failure: Failure) {
     });
 }
 
-/// Every file that a scene's text is in.
+/// Returns the scene file and all files that it includes.
 pub fn files(path: &Path, scene: &Scene) -> Vec<PathBuf> {
     [path.to_owned()].into_iter().chain(scene.included.iter().cloned()).collect()
 }
@@ -183,10 +183,10 @@ impl RenderThread<'_> {
         Ok(())
     }
 
-    /// Something cannot be done, and is not tried again.
+    /// Reports the failure of a step. Its target is not tried again.
     fn fail(&mut self, next: Next, wish: &Wish, failure: &Failure) {
-        // Options are refused before anything has changed, and an iteration that fails leaves
-        // those before it.
+        // Options are refused before anything changes, and a failed iteration leaves the iterations before
+        // it.
         let is_left = next == Next::Iterate || matches!(failure, Failure::Render(RenderError::Option(_)));
         if !is_left {
             self.render = None;
@@ -204,7 +204,7 @@ impl RenderThread<'_> {
         }
     }
 
-    /// Writes a file; if that fails, only that is said.
+    /// Writes a file. A failure is reported, and does not end the render.
     fn save(&mut self, wish: &Wish, save: &Save) -> Result<(), Failure> {
         let Some(render) = &mut self.render else { return Ok(()) };
         let files = Files::default().reads_scene(&self.path, &self.scene).writes(AN_IMAGE, [&save.path]);
@@ -215,14 +215,14 @@ impl RenderThread<'_> {
         Ok(())
     }
 
-    /// Runs an iteration, unless something else is wished meanwhile.
+    /// Runs an iteration, and gives it up if the wish changes meanwhile.
     fn iterate(&mut self, wish: &Wish, doing: &'static str) -> Result<(), Failure> {
         let Some(render) = &mut self.render else { return Ok(()) };
         render.moves = wish.moves;
         let before = self.device.pass_times();
         let start = Instant::now();
-        // First images are quick, and of use to a hand that moves on. Nothing can be shown before
-        // there is an iteration, whatever is to be shown.
+        // First images are quick and useful during a movement, so they are not given up. A target without an
+        // iteration cannot be shown at all, so its first iteration is given up only for another target.
         let is_first = render.coarseness == self.coarsest;
         let can_wait = render.renderer.iterations() == 0;
         let shared = self.shared;
@@ -238,7 +238,7 @@ impl RenderThread<'_> {
         Ok(())
     }
 
-    /// Reads a scene; the old one stays if that fails.
+    /// Reads the wished scene. If this fails, the old scene stays.
     fn load(&mut self, wish: &Wish) {
         self.says("reading the scene");
         self.loads = wish.target.loads;
@@ -257,7 +257,7 @@ impl RenderThread<'_> {
                 self.kept.clear();
             }
             Err(error) => {
-                // What is rendered is what it was.
+                // The render in progress is still the wished one.
                 let render = self.render.iter_mut().map(|render| &mut render.target);
                 let kept = self.kept.iter_mut().map(|kept| &mut kept.target);
                 let failed = self.failed.iter_mut().map(|(target, _)| target);
@@ -267,16 +267,16 @@ impl RenderThread<'_> {
         }
     }
 
-    /// Learns how long a first image took.
+    /// Adapts the coarseness of first images to the time that one took.
     fn observe(&mut self, took: Duration) {
-        // Four times the pixels take about four times as long.
+        // Half the coarseness means four times the pixels and about four times the time.
         let other = if took > AT_ONCE { 2 * self.coarsest } else { self.coarsest / 2 };
         if took > AT_ONCE || 5 * took < AT_ONCE {
             self.coarsest = other.clamp(COARSE[0], COARSE[1]);
         }
     }
 
-    /// Begins to render what is wished; or goes on, where it was kept.
+    /// Starts to render the wished target at a coarseness, or continues its render if it was kept.
     fn aim(&mut self, wish: &Wish, coarseness: u32) -> Result<(), Failure> {
         let target = &wish.target;
         self.keep(target)?;
@@ -288,7 +288,7 @@ impl RenderThread<'_> {
         };
         if !restarted {
             self.says("preparing the scene");
-            // First, so that both are never in memory.
+            // The old renderer is dropped first, so that there are never two in memory.
             self.render = None;
             let mut renderer = Renderer::new(Arc::clone(&self.device), &self.scene, &target.options)?;
             renderer.restart(&self.scene, &options)?;
@@ -304,8 +304,8 @@ impl RenderThread<'_> {
         Ok(())
     }
 
-    /// Keeps the image that there is, where it is of the same as what is wished, but for the part
-    /// of the light: people look back and forth. Others go.
+    /// Keeps the current image if its target differs from the wished one only by the part of the light,
+    /// because users switch between these parts. Drops kept images of other targets.
     fn keep(&mut self, wished: &Target) -> Result<(), Failure> {
         self.kept.retain(|kept| kept.target.is_alike(wished));
         let Some(render) = self.render.as_ref().filter(|render| render.target.is_alike(wished)) else { return Ok(()) };
@@ -316,7 +316,8 @@ impl RenderThread<'_> {
     }
 }
 
-/// The same, with so many pixels along each axis made one, and in a hurry if they are.
+/// Returns the options of a coarser image, with 1 / `coarseness` of the pixels along each axis, fewer photons
+/// and one eye path; unchanged options for a coarseness of 1.
 fn coarse(options: &Options, scene: &Scene, coarseness: u32) -> Options {
     if coarseness == 1 {
         return options.clone();
@@ -331,7 +332,7 @@ fn coarse(options: &Options, scene: &Scene, coarseness: u32) -> Options {
     }
 }
 
-/// Times by pass since there were others.
+/// Returns the time of each pass since `before`.
 fn since(before: &[(&'static str, Duration)], now: Vec<(&'static str, Duration)>) -> Vec<(&'static str, Duration)> {
     let earlier = |name| before.iter().find(|(other, _)| *other == name).map_or(Duration::ZERO, |(_, time)| *time);
     now.into_iter().map(|(name, time)| (name, time.saturating_sub(earlier(name)))).collect()

@@ -1,4 +1,4 @@
-//! A render in progress: what the window is told of it, and what is written.
+//! A render in progress in the viewer: it sends pictures to the window and writes files.
 
 use std::path::Path;
 use std::time::{Duration, Instant};
@@ -14,34 +14,34 @@ use crate::render::options::{Contribution, Options};
 use crate::render::renderer::{Aside, Renderer};
 use crate::scene::Scene;
 
-/// Pictures of quick iterations need not come more often.
+/// The least time between two pictures of the same quantity.
 const LEAST_BETWEEN_VIEWS: Duration = Duration::from_millis(30);
-/// The error is estimated, and costs time, so often.
+/// The least time between two estimates of the error, because an estimate takes time.
 const BETWEEN_ERRORS: Duration = Duration::from_secs(1);
 
 /// A render in progress.
 pub struct Render {
-    /// The render.
+    /// The renderer.
     pub renderer: Renderer,
-    /// What it is of.
+    /// The target that is rendered.
     pub target: Target,
-    /// Pixels along each axis that are one.
+    /// The number of image pixels along each axis per rendered pixel.
     pub coarseness: u32,
-    /// Moves of the camera that it has seen.
+    /// The number of the last move of the camera in the render.
     pub moves: u64,
-    /// That iterations took.
+    /// The total time of the iterations.
     pub time: Duration,
-    /// The last one, by pass.
+    /// Device time of the last iteration by pass.
     pub passes: Vec<(&'static str, Duration)>,
     error: Option<f64>,
     estimated: Instant,
-    /// When the window was last told, after how many iterations, and of what.
+    /// The time of the last picture that was sent to the window, its number of iterations, and its quantity.
     told: Option<(Instant, u32, Quantity)>,
 }
 
-/// An image with all its iterations, while another part of its light is looked at.
+/// An image with all its iterations, kept while the window shows another part of the light.
 pub struct Kept {
-    /// What it is of.
+    /// The target of the image.
     pub target: Target,
     render: Aside,
     time: Duration,
@@ -50,7 +50,7 @@ pub struct Kept {
 }
 
 impl Render {
-    /// Of something that has no iterations.
+    /// Returns the state of a render without iterations.
     pub fn new(renderer: Renderer, target: Target, coarseness: u32) -> Self {
         Self {
             renderer,
@@ -65,7 +65,7 @@ impl Render {
         }
     }
 
-    /// As far as it matters for what is next.
+    /// Returns the values of the state that decide about the next step.
     pub fn standing(&self) -> Rendered<'_> {
         Rendered {
             target: &self.target,
@@ -75,8 +75,8 @@ impl Render {
         }
     }
 
-    /// Begins anew with other options, which are of a target at a coarseness, and without
-    /// compiling anything; whether that is possible. All is as it was if it is not.
+    /// Starts again with the options of another target at a coarseness, without compiling anything. Returns
+    /// false and changes nothing if this needs a new renderer.
     ///
     /// # Errors
     /// An option is out of range, or the device fails.
@@ -95,7 +95,7 @@ impl Render {
         Ok(true)
     }
 
-    /// Copies it to memory, if it is an image.
+    /// Copies the render to memory; `None` if it is coarse or has no iteration.
     ///
     /// # Errors
     /// The device fails.
@@ -107,7 +107,7 @@ impl Render {
         Ok(Some(Kept { target, render: self.renderer.put_aside()?, time: self.time, passes, error: self.error }))
     }
 
-    /// Goes on with what was kept, after a restart for it.
+    /// Continues a render that was kept, after a restart for its target.
     ///
     /// # Errors
     /// The device fails.
@@ -117,7 +117,7 @@ impl Render {
         Ok(())
     }
 
-    /// Tells the window what there is after an iteration, unless it was told just now.
+    /// Sends the window a picture after an iteration, unless it has got one of this quantity just now.
     ///
     /// # Errors
     /// The device fails.
@@ -126,7 +126,8 @@ impl Render {
         if is_soon { Ok(()) } else { self.tell(shared, quantity, doing, None) }
     }
 
-    /// Tells the window what there is, and what was done with it.
+    /// Sends the window a picture of the quantity, the status of the render, and a message about a finished
+    /// action, if there is one.
     ///
     /// # Errors
     /// The device fails.
@@ -149,7 +150,7 @@ impl Render {
         let iterations = self.renderer.iterations();
         self.told = Some((Instant::now(), iterations, quantity));
         shared.tell(|news| {
-            // Lengths that nobody has taken yet are those of this render, if it has not begun just now.
+            // Lengths that the window has not taken yet are of this render, unless it has begun just now.
             let kept = news.view.take().and_then(|view| view.lengths).filter(|_| !is_first);
             news.view = Some(View { lengths: view.lengths.or(kept), ..view });
             if let Some(message) = message {
@@ -170,8 +171,8 @@ impl Render {
         Ok(())
     }
 
-    /// Writes what `goblet render` would, an image or a checkpoint by the file's name, and shows
-    /// what was written.
+    /// Writes the same file as `goblet render`: an image or a checkpoint, by the extension of its name. Sends
+    /// the window a picture of the written quantity.
     ///
     /// # Errors
     /// The device fails, or the file cannot be written.
@@ -191,7 +192,7 @@ impl Render {
     }
 }
 
-/// What is said of a file that was written.
+/// Returns the message about a file that was written.
 fn wrote(path: &Path, target: &Target, iterations: u32) -> String {
     let what = match target.options.contribution {
         Contribution::All => "the image",

@@ -1,4 +1,4 @@
-//! What the user looks at and asks for.
+//! The session of a user: the state of the window, and the wishes that follow from it.
 
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -15,49 +15,49 @@ use super::shared::{Loaded, Save, Shared, Status, Target};
 use crate::render::options::{Options, photons_of};
 use crate::scene::{Film, Integrator, Scene};
 
-/// The window's side of a render.
+/// The state of the window.
 pub struct Session {
     /// The camera.
     pub control: CameraControl,
-    /// How to render. What is shown decides about the contribution.
+    /// The options of the render. The quantity that is shown determines the contribution.
     pub options: Options,
-    /// How to show it.
+    /// Exposure and tone curve.
     pub look: Look,
-    /// What to show.
+    /// The quantity that is shown.
     pub quantity: Quantity,
-    /// Iterate no further.
+    /// Whether the render is paused.
     pub paused: bool,
     /// Whether the panel is open.
     pub has_panel: bool,
-    /// The scene file as it is written in the panel.
+    /// The text of the panel's field for the scene file.
     pub scene_text: String,
-    /// The file to save to, as it is written in the panel.
+    /// The text of the panel's field for the file to save to.
     pub save_text: String,
-    /// How the render is doing.
+    /// The status of the render.
     pub status: Status,
-    /// What went wrong or was done last.
+    /// The last message about a finished action or an error.
     pub message: Option<Result<String, String>>,
-    /// What is shown as white, where it is no light.
+    /// The value that is shown as white, if the picture is of an AOV with one channel.
     pub white: Option<f32>,
-    /// Which moves the picture has seen.
+    /// The number of the last move of the camera in the picture.
     pub seen: u64,
-    /// How often the camera was moved.
+    /// The number of moves of the camera.
     pub moves: u64,
-    /// Where the window has room for the image.
+    /// The area of the window for the image.
     pub area: Area,
-    /// How deep the point is that is being moved sideways.
+    /// The depth of the point that the user pans, during a pan.
     pub grabbed: Option<f64>,
     /// The scene file that is shown.
     path: PathBuf,
     film: Film,
     integrator: Integrator,
-    /// How often a scene was asked for.
+    /// The number of times that the window has asked to read a scene.
     loads: u64,
-    /// Whether this scene's camera was moved.
+    /// Whether the user has moved the camera of this scene.
     has_moved: bool,
-    /// Lengths of eye paths, and the image that they are of.
+    /// Lengths of eye paths in scene units, and the width and height of their picture.
     lengths: (Vec<f32>, [u32; 2]),
-    /// A scene that is not here yet, or read again.
+    /// Whether a scene that is not read yet is another one, or the same one read again.
     opening: Option<Opening>,
     shared: Arc<Shared>,
 }
@@ -68,17 +68,18 @@ enum Opening {
     Again,
 }
 
-/// What a command asks of the window itself.
+/// An effect of a command that the window itself carries out.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Effect {
-    /// Put a text on the clipboard.
+    /// Copy a text to the clipboard.
     Copy(String),
-    /// Close.
+    /// Close the window.
     Quit,
 }
 
 impl Session {
-    /// Of a scene that was read, with options that say its resolution.
+    /// Returns the session of a scene that was read. `options` contain a resolution. `save` is the file to
+    /// save to; by default it is an EXR named after the scene file.
     pub fn new(path: &Path, scene: &Scene, options: Options, save: Option<&Path>, shared: Arc<Shared>) -> Self {
         let exr = path.file_stem().map_or_else(|| PathBuf::from("image"), PathBuf::from).with_extension("exr");
         Self {
@@ -108,7 +109,7 @@ impl Session {
         }
     }
 
-    /// Does what a key asks for; what is left for the window to do.
+    /// Carries out a command. Returns the part that the window has to carry out, if there is one.
     pub fn obey(&mut self, command: Command) -> Option<Effect> {
         match command {
             Command::Show(quantity) => self.show(quantity),
@@ -122,7 +123,7 @@ impl Session {
         None
     }
 
-    /// Takes the news; a new picture, if there is one.
+    /// Takes the news. Returns the new picture, if there is one.
     pub fn take_news(&mut self) -> Option<Picture> {
         let shared = Arc::clone(&self.shared);
         let mut news = shared.news();
@@ -153,7 +154,7 @@ impl Session {
         let control = CameraControl::new(camera, film.clone());
         let opening = self.opening;
         if loads == self.loads {
-            // Else there is another one to come.
+            // If the numbers differ, another scene is still to come.
             self.opening = None;
         }
         if opening != Some(Opening::Another) && self.has_moved {
@@ -167,20 +168,21 @@ impl Session {
         self.look_again(false);
     }
 
-    /// A scene could not be read: the one that is shown is what a change of files is about.
+    /// Keeps the scene that is shown, because another one could not be read. A later change of files reads
+    /// the scene that is shown again.
     fn keep_scene(&mut self) {
         self.opening = None;
         self.shared.wish(false, |wish| wish.scene.clone_from(&self.path));
     }
 
-    /// The camera was moved, or changed otherwise.
+    /// Follows a change of the camera.
     pub fn moved(&mut self) {
         self.has_moved = true;
         self.moves += 1;
         self.look_again(true);
     }
 
-    /// Back to the scene's own camera.
+    /// Resets the camera to the one of the scene.
     pub fn reset(&mut self) {
         self.control.reset();
         self.has_moved = false;
@@ -188,18 +190,18 @@ impl Session {
         self.look_again(true);
     }
 
-    /// What is to be rendered.
+    /// Returns the target to render.
     fn target(&self) -> Target {
         let options = Options {
             contribution: self.quantity.contribution(),
-            // The radius that was asked for last counts, in whichever unit it is.
+            // A radius from the panel, in scene units, replaces one in pixels.
             radius_in_pixels: self.options.radius_in_pixels.filter(|_| self.options.radius.is_none()),
             ..self.options.clone()
         };
         Target { loads: self.loads, camera: self.has_moved.then_some(*self.control.camera()), options }
     }
 
-    /// Asks for what is wanted by now.
+    /// Sends the render thread the current target and quantity. The iteration in flight is given up.
     fn look_again(&mut self, is_moving: bool) {
         let (target, moves, quantity) = (self.target(), self.moves, self.quantity);
         self.shared.wish(true, |wish| {
@@ -210,12 +212,12 @@ impl Session {
         });
     }
 
-    /// The options were changed.
+    /// Follows a change of the options.
     pub fn changed_options(&mut self) {
         self.look_again(false);
     }
 
-    /// Opens with an image of this size, where it is free to have another one than the film's.
+    /// Sets the size of the image when the window opens, unless the film is a part of a larger image.
     pub fn opens_with(&mut self, image: [u32; 2]) {
         if follows_window(&self.film) && self.options.resolution != Some(image) {
             self.options.resolution = Some(image);
@@ -223,7 +225,8 @@ impl Session {
         }
     }
 
-    /// The user has given the window another size: the image fills the room that it has now.
+    /// Follows a change of the window's size: the image fills its area, unless the film is a part of a larger
+    /// image.
     pub fn resized(&mut self) {
         if follows_window(&self.film) && self.options.resolution != Some(self.area.size) {
             self.options.resolution = Some(self.area.size.map(|side| side.max(1)));
@@ -239,7 +242,7 @@ impl Session {
         }
     }
 
-    /// Pauses, or goes on. What the iteration in flight has done so far is not lost.
+    /// Pauses or continues. The iteration in flight is finished first.
     pub fn pause(&mut self) {
         self.paused = !self.paused;
         let paused = self.paused;
@@ -254,7 +257,7 @@ impl Session {
         self.load();
     }
 
-    /// Reads the scene again: its files have changed.
+    /// Reads the scene again, because its files have changed.
     pub fn reload(&mut self) {
         self.opening.get_or_insert(Opening::Again);
         self.load();
@@ -272,7 +275,7 @@ impl Session {
         self.shared.wish(false, |wish| wish.saves.push(save));
     }
 
-    /// The camera as pbrt reads it.
+    /// Returns the camera as pbrt text.
     pub fn camera_text(&self) -> String {
         self.control.camera().to_text(self.resolution())
     }
@@ -281,18 +284,19 @@ impl Session {
         self.options.resolution.unwrap_or(self.film.resolution)
     }
 
-    /// Width and height of the image, a finished one: a film may be a part of what the camera sees.
+    /// Returns the width and height of the image at full resolution, after the film's crop window.
     pub fn image(&self) -> [u32; 2] {
         let [first, end] = self.film.bounds(self.resolution());
         [0, 1].map(|axis| end[axis] - first[axis])
     }
 
-    /// Photons of an iteration where nobody asks for a number.
+    /// Returns the number of photons per iteration that is used if the user gives none.
     pub fn own_photons(&self) -> u64 {
         photons_of(&self.integrator, self.image())
     }
 
-    /// The initial radius where nobody asks for one in scene units, of what the camera turns about.
+    /// Returns the initial radius in scene units that is used if the user gives none in scene units. If it
+    /// follows the pixels, it is the radius at the pivot.
     pub fn own_radius(&self) -> f64 {
         let in_pixels = self.options.radius_in_pixels;
         let of_scene = self.integrator.radius.filter(|_| in_pixels.is_none());
@@ -300,19 +304,20 @@ impl Session {
         of_scene.unwrap_or_else(|| pixels * self.control.pixel_width(self.resolution()))
     }
 
-    /// Where the image is in the window.
+    /// Returns the place of the image in the window.
     pub fn placement(&self) -> Placement {
         Placement::new(self.area, self.image())
     }
 
-    /// A place on the image, whose corners are (0, 0) and (1, 1), of a pixel of the window.
+    /// Converts a pixel of the window to a place on the image, whose corners are (0, 0) and (1, 1).
     pub fn on_image(&self, pixel: [f32; 2]) -> DVec2 {
         let Placement { origin, size } = self.placement();
         let place = |axis: usize| f64::from((pixel[axis] - origin[axis]) / size[axis]);
         DVec2::new(place(0), place(1))
     }
 
-    /// Length of an eye path, scene units.
+    /// Returns the length of the eye path at a place on the image in scene units; `None` if there is no
+    /// visible point.
     fn length_at(&self, at: DVec2) -> Option<f64> {
         let (lengths, [width, height]) = &self.lengths;
         let place =
@@ -321,18 +326,18 @@ impl Session {
         lengths.get(y * *width as usize + x).copied().filter(|length| *length > 0.0).map(f64::from)
     }
 
-    /// The point that is seen at a place on the image.
+    /// Returns the visible point at a place on the image; `None` if there is none.
     pub fn point_at(&self, at: DVec2) -> Option<DVec3> {
         self.control.seen(at, self.length_at(at)?, self.resolution())
     }
 
-    /// Moves the camera sideways, so that what was at one place is at another.
+    /// Moves the camera sideways, so that a point moves on the image from one place to another.
     pub fn pan(&mut self, from: DVec2, to: DVec2) {
         self.control.pan(from, to, self.grabbed, self.resolution());
     }
 }
 
-/// Whether an image is as large as its window: not where the film is a part of it.
+/// Returns whether the image follows the size of the window: not if the film is a part of a larger image.
 fn follows_window(film: &Film) -> bool {
     film.window == [0.0, 1.0, 0.0, 1.0]
 }

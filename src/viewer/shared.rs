@@ -1,4 +1,4 @@
-//! What the window's thread and the one that renders tell each other.
+//! The state that the thread of the window and the render thread share.
 
 use std::path::PathBuf;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -10,19 +10,19 @@ use crate::cli::Failure;
 use crate::render::options::Options;
 use crate::scene::{Camera, Film, Integrator};
 
-/// What a render is of.
+/// The target of a render: a version of the scene, a camera and options.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Target {
-    /// Which reading of the scene; it may have changed.
+    /// The number of times that the window has asked to read a scene. Each reading may give another scene.
     pub loads: u64,
-    /// Where it is seen from; the scene's own camera if nobody has moved.
+    /// The camera; `None` for the scene's own camera if the user has not moved it.
     pub camera: Option<Camera>,
-    /// How to render; resolution and contribution included.
+    /// The options, including the resolution and the contribution.
     pub options: Options,
 }
 
 impl Target {
-    /// Whether another one is of the same, but for the part of the light that it has.
+    /// Returns whether another target is the same except for the part of the light.
     pub fn is_alike(&self, other: &Self) -> bool {
         let contribution = self.options.contribution;
         *self == Self { options: Options { contribution, ..other.options.clone() }, ..other.clone() }
@@ -32,40 +32,40 @@ impl Target {
 /// A file to be written.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Save {
-    /// Its name; the ending says what is written.
+    /// The name of the file; its extension decides about the format.
     pub path: PathBuf,
-    /// Of what; of something else that is wished later, if this does not get an iteration.
+    /// The target of the image. A later target replaces it if it does not get an iteration.
     pub target: Target,
-    /// What was shown.
+    /// The quantity that was shown when the user saved.
     pub quantity: Quantity,
 }
 
-/// What the window wants. Only the newest wish counts.
+/// The wishes of the window. Only the newest state counts.
 #[derive(Clone, Debug)]
 pub struct Wish {
     /// The scene file.
     pub scene: PathBuf,
-    /// What to render.
+    /// The target to render.
     pub target: Target,
-    /// How often the camera was moved.
+    /// The number of moves of the camera.
     pub moves: u64,
-    /// When camera or size changed last, if they did: soon after, coarse images are enough.
+    /// The time when the camera or the size last changed. Shortly after it, coarse images are enough.
     pub moved: Option<Instant>,
-    /// What to show.
+    /// The quantity to show.
     pub quantity: Quantity,
-    /// Iterate no further, once there is an iteration.
+    /// Whether to stop after the first iteration.
     pub paused: bool,
     /// Files to write.
     pub saves: Vec<Save>,
-    /// End.
+    /// Whether the window is closed.
     pub close: bool,
 }
 
 /// A picture of a render.
 pub struct View {
-    /// What is shown.
+    /// The picture.
     pub picture: Picture,
-    /// Which move of the camera it has seen.
+    /// The number of the last move of the camera in the picture.
     pub moves: u64,
     /// Lengths of eye paths in scene units, if they are new.
     pub lengths: Option<Vec<f32>>,
@@ -74,83 +74,83 @@ pub struct View {
 /// A scene that was read.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Loaded {
-    /// Its file.
+    /// The scene file.
     pub path: PathBuf,
-    /// Its camera.
+    /// The camera of the scene.
     pub camera: Camera,
-    /// Its film.
+    /// The film of the scene.
     pub film: Film,
-    /// Which reading it was.
+    /// The value of [`Target::loads`] for which the scene was read.
     pub loads: u64,
-    /// What it says of photons and radii.
+    /// The integrator of the scene, with its numbers of photons and its radius.
     pub integrator: Integrator,
 }
 
-/// How a render is doing.
+/// The status of a render.
 #[derive(Clone, Debug, Default)]
 pub struct Status {
-    /// What the thread is at.
+    /// The activity of the render thread.
     pub doing: &'static str,
-    /// Iterations finished.
+    /// The number of finished iterations.
     pub iterations: u32,
-    /// Photons emitted.
+    /// The number of emitted photons.
     pub photons: u64,
-    /// Time that they took.
+    /// The total time of the iterations.
     pub time: Duration,
     /// Device time of the last iteration by pass.
     pub passes: Vec<(&'static str, Duration)>,
     /// Estimated relative error.
     pub error: Option<f64>,
-    /// Device memory, bytes.
+    /// Device memory in bytes.
     pub memory: u64,
-    /// Width and height.
+    /// Width and height of the rendered image in pixels.
     pub resolution: [u32; 2],
-    /// The device.
+    /// The name of the device.
     pub device: String,
 }
 
-/// What there is to tell the window.
+/// The news for the window.
 #[derive(Default)]
 pub struct News {
-    /// The newest picture, until it is taken.
+    /// The newest picture, until the window takes it.
     pub view: Option<View>,
-    /// A scene that was just read, until it is taken.
+    /// A scene that was just read, until the window takes it.
     pub loaded: Option<Loaded>,
-    /// Which reading of a scene has failed, until it is taken.
+    /// The value of [`Target::loads`] for which reading a scene failed, until the window takes it.
     pub unread: Option<u64>,
-    /// The files of a scene that was just read, until they are taken.
+    /// The files of a scene that was just read, until the watching thread takes them.
     pub files: Option<Vec<PathBuf>>,
-    /// How the render is doing.
+    /// The status of the render.
     pub status: Status,
-    /// What went wrong or was done, until it is taken.
+    /// A message about a finished action or an error, until the window takes it.
     pub message: Option<Result<String, String>>,
-    /// What could not be written after the window was closed.
+    /// The errors of files that could not be written after the window was closed.
     pub unwritten: Vec<Failure>,
-    /// Messages of the validation layer, once the thread has ended.
+    /// Messages of the validation layers, once the render thread has ended.
     pub validation: Vec<String>,
 }
 
-/// What the window's thread writes and the other one reads.
+/// The state that the thread of the window writes and the render thread reads.
 struct Desk {
     wish: Wish,
-    /// Whether it is another one than was taken last.
+    /// Whether the wish has changed since the render thread last took it.
     is_new: bool,
 }
 
-/// Where the two threads meet.
+/// The state of both threads.
 pub struct Shared {
     desk: Mutex<Desk>,
     wished: Condvar,
     closed: Condvar,
-    /// Whether the iteration in flight is of no use any more.
+    /// Whether the iteration in flight should be given up.
     hurry: AtomicBool,
     news: Mutex<News>,
-    /// Wakes the window.
+    /// Wakes the thread of the window.
     wake: Box<dyn Fn() + Send + Sync>,
 }
 
 impl Shared {
-    /// With a first wish.
+    /// Returns the state with a first wish. `wake` wakes the thread of the window.
     pub fn new(wish: Wish, wake: impl Fn() + Send + Sync + 'static) -> Self {
         Self {
             desk: Mutex::new(Desk { wish, is_new: true }),
@@ -162,7 +162,7 @@ impl Shared {
         }
     }
 
-    /// Changes the wish. With `hurry`, the iteration in flight is given up for it.
+    /// Changes the wish. With `hurry`, the iteration in flight is given up.
     pub fn wish(&self, hurry: bool, change: impl FnOnce(&mut Wish)) {
         {
             let mut desk = lock(&self.desk);
@@ -175,7 +175,7 @@ impl Shared {
         self.wished.notify_one();
     }
 
-    /// The wish as it is; what is to be done once is taken out of it.
+    /// Returns the current wish, and removes the files to write from it, since each is written only once.
     pub fn take_wish(&self) -> Wish {
         let mut desk = lock(&self.desk);
         self.hurry.store(false, Ordering::Relaxed);
@@ -184,57 +184,57 @@ impl Shared {
         Wish { saves, ..desk.wish.clone() }
     }
 
-    /// Waits for another wish, or some time.
+    /// Waits until the wish changes, for at most the given time.
     pub fn wait(&self, most: Duration) {
         drop(self.wished.wait_timeout_while(lock(&self.desk), most, |desk| !desk.is_new));
     }
 
-    /// Whether what is being done is of no use any more.
+    /// Returns whether the iteration in flight should be given up.
     pub fn in_hurry(&self) -> bool {
         self.hurry.load(Ordering::Relaxed)
     }
 
-    /// Whether the newest wish has been taken.
+    /// Returns whether the render thread has taken the newest wish.
     #[cfg(test)]
     pub fn is_taken(&self) -> bool {
         !lock(&self.desk).is_new
     }
 
-    /// Whether the newest wish is of the same.
+    /// Returns whether the newest wish has this target.
     pub fn still_wants(&self, target: &Target) -> bool {
         lock(&self.desk).wish.target == *target
     }
 
-    /// The window is closed.
+    /// Tells all threads that the window is closed.
     pub fn close(&self) {
         self.wish(true, |wish| wish.close = true);
         self.closed.notify_all();
     }
 
-    /// Waits for the end, or some time; whether it has come.
+    /// Waits until the window is closed, for at most the given time. Returns whether it is closed.
     pub fn waits_for_close(&self, most: Duration) -> bool {
         let waited = self.closed.wait_timeout_while(lock(&self.desk), most, |desk| !desk.wish.close);
         waited.unwrap_or_else(PoisonError::into_inner).0.wish.close
     }
 
-    /// The files of a scene that nobody watches yet.
+    /// Returns the files of a scene that are not watched yet, once.
     pub fn files_of_new_scene(&self) -> Option<Vec<PathBuf>> {
         lock(&self.news).files.take()
     }
 
-    /// Tells the window something.
+    /// Changes the news and wakes the thread of the window.
     pub fn tell(&self, change: impl FnOnce(&mut News)) {
         change(&mut lock(&self.news));
         (self.wake)();
     }
 
-    /// What there is to tell.
+    /// Locks the news.
     pub fn news(&self) -> MutexGuard<'_, News> {
         lock(&self.news)
     }
 }
 
-/// A thread that panicked has left numbers and lists that are good enough to be shown.
+/// Locks a mutex, even if a thread panicked with it: its numbers and lists can still be shown.
 fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
     mutex.lock().unwrap_or_else(PoisonError::into_inner)
 }

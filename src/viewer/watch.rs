@@ -1,4 +1,4 @@
-//! Sees when files change.
+//! The thread that watches the files of the scene for changes.
 
 use std::fs;
 use std::path::PathBuf;
@@ -6,15 +6,15 @@ use std::time::{Duration, SystemTime};
 
 use super::shared::Shared;
 
-/// Files are looked at this often: people who save one look up later.
+/// The time between two looks at the files: short enough for a person who saves a file and then looks up.
 const BETWEEN: Duration = Duration::from_millis(500);
 
-/// When each file was written, if it is there.
+/// Returns the time of the last change of each file; `None` if the file does not exist.
 fn times(files: &[PathBuf]) -> Vec<Option<SystemTime>> {
     files.iter().map(|file| fs::metadata(file).and_then(|data| data.modified()).ok()).collect()
 }
 
-/// Tells when a file of the scene has changed, until the window closes.
+/// Calls `changed` whenever a file of the scene has changed, until the window closes.
 pub fn run(shared: &Shared, files: Vec<PathBuf>, changed: impl Fn()) {
     let mut files = files;
     let mut before = times(&files);
@@ -24,7 +24,7 @@ pub fn run(shared: &Shared, files: Vec<PathBuf>, changed: impl Fn()) {
             before = times(&files);
         }
         let now = times(&files);
-        // One that is being replaced may be gone for a moment.
+        // A file that is being replaced may be missing for a moment.
         if now != before && now.iter().all(Option::is_some) {
             before = now;
             changed();

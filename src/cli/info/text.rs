@@ -1,13 +1,13 @@
-//! What is known of a scene, for people: lines of a name and a value with its unit.
+//! The description of a scene as text: lines of a name and a value with its unit.
 
 use std::fmt::Write;
 
 use super::{Camera, Contents, Film, Info, Integrator};
 
-/// Digits that are printed of a number that is not counted.
+/// The number of significant digits of a number that is not a count.
 const DIGITS: i32 = 4;
 
-/// All of it.
+/// Returns the whole description.
 pub fn describe(info: &Info) -> String {
     let mut text = String::new();
     if let Some(contents) = &info.contents {
@@ -112,12 +112,12 @@ fn integrator_lines(integrator: &Integrator) -> Lines {
     ])
 }
 
-/// A key of the JSON as words.
+/// Returns the words of a key of the JSON.
 fn words(key: &str) -> String {
     key.replace('_', " ")
 }
 
-/// With a comma after every three digits.
+/// Writes a count with a comma between groups of three digits.
 fn count(number: u64) -> String {
     let digits = number.to_string();
     let mut text = String::new();
@@ -130,9 +130,9 @@ fn count(number: u64) -> String {
     text
 }
 
-/// With four digits, and a power of ten where there would be many zeros.
+/// Writes a number with [`DIGITS`] digits, and with a power of ten if it would have many zeros.
 fn number(value: f64) -> String {
-    // Without the sign of a zero.
+    // Adding 0 removes the sign of a negative zero.
     let rounded = format!("{:.*e}", (DIGITS - 1) as usize, value + 0.0);
     let Some((digits, exponent)) = rounded.split_once('e') else { return rounded };
     let exponent: i32 = exponent.parse().unwrap_or_default();
@@ -140,11 +140,11 @@ fn number(value: f64) -> String {
         return format!("{}e{exponent}", without_zeros(digits));
     }
     let decimals = (DIGITS - 1 - exponent).max(0) as usize;
-    // Rounded once, and not again.
+    // The rounded number is formatted, so that it is not rounded twice.
     rounded.parse().map_or(rounded, |value: f64| without_zeros(&format!("{value:.decimals$}")).to_owned())
 }
 
-/// Without zeros that say nothing.
+/// Removes the zeros at the end of a decimal fraction.
 fn without_zeros(decimal: &str) -> &str {
     if decimal.contains('.') { decimal.trim_end_matches('0').trim_end_matches('.') } else { decimal }
 }
@@ -153,7 +153,7 @@ fn numbers(values: &[f64]) -> String {
     values.iter().map(|value| number(*value)).collect::<Vec<_>>().join(" ")
 }
 
-/// In the largest unit of which there is one.
+/// Writes a number of bytes in the largest unit in which it is at least 1.
 fn bytes(bytes: u64) -> String {
     let mut value = bytes as f64;
     for unit in ["bytes", "KiB", "MiB"] {

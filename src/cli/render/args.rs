@@ -83,7 +83,7 @@ pub struct RenderArgs {
 }
 
 impl RenderArgs {
-    /// How to render: the request's options, and the shard.
+    /// Returns the options of the request together with the shard.
     pub fn options(&self) -> Options {
         Options { shard: self.shard.unwrap_or_default(), ..self.request.options.clone() }
     }

@@ -1,4 +1,4 @@
-//! When to stop.
+//! The limits at which a render stops.
 
 use std::time::Duration;
 
@@ -7,12 +7,12 @@ use crate::render::options::request::Limits;
 use crate::render::sequence::Sequence;
 use crate::scene::Scene;
 
-/// Rounds before the error is estimated for the first time.
+/// The number of rounds before the error is estimated for the first time.
 const FIRST_ESTIMATE: u32 = 8;
 
-/// What ends a render.
+/// The limits of a render.
 pub struct Limit {
-    /// Of this shard, those of a resumed checkpoint included.
+    /// The number of iterations of this shard, including those of a resumed checkpoint.
     pub iterations: Option<u32>,
     time: Option<Duration>,
     error: Option<f64>,
@@ -20,7 +20,7 @@ pub struct Limit {
 }
 
 impl Limit {
-    /// What is asked for; the scene's own number of iterations if nothing is.
+    /// Returns the limits of the arguments. Without any, the limit is the scene's number of iterations.
     pub fn new(args: &RenderArgs, scene: &Scene, sequence: Sequence) -> Self {
         let Limits { iterations, rounds, time, target_error } = args.request.limits;
         let rounds = rounds.map(|rounds| rounds.saturating_mul(sequence.round_length));
@@ -35,17 +35,16 @@ impl Limit {
         }
     }
 
-    /// Whether there is nothing left to do. At least one iteration is rendered, whatever the
-    /// time.
+    /// Returns whether a limit is reached. A limit of time is reached only after the first iteration.
     pub fn reached(&self, iterations: u32, elapsed: Duration, error: Option<f64>) -> bool {
         iterations >= self.iterations.unwrap_or(u32::MAX)
             || (iterations > 0 && self.time.is_some_and(|most| elapsed >= most))
             || self.error.zip(error).is_some_and(|(most, error)| error <= most)
     }
 
-    /// Whether the error is to be estimated now: a few times in every doubling of the
-    /// rounds. By count and not by time, so that a target error always stops at the same
-    /// iteration.
+    /// Returns whether to estimate the error after this iteration: a few times in every doubling of the
+    /// number of rounds. This depends on counts and not on time, so that a target error always stops a render
+    /// at the same iteration.
     pub fn wants_error(&self, iterations: u32, quiet: bool) -> bool {
         let rounds = iterations / self.round_length;
         let often = (rounds.max(1).ilog2()).saturating_sub(FIRST_ESTIMATE.ilog2());
@@ -55,7 +54,8 @@ impl Limit {
             && rounds.is_multiple_of(1 << often)
     }
 
-    /// Seconds left, as far as can be told, after `done` of the iterations took `elapsed`.
+    /// Estimates the remaining time in seconds, if `done` iterations of this run took `elapsed`; infinite if
+    /// there is no limit of iterations or time.
     pub fn left(&self, iterations: u32, done: u32, elapsed: Duration) -> f64 {
         let by_count = self
             .iterations

@@ -1,4 +1,4 @@
-//! What takes long before the first iteration, on standard error.
+//! Messages on standard error about long work before the first iteration.
 
 use std::io::IsTerminal;
 use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender, channel};
@@ -10,14 +10,14 @@ use indicatif::{ProgressBar, ProgressStyle};
 use super::progress::LINE_INTERVAL;
 use crate::cli::terminal;
 
-/// Says what is being done for as long as it lives: a spinner on a terminal, once a second
-/// has passed, a line now and then otherwise, nothing when quiet.
+/// A message that is shown until it is dropped. On a terminal it is a spinner that appears after
+/// [`PATIENCE`]; else it is a line at each [`LINE_INTERVAL`]. With `--quiet` nothing is shown.
 pub struct Notice {
     end: Option<Sender<()>>,
     thread: Option<JoinHandle<()>>,
 }
 
-/// What takes less is not worth a word.
+/// The time before a spinner appears.
 const PATIENCE: Duration = Duration::from_secs(1);
 
 impl Notice {
@@ -31,7 +31,7 @@ impl Notice {
 impl Drop for Notice {
     fn drop(&mut self) {
         self.end = None;
-        // The spinner must be gone before anything else is said.
+        // The spinner must be gone before anything else is printed.
         if let Some(thread) = self.thread.take() {
             let _ = thread.join();
         }

@@ -20,7 +20,7 @@ impl Args for Request {
 
 impl FromArgMatches for Request {
     fn from_arg_matches(matches: &ArgMatches) -> Result<Self, clap::Error> {
-        // A default of the help is no value: its option may have no meaning without another.
+        // A default is left out, because its option may be invalid without the value of another option.
         let is_given = |option: &&RenderOption| matches.value_source(option.name) == Some(ValueSource::CommandLine);
         let value = |option: &'static RenderOption| Some((option, matches.get_one::<String>(option.name)?.as_str()));
         let values: Vec<_> = OPTIONS.iter().filter(is_given).filter_map(value).collect();
@@ -45,7 +45,7 @@ fn argument(option: &'static RenderOption) -> Arg {
         .long(option.name)
         .value_name(option.placeholder)
         .help_heading(option.group)
-        // So that a negative number is refused as a value, and not as an unknown option.
+        // With this, a negative number is refused as a value and not as an unknown option.
         .allow_hyphen_values(true)
         .value_parser(parser(option));
     let mut help = option.help.to_owned();
@@ -63,7 +63,8 @@ fn argument(option: &'static RenderOption) -> Arg {
     argument.help(help)
 }
 
-/// Values stay text: [`Request::from_values`] reads them, in the order of the table.
+/// Returns a parser that checks a value and keeps its text. [`Request::from_values`] reads the texts, in the
+/// order of the table.
 fn parser(option: &'static RenderOption) -> ValueParser {
     if let Kind::Named { names, .. } = option.kind {
         let names = names.iter().map(|(name, line)| {

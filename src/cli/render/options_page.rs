@@ -1,4 +1,4 @@
-//! `docs/options.md` says what the options are. To write it anew:
+//! Checks that `docs/options.md` agrees with the table of options. To write the page again:
 //! `GOBLET_WRITE_DOCS=1 cargo test --lib options_page`.
 
 use std::fmt::Write;
@@ -29,7 +29,7 @@ None of these changes the image of an iteration. `--shard` selects the iteration
 | --- | --- | --- |
 ";
 
-/// Text within a cell of a table.
+/// Returns the text for a cell of a table: one line, with escaped bars.
 fn cell(text: &str) -> String {
     text.split_whitespace().collect::<Vec<_>>().join(" ").replace('|', "\\|")
 }
@@ -57,7 +57,7 @@ fn row(option: &RenderOption) -> String {
     format!("| `--{name} {}`{knob} | {} |\n", cell(placeholder), cells.join(" | "))
 }
 
-/// The arguments of `goblet render` that are not in the table.
+/// Returns the rows of the arguments of `goblet render` that are not in the table of options.
 fn others() -> String {
     let mut all = Cli::command();
     all.build();
@@ -76,7 +76,7 @@ fn other_row(arg: &Arg) -> String {
         _ => String::new(),
     };
     let help = arg.get_long_help().or(arg.get_help()).map(ToString::to_string).unwrap_or_default();
-    // A paragraph of the help ends without a full stop where it is the first.
+    // The first paragraph of the help has no full stop at its end.
     let help = help.split("\n\n").map(|part| part.trim_end_matches('.')).collect::<Vec<_>>().join(". ");
     let defaults = arg.get_default_values().iter().filter(|_| arg.get_action().takes_values());
     let default: Vec<_> = defaults.map(|value| value.to_string_lossy()).collect();

@@ -1,4 +1,4 @@
-//! How far a render is, on standard error.
+//! The progress of a render on standard error.
 
 use std::io::IsTerminal;
 use std::time::Duration;
@@ -10,7 +10,8 @@ use super::limit::Limit;
 use crate::cli::terminal;
 use crate::render::renderer::Renderer;
 
-/// A bar on a terminal, a line now and then otherwise, nothing when quiet.
+/// The display of progress: a bar on a terminal, else a line at each [`LINE_INTERVAL`]. With `--quiet`
+/// nothing is shown.
 pub struct Progress<'a> {
     bar: Option<ProgressBar>,
     quiet: bool,
@@ -20,11 +21,11 @@ pub struct Progress<'a> {
     pub error: Option<f64>,
 }
 
-/// Time between lines where there is no terminal.
+/// The time between lines if standard error is not a terminal.
 pub const LINE_INTERVAL: Duration = Duration::from_secs(5);
 
 impl<'a> Progress<'a> {
-    /// Of a run that began at `begin`.
+    /// Returns the display for a run that started at `begin`.
     pub fn new(limit: &Limit, begin: &'a Begin, quiet: bool) -> Self {
         let bar = (!quiet && std::io::stderr().is_terminal()).then(|| {
             let bar = limit.iterations.map_or_else(ProgressBar::new_spinner, |most| ProgressBar::new(most.into()));
@@ -62,7 +63,7 @@ impl<'a> Progress<'a> {
         }
     }
 
-    /// Leaves the bar as it is.
+    /// Stops the bar and leaves it on the terminal.
     pub fn finish(&self) {
         if let Some(bar) = &self.bar {
             bar.finish();

@@ -1,5 +1,5 @@
-//! Ctrl-C, SIGTERM and SIGHUP: the first asks to stop, the second stops at once. Before there is
-//! anything to keep, the first stops at once, too.
+//! Handling of Ctrl-C, SIGTERM and SIGHUP. The first signal asks the render to stop, the second ends the
+//! process at once. Before the render begins, the first signal ends the process at once too.
 
 use std::io;
 use std::sync::Arc;
@@ -13,25 +13,29 @@ use signal_hook::{flag, low_level};
 
 use crate::cli::{Failure, terminal};
 
-/// What a process that a signal has stopped exits with.
+/// The exit code of a process that a signal has stopped.
 pub const STOPPED: u8 = 130;
-/// How often a render that loads its scene looks for a signal.
+/// The time between two looks for a signal while the scene is loaded.
 const LOOK: Duration = Duration::from_millis(50);
 
-/// Whether somebody wants the render to stop.
+/// The listener for signals.
 pub struct Signals {
     received: Arc<AtomicBool>,
-    /// Until the render begins.
+    /// The thread that ends the process at a signal, until the render begins.
     loading: Option<(Sender<()>, JoinHandle<()>)>,
 }
 
 impl Signals {
-    /// Listens from now on; until the render begins, the first signal ends the process.
+    /// Starts to listen. Until the render begins, the first signal ends the process.
+    ///
+    /// # Errors
+    /// The operating system does not let the process listen for signals.
     pub fn new() -> Result<Self, Failure> {
         let received = Arc::new(AtomicBool::new(false));
         let listen = || -> io::Result<_> {
             for signal in signals() {
-                // In this order, or the first signal would already end the process.
+                // The shutdown is registered first; in the other order, the first signal would end the
+                // process.
                 flag::register_conditional_shutdown(signal, STOPPED.into(), Arc::clone(&received))?;
                 flag::register(signal, Arc::clone(&received))?;
             }
@@ -44,7 +48,8 @@ impl Signals {
         Ok(Self { received, loading: Some(loading) })
     }
 
-    /// From now on there is something to keep: the render is to end by itself.
+    /// Notes that the render begins. From now on, the first signal only sets the flag of
+    /// [`Signals::received`].
     pub fn begin(&mut self) {
         if let Some((begin, thread)) = self.loading.take() {
             drop(begin);
@@ -52,16 +57,16 @@ impl Signals {
         }
     }
 
-    /// Whether one has come.
+    /// Returns whether a signal has come.
     pub fn received(&self) -> bool {
         self.received.load(Ordering::Relaxed)
     }
 }
 
-/// Those to listen for.
+/// Returns the signals to listen for.
 fn signals() -> Vec<i32> {
     let mut signals = TERM_SIGNALS.to_vec();
-    // A process that nohup has started is to outlive its terminal.
+    // A process that was started with nohup must outlive its terminal.
     #[cfg(unix)]
     if !goblet_host::is_ignored(signal_hook::consts::SIGHUP) {
         signals.push(signal_hook::consts::SIGHUP);
@@ -73,7 +78,7 @@ fn exit_when_received(received: &AtomicBool, begun: &Receiver<()>) {
     while begun.recv_timeout(LOOK) == Err(RecvTimeoutError::Timeout) {
         if received.load(Ordering::Relaxed) {
             terminal::say("goblet: stopped by a signal before the first iteration: no image is written");
-            // What a usual exit runs would have to wait for threads that may be anywhere.
+            // A normal exit runs handlers that would have to wait for threads in any state.
             low_level::exit(STOPPED.into());
         }
     }

@@ -15,7 +15,7 @@ use crate::render::pacing::Pace;
 use crate::render::stage::Stage;
 
 device_arrays! {
-    /// The grid's arrays, for as many photons as a batch may record.
+    /// The grid's arrays, for the largest number of photons that a batch may record.
     pub struct GridArrays(sizes) {
         cells: Buffer<Cell>[sizes.recorded.next_power_of_two()],
         grid_filled: Buffer<u32>[1_u32],
@@ -37,7 +37,7 @@ impl HashGrid {
     /// Compiles the passes and allocates the grid.
     ///
     /// # Errors
-    /// Out of memory, or the driver refuses a kernel.
+    /// The device has too little memory, or the driver refuses a kernel.
     pub fn new(
         device: &Device,
         buffers: &Buffers,
@@ -73,8 +73,7 @@ impl HashGrid {
         })
     }
 
-    /// Runs the passes once over nothing, since drivers may leave compilation to the first
-    /// dispatch.
+    /// Runs each pass once without work, because a driver may compile a kernel at its first dispatch.
     pub fn warm_up(&self, frame: &mut Frame<'_>) {
         frame.dispatch(&self.count, Zeroable::zeroed(), 1);
         frame.dispatch(&self.reserve, Zeroable::zeroed(), 1);
@@ -82,7 +81,7 @@ impl HashGrid {
         frame.dispatch(&self.gather, Zeroable::zeroed(), 1);
     }
 
-    /// Sorts `recorded` photons into cells.
+    /// Sorts the `recorded` photons of a batch into cells.
     ///
     /// # Errors
     /// The device fails.
@@ -98,10 +97,10 @@ impl HashGrid {
         Ok(frame.run()?)
     }
 
-    /// Adds the `recorded` photons in the grid to the visible points on whose discs they are.
+    /// Adds each of the `recorded` photons in the grid to the visible points on whose discs it lies.
     ///
     /// # Errors
-    /// The device fails, or the driver ends the pass early.
+    /// The device fails, the driver ends the pass early, or the caller gives the iteration up.
     pub fn gather(&self, on: Stage<'_>, recorded: u32, pace: &mut Pace) -> Result<Tally, RenderError> {
         let cell_mask = self.cell_count(recorded) - 1;
         let [width, height] = on.settings.resolution;
@@ -110,8 +109,8 @@ impl HashGrid {
         deposit(on, ("gather_grid", &self.gather), invocations, pace, push)
     }
 
-    /// Cells of a grid over `recorded` photons: a power of two, and no more than there are
-    /// photons, since the others would be empty.
+    /// Returns the number of cells of a grid over `recorded` photons: the number of photons rounded up to a
+    /// power of two, since more cells would be empty.
     fn cell_count(&self, recorded: u32) -> u32 {
         u64::from(recorded).next_power_of_two().min(self.arrays.cells.len()) as u32
     }

@@ -1,26 +1,26 @@
 //! Left-balanced kd-trees over visible points (Bentley 1975; for photon maps, Jensen 2001).
 //!
-//! A left-balanced tree fills all levels but the last, and that from the left. In heap
-//! order, the children of node i are nodes 2i + 1 and 2i + 2, so that it needs no pointers,
-//! and whoever walks it no more memory than a few words (`shaders/passes/gather_tree.comp`).
+//! In a left-balanced tree all levels are full but the last, which is filled from the left. In heap order,
+//! the children of node i are nodes 2i + 1 and 2i + 2. So the tree needs no pointers, and a traversal needs
+//! only a few words of memory (`shaders/passes/gather_tree.comp`).
 //!
-//! The host builds it. Where the device is the CPU, the cores are the same ones; a build on
-//! the device (Wald 2022, "GPU-friendly, Parallel, and (Almost-)In-Place Construction of
-//! Left-Balanced k-d Trees") sorts all points once a level, and this halves them once a level.
+//! The host builds the tree. If the device is the CPU, a build on the device would use the same cores. A
+//! build on the device (Wald 2022, "GPU-friendly, Parallel, and (Almost-)In-Place Construction of
+//! Left-Balanced k-d Trees") sorts all points once per level; this build partitions them once per level.
 
 use crate::kernels::{AXIS_SHIFT, PIXEL_MASK};
 
-/// A visible point; once it is a node, its pixel has the axis that it splits above it.
+/// A visible point. When it becomes a node, the bits of `pixel` from [`AXIS_SHIFT`] on get the split axis.
 #[derive(Clone, Copy)]
 struct Point {
     position: [f32; 3],
     pixel: u32,
 }
 
-/// The tree over all points, given with their squared radius, that have one above 0: of each
-/// node, in heap order, the index of its point and above [`AXIS_SHIFT`] the axis that it
-/// splits. Points left of it have no larger coordinate there, points right of it no smaller
-/// one. There are at most 2^28 points.
+/// Builds the tree over the points whose squared radius is above 0. `points` has the position and the
+/// squared radius of each point, at most 2^28 points. Returns for each node, in heap order, the index of its
+/// point, and in the bits from [`AXIS_SHIFT`] on the axis at which it splits. On this axis, points in the
+/// left subtree have no larger coordinate than the node, and points in the right subtree no smaller one.
 pub fn build(points: impl Iterator<Item = ([f32; 3], f32)>) -> Vec<u32> {
     let present = points.enumerate().filter(|(_, (_, radius2))| *radius2 > 0.0);
     let mut points: Vec<Point> =
@@ -31,13 +31,13 @@ pub fn build(points: impl Iterator<Item = ([f32; 3], f32)>) -> Vec<u32> {
     nodes
 }
 
-/// Puts points in the order left subtree, node, right subtree, all the way down.
+/// Sorts points into the order left subtree, node, right subtree, recursively.
 fn arrange(points: &mut [Point]) {
     if points.is_empty() {
         return;
     }
     let axis = widest_axis(points);
-    // Pixels tell points of one coordinate apart, so that there is one tree only.
+    // Points with the same coordinate are ordered by pixel, so that the tree is unique.
     let (left, node, right) = points.select_nth_unstable_by(left_size(points.len()), |a, b| {
         a.position[axis].total_cmp(&b.position[axis]).then(a.pixel.cmp(&b.pixel))
     });
@@ -46,8 +46,8 @@ fn arrange(points: &mut [Point]) {
     arrange(right);
 }
 
-/// The axis along which points are farthest apart: visible points lie on surfaces, and to
-/// split a wall across its thickness would be a level wasted.
+/// Returns the axis along which the extent of the points is largest. Visible points lie on surfaces, and a
+/// split along the thickness of a wall would waste a level.
 fn widest_axis(points: &[Point]) -> usize {
     let mut lower = [f32::INFINITY; 3];
     let mut upper = [f32::NEG_INFINITY; 3];
@@ -61,16 +61,17 @@ fn widest_axis(points: &[Point]) -> usize {
     (0..3).max_by(|a, b| extent(a).total_cmp(&extent(b))).unwrap_or(0)
 }
 
-/// Nodes of the left subtree of a left-balanced tree of `count` nodes, which is not 0.
+/// Returns the number of nodes in the left subtree of a left-balanced tree of `count` nodes; `count` is not
+/// 0.
 fn left_size(count: usize) -> usize {
     let last_level = 1 << count.ilog2();
-    // Half of the last level belongs to the left, and as many nodes above it, less one.
+    // The left subtree has up to half of the last level, and `half - 1` nodes above it.
     let half = last_level / 2;
     let above = half.max(1) - 1;
     above + (count + 1 - last_level).min(half)
 }
 
-/// Writes arranged points in heap order, from `node` down.
+/// Writes arranged points in heap order into the subtree of `node`.
 fn flatten(points: &[Point], node: usize, nodes: &mut [u32]) {
     if points.is_empty() {
         return;

@@ -14,11 +14,12 @@ use crate::render::lookup::kd_tree;
 use crate::render::pacing::Schedule;
 use crate::render::stage::Stage;
 
-/// Invocations of one dispatch that adds photons, at most: each has a place to go on from.
+/// The largest number of invocations that add photons. Each has a place in memory from which an unfinished
+/// invocation continues.
 const MAX_INVOCATIONS: u32 = 1 << 18;
 
 device_arrays! {
-    /// The tree's arrays, for as many points as there are pixels.
+    /// The tree's arrays, for a visible point per pixel.
     pub struct TreeArrays(sizes) {
         /// Pixel and axis of each node.
         tree_nodes: Buffer<u32>[sizes.pixels],
@@ -40,7 +41,7 @@ impl KdTree {
     /// Compiles the passes and allocates the tree.
     ///
     /// # Errors
-    /// Out of memory, or the driver refuses a kernel.
+    /// The device has too little memory, or the driver refuses a kernel.
     pub fn new(
         device: &Device,
         buffers: &Buffers,
@@ -74,15 +75,14 @@ impl KdTree {
         })
     }
 
-    /// Runs the passes once over nothing, since drivers may leave compilation to the first
-    /// dispatch.
+    /// Runs each pass once without work, because a driver may compile a kernel at its first dispatch.
     pub fn warm_up(&self, frame: &mut Frame<'_>) {
         frame.dispatch(&self.fill, Zeroable::zeroed(), 1);
         frame.dispatch(&self.gather, Zeroable::zeroed(), 1);
     }
 
-    /// Indexes the visible points, which are `new` or have other radii only: the tree does
-    /// not ask for radii.
+    /// Indexes the visible points. If they are not `new`, only their radii have changed; the tree does not
+    /// depend on radii and is not built again.
     ///
     /// # Errors
     /// The device fails.
@@ -104,11 +104,12 @@ impl KdTree {
         Ok(())
     }
 
-    /// Adds `recorded` photons to the points that they reach, at most as many by each invocation
-    /// as it traces, where that makes no more than [`MAX_INVOCATIONS`].
+    /// Adds each of the `recorded` photons to the visible points on whose discs it lies. An invocation takes
+    /// [`Schedule::per_invocation`] photons, or more if there would be more than [`MAX_INVOCATIONS`]
+    /// invocations.
     ///
     /// # Errors
-    /// The device fails, or the driver ends the pass early.
+    /// The device fails, the driver ends the pass early, or the caller gives the iteration up.
     pub fn gather(&self, on: Stage<'_>, recorded: u32, schedule: &mut Schedule) -> Result<Tally, RenderError> {
         let stride = recorded.div_ceil(schedule.per_invocation() as u32).min(MAX_INVOCATIONS);
         let node_count = self.node_count;
@@ -116,8 +117,7 @@ impl KdTree {
         deposit(on, ("gather_tree", &self.gather), stride.into(), &mut schedule.paces.gather, push)
     }
 
-    /// Time that the host has spent on trees so far, to read the points and to write the
-    /// nodes included.
+    /// Returns the time that the host has spent on trees so far, including the transfer of points and nodes.
     pub fn host_time(&self) -> Duration {
         self.host_time
     }

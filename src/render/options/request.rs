@@ -1,53 +1,53 @@
-//! What a user asks of a render: options and limits, from values as people write them.
+//! The request of a user: options and limits of a render, read from the text of their values.
 
 use std::time::Duration;
 
 use super::Options;
 use super::table::{Needs, OPTIONS, RenderOption};
 
-/// When a render ends: at the first limit that it reaches.
+/// The limits of a render. It ends at the first limit that it reaches.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Limits {
-    /// Iterations.
+    /// Number of iterations.
     pub iterations: Option<u32>,
-    /// Rounds of the integrator `ppm`. Not together with `iterations`.
+    /// Number of rounds of the integrator `ppm`. It cannot be combined with `iterations`.
     pub rounds: Option<u32>,
-    /// Time of iterations; a render ends after the iteration that reaches it.
+    /// Total time of the iterations. A render ends after the iteration that reaches it.
     pub time: Option<Duration>,
-    /// Estimated relative error of the image, as in [`crate::Renderer::relative_error`].
+    /// Estimated relative error of the image, as defined by [`crate::Renderer::relative_error`].
     pub target_error: Option<f64>,
 }
 
-/// How to render, and for how long.
+/// The options of a render and its limits.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Request {
-    /// How.
+    /// The options.
     pub options: Options,
-    /// For how long.
+    /// The limits.
     pub limits: Limits,
 }
 
-/// Why values make no request.
+/// The reason why values do not make a [`Request`].
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum Refusal {
-    /// A value is not one of its option.
+    /// An option does not accept its value.
     #[error("invalid value '{value}' for --{option}: {expected}")]
     Value {
         /// The name of the option.
         option: &'static str,
         /// The value.
         value: String,
-        /// What was expected.
+        /// A description of the accepted values.
         expected: String,
     },
-    /// An option has no meaning without a value of another.
+    /// An option has a meaning only if another option has a certain value.
     #[error("--{option} requires --{other} {value}")]
     Requires {
         /// The name of the option.
         option: &'static str,
         /// The other option.
         other: &'static str,
-        /// The value that the other must have.
+        /// The value that the other option must have.
         value: &'static str,
     },
     /// Two options contradict each other.
@@ -61,11 +61,11 @@ pub enum Refusal {
 }
 
 impl Request {
-    /// The request that gives each option its value in `values`, where it has one. The order of
-    /// `values` does not matter; of two values of an option the first counts.
+    /// Returns a request with the given values of options. Options that are not in `values` keep their
+    /// defaults. The order of `values` does not matter; if an option has two values, the first one is used.
     ///
     /// # Errors
-    /// A value is not one of its option, or two options do not fit each other.
+    /// An option does not accept its value, or two options do not fit each other.
     pub fn from_values(values: &[(&'static RenderOption, &str)]) -> Result<Self, Refusal> {
         let value_of = |name: &str| values.iter().find(|(given, _)| given.name == name).map(|(_, value)| *value);
         let mut request = Self::default();

@@ -15,71 +15,71 @@ use crate::base::names::{Name, expected_name};
 
 /// An option of a render.
 pub struct RenderOption {
-    /// The name on the command line, after two dashes.
+    /// The name on the command line, without the two dashes.
     pub name: &'static str,
-    /// What stands for its value in the help, such as `N`.
+    /// The placeholder of the value in the help, such as `N`.
     pub placeholder: &'static str,
-    /// The values that it takes.
+    /// The values that the option accepts.
     pub kind: Kind,
-    /// Unit of the value; empty where it has none.
+    /// Unit of the value; empty if it has none.
     pub unit: &'static str,
-    /// The value where nobody gives one.
+    /// The value that is used if the option is not given.
     pub fallback: Fallback,
-    /// Heading of the help under which it stands.
+    /// Heading of the help under which the option is listed.
     pub group: &'static str,
-    /// What it does, in one line without a full stop.
+    /// A description of the option in one line without a full stop.
     pub help: &'static str,
-    /// The rest of what a user should know; may be empty.
+    /// More sentences for the long help; may be empty.
     pub more: &'static str,
-    /// What it changes.
+    /// What the option changes.
     pub(crate) effect: Effect,
-    /// How it depends on other options.
+    /// How the option depends on other options.
     pub needs: Needs,
-    /// Whether `goblet measure` can vary it.
+    /// Whether `goblet measure` can vary the option.
     pub is_knob: bool,
 }
 
-/// Values of an option, and how a request gets one. The values of a range include its ends.
+/// The values of an option, and the function that stores a value in a request. A range includes its ends.
 pub enum Kind {
-    /// Whole numbers, also written as in `5e8`.
+    /// Whole numbers, which may have an exponent, as in `5e8`.
     Whole {
-        /// The least and the largest.
+        /// The smallest and the largest value.
         range: [u64; 2],
-        /// Sets a value of the range.
+        /// Stores a value of the range.
         set: fn(&mut Request, u64),
     },
     /// Numbers.
     Number {
-        /// The least and the largest.
+        /// The smallest and the largest value.
         range: [f64; 2],
-        /// Sets a value of the range.
+        /// Stores a value of the range.
         set: fn(&mut Request, f64),
     },
     /// One of a few names.
     Named {
         /// The names.
         names: &'static [Name],
-        /// Sets the value of a name.
+        /// Stores the value with this name.
         set: fn(&mut Request, &str) -> Result<(), String>,
     },
     /// Text of another form.
     Form {
-        /// What is expected, as in `WIDTHxHEIGHT`.
+        /// A description of the accepted text, as in `WIDTHxHEIGHT`.
         expected: &'static str,
-        /// Reads and sets a value.
+        /// Reads a value and stores it.
         set: fn(&mut Request, &str) -> Result<(), String>,
     },
 }
 
-/// The value of an option that is not given.
+/// The value that is used if an option is not given.
 pub enum Fallback {
-    /// There is no value: the option changes nothing.
+    /// No value: without it, the option has no effect.
     Nothing,
     /// The scene's value.
     Scene,
-    /// What the text says.
+    /// A value that the text describes.
     Words(&'static str),
-    /// The scene's value; if it has none, a number and its unit.
+    /// The scene's value; if the scene has none, a number and its unit.
     SceneOrNumber(f64, &'static str),
     /// A number and its unit.
     Number(f64, &'static str),
@@ -89,31 +89,31 @@ pub enum Fallback {
 
 /// What an option changes.
 pub(crate) enum Effect {
-    /// The image. A checkpoint keeps the value under a name, and is continued only with this value.
+    /// The image. A checkpoint stores the value under a name, and can be continued only with this value.
     Image(&'static str, fn(&Options, &Resolved) -> String),
-    /// The image. In a checkpoint, the value is a part of that of an option before it.
+    /// The image. In a checkpoint, the value is part of the value of an earlier option.
     PartOf,
-    /// When the render ends.
+    /// The end of the render.
     End,
-    /// Time and memory only.
+    /// Time and memory only, not the image.
     Cost,
 }
 
-/// How an option depends on others.
+/// How an option depends on other options.
 pub enum Needs {
-    /// Not at all.
+    /// The option does not depend on other options.
     Nothing,
-    /// It has a meaning only with a value of another option.
+    /// The option has a meaning only if another option has a certain value: its name and the value.
     Value(&'static str, &'static str),
-    /// It contradicts another option.
+    /// The option cannot be combined with the option of this name.
     Absence(&'static str),
 }
 
 impl RenderOption {
-    /// Gives the option a value, as people write it.
+    /// Reads the text of a value and stores the value in a request.
     ///
     /// # Errors
-    /// What was expected.
+    /// The option does not accept the value; the message says what is expected.
     pub fn set(&self, request: &mut Request, text: &str) -> Result<(), String> {
         let expected = || format!("expected {}", self.kind.expected());
         match self.kind {
@@ -130,7 +130,7 @@ impl RenderOption {
         Ok(())
     }
 
-    /// Its values if they are numbers: the least and the largest.
+    /// Returns the smallest and the largest value of the option; `None` if its values are not numbers.
     pub fn range(&self) -> Option<[f64; 2]> {
         match self.kind {
             Kind::Whole { range, .. } => Some(range.map(|end| end as f64)),
@@ -139,7 +139,8 @@ impl RenderOption {
         }
     }
 
-    /// The value where nobody gives one, in words: `4`, `the scene's, else 3px`. Empty if there is none.
+    /// Returns the value that is used if the option is not given, in words: `4`, `the scene's, else 3px`.
+    /// Empty if there is none.
     pub fn default_text(&self) -> String {
         match self.fallback {
             Fallback::Nothing => String::new(),
@@ -151,18 +152,18 @@ impl RenderOption {
         }
     }
 
-    /// Whether it changes the image, apart from how long it is rendered.
+    /// Returns whether the option changes the image other than by the end of the render.
     pub fn changes_image(&self) -> bool {
         matches!(self.effect, Effect::Image(..) | Effect::PartOf)
     }
 }
 
 impl Kind {
-    /// The values in words: `a whole number from 1 to 64`.
+    /// Returns the accepted values in words: `a whole number from 1 to 64`.
     pub fn expected(&self) -> String {
         match self {
             Self::Whole { range: [least, most], .. } => format!("a whole number from {least} to {most}"),
-            // Not rounded to zero on the device.
+            // Smaller numbers would be rounded to zero on the device.
             Self::Number { range: [least, most], .. } if *least == f64::from(f32::MIN_POSITIVE) => {
                 format!("a number above 0 and at most {most}")
             }
@@ -173,12 +174,12 @@ impl Kind {
     }
 }
 
-/// At most four decimals.
+/// Writes a number with at most four decimals.
 fn short(number: f64) -> String {
     ((number * 1e4).round() / 1e4).to_string()
 }
 
-/// The option that has a name. In a constant, a name that no option has does not compile.
+/// Returns the option with this name; panics if there is none. In a constant, a wrong name does not compile.
 pub const fn find(name: &str) -> &'static RenderOption {
     let mut i = 0;
     while i < OPTIONS.len() {

@@ -1,11 +1,11 @@
-//! A render that is put aside in memory and taken up again.
+//! Renders that are put aside in memory and continued later.
 
 use super::Renderer;
 use crate::kernels::VisiblePoint;
 use crate::render::checkpoint::{Checkpoint, CheckpointError};
 use crate::render::error::RenderError;
 
-/// A render as it stood, what its pixels have seen last included.
+/// The state of a render in memory: a checkpoint, and the visible points of the last iteration.
 pub struct Aside {
     checkpoint: Checkpoint,
     visible_points: Vec<VisiblePoint>,
@@ -15,7 +15,8 @@ pub struct Aside {
 }
 
 impl Renderer {
-    /// Copies what a checkpoint has, and what [`Renderer::radii`] and its like tell, to memory.
+    /// Copies the state of the render to memory: the data of a checkpoint, and the visible points that
+    /// [`Renderer::radii`] and similar functions read.
     ///
     /// # Errors
     /// The device fails.
@@ -30,10 +31,10 @@ impl Renderer {
         })
     }
 
-    /// Goes on from where a render of the same scene with the same options was put aside.
+    /// Continues a render of the same scene with the same options that was put aside.
     ///
     /// # Errors
-    /// As [`Renderer::resume`].
+    /// The same as for [`Renderer::resume`].
     pub fn take_up(&mut self, aside: &Aside) -> Result<(), CheckpointError> {
         self.resume(&aside.checkpoint)?;
         self.device.write_texels(&self.buffers.visible_points, &aside.visible_points)?;

@@ -1,4 +1,4 @@
-//! What a pixel's eye path has come to and what it remembers, for those who want to look.
+//! Quantities of each pixel besides radiance: lengths of eye paths, radii, photon densities and normals.
 
 use glam::Vec2;
 
@@ -7,8 +7,8 @@ use crate::kernels::{PixelState, VisiblePoint};
 use crate::render::error::RenderError;
 
 impl Renderer {
-    /// Lengths of the last iteration's eye paths to their visible points, scene units; 0 where
-    /// there is none.
+    /// Returns the length of each pixel's eye path to its visible point in the last iteration, in scene
+    /// units; 0 for pixels without a visible point.
     ///
     /// # Errors
     /// The device fails.
@@ -18,7 +18,8 @@ impl Renderer {
         Ok(throughputs.into_iter().map(|throughput| (f64::from(throughput[3]) / scale) as f32).collect())
     }
 
-    /// Radii of visible points in the last iteration, scene units; 0 where there is none.
+    /// Returns the radius of each pixel's visible point in the last iteration, in scene units; 0 for pixels
+    /// without a visible point.
     ///
     /// # Errors
     /// The device fails.
@@ -28,7 +29,8 @@ impl Renderer {
         Ok(squares.into_iter().map(|radius2| (f64::from(radius2).sqrt() / scale) as f32).collect())
     }
 
-    /// Photons that each pixel has kept, over the area of its disc, in scene units.
+    /// Returns the number of photons that each pixel has kept, divided by the area of its disc, in photons
+    /// per square scene unit; 0 for pixels without a visible point.
     ///
     /// # Errors
     /// The device fails.
@@ -44,7 +46,8 @@ impl Renderer {
         Ok(states.into_iter().zip(self.radii()?).map(density).collect())
     }
 
-    /// Normals at visible points, on the eye's side; 0 where there is none.
+    /// Returns the normal at each pixel's visible point, on the side of the eye path; 0 for pixels without a
+    /// visible point.
     ///
     /// # Errors
     /// The device fails.
@@ -57,7 +60,7 @@ impl Renderer {
     }
 }
 
-/// As `shaders/include/geometry/normal.glsl` has it.
+/// Unpacks a unit normal from two 16-bit coordinates, as `shaders/include/geometry/normal.glsl` does.
 fn unpack_normal(packed: u32) -> [f32; 3] {
     let coordinate = |bits: u32| f32::from(bits as u16 as i16) / 32767.0;
     let v = Vec2::new(coordinate(packed), coordinate(packed >> 16));

@@ -1,4 +1,4 @@
-//! The entries, by the headings of the help.
+//! The entries of the table, in the order of the help and under its headings.
 
 use super::{Effect, Fallback, Kind, Needs, RenderOption};
 use crate::base::names::{Name, Named, named};
@@ -16,7 +16,7 @@ const ALGORITHM: &str = "Algorithm";
 const DEVICE: &str = "Device";
 const RESEARCH: &str = "Research";
 
-/// 1 to the largest number of 32 bits.
+/// The range from 1 to the largest u32.
 const POSITIVE: [u64; 2] = [1, u32::MAX as u64];
 
 named! {
@@ -408,7 +408,7 @@ pub const OPTIONS: &[RenderOption] = &[
     },
 ];
 
-/// [`Options::WORKGROUP_SIZES`] as names.
+/// The names of [`Options::WORKGROUP_SIZES`].
 const WORKGROUP_SIZES: &[Name] = &[("32", ""), ("64", ""), ("128", "")];
 
 fn workgroup_size(text: &str) -> Result<u32, String> {
@@ -416,7 +416,7 @@ fn workgroup_size(text: &str) -> Result<u32, String> {
     size.ok_or_else(|| crate::base::names::expected_name(WORKGROUP_SIZES))
 }
 
-/// A number of a range within 32 bits.
+/// Converts a number from a range within 32 bits.
 fn narrow(count: u64) -> Option<u32> {
     u32::try_from(count).ok()
 }
