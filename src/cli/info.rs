@@ -1,6 +1,8 @@
 //! The subcommand `goblet info`: describes the contents of a scene without a device. docs/info.md lists the
 //! keys of the JSON.
 
+// Circle: info.rs <-> text.rs: the text describes the structs of the JSON.
+
 mod text;
 
 use std::collections::BTreeMap;

@@ -18,7 +18,7 @@ use std::time::{Duration, Instant};
 pub use args::RenderArgs;
 use limit::Limit;
 use notice::Notice;
-use progress::Progress;
+use progress::{Begin, Progress};
 pub use signal::STOPPED;
 use signal::Signals;
 
@@ -142,13 +142,6 @@ fn write_stats(
         terminal::warn(warning);
     }
     args.stats.as_ref().map_or(Ok(()), |path| stats.write(path))
-}
-
-/// The state at which this run started: 0, or that of a resumed checkpoint.
-struct Begin {
-    iterations: u32,
-    photons: u64,
-    time: Instant,
 }
 
 /// Runs iterations until a limit or a signal, and saves checkpoints on the way. A signal stops the render

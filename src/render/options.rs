@@ -3,6 +3,7 @@
 pub mod request;
 pub mod table;
 pub(crate) mod values;
+pub mod written;
 
 use crate::base::names::named;
 use crate::gpu_scene::pack::RevolutionSolver;

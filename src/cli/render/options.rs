@@ -5,8 +5,9 @@ use clap::error::ErrorKind;
 use clap::parser::ValueSource;
 use clap::{Arg, ArgMatches, Args, Command, FromArgMatches};
 
-use crate::render::options::request::{Refusal, Request};
+use crate::render::options::request::Request;
 use crate::render::options::table::{Fallback, Kind, Needs, OPTIONS, RenderOption};
+use crate::render::options::written::Refusal;
 
 impl Args for Request {
     fn augment_args(command: Command) -> Command {

@@ -1,14 +1,23 @@
 //! The progress of a render on standard error.
 
 use std::io::IsTerminal;
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 use indicatif::{ProgressBar, ProgressStyle};
 
-use super::Begin;
 use super::limit::Limit;
 use crate::cli::terminal;
 use crate::render::renderer::Renderer;
+
+/// The state at which this run started: 0, or that of a resumed checkpoint.
+pub struct Begin {
+    /// Iterations that were finished before.
+    pub iterations: u32,
+    /// Photons that were emitted before.
+    pub photons: u64,
+    /// When this run began.
+    pub time: Instant,
+}
 
 /// The display of progress: a bar on a terminal, else a line at each [`LINE_INTERVAL`]. With `--quiet`
 /// nothing is shown.

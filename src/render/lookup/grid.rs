@@ -3,7 +3,7 @@
 use bytemuck::Zeroable;
 use goblet_host::{Device, Frame, Pass};
 
-use super::deposit;
+use super::deposit::deposit;
 use crate::kernels::{
     Cell, GatherGrid, GatherGridPush, GridCount, GridCountPush, GridFill, GridFillPush, GridPlace, GridReserve,
     GridReservePush, POINTS, PhotonRecord, Specialization,

@@ -5,7 +5,7 @@ use std::time::{Duration, Instant};
 use bytemuck::Zeroable;
 use goblet_host::{Device, Frame, Pass};
 
-use super::deposit;
+use super::deposit::deposit;
 use crate::kernels::{GatherTree, GatherTreePush, Specialization, TreeFill, TreeFillPush, TreePlace, TreePoint};
 use crate::render::buffers::{Buffers, Sizes, device_arrays};
 use crate::render::counters::Tally;

@@ -1,5 +1,7 @@
 //! The `Shape` directive.
 
+// Circle: shape.rs <-> bilinear.rs <-> cylinder.rs <-> subdivision.rs: one file per type of shape, with the checks of parameters that all meshes share here.
+
 mod bilinear;
 mod cylinder;
 mod subdivision;

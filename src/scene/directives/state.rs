@@ -1,5 +1,7 @@
 //! The graphics state, and the scene that directives build.
 
+// Circle: state.rs <-> options.rs <-> place.rs: methods of SceneBuilder by topic, each with the part of the state that they change.
+
 mod options;
 mod place;
 mod resolve;

@@ -1,5 +1,7 @@
 //! The `Texture` directive, and parameters that may be textures.
 
+// Circle: texture.rs <-> named.rs: one declares the types of textures, the other keeps textures by name and asks for these types.
+
 mod mean;
 mod named;
 

@@ -3,30 +3,22 @@
 //! The file is read as a stream, and memory is allocated only for bytes that have been read: a header may
 //! claim any number of vertices.
 
-use std::io::{self, BufRead, BufReader};
+use std::io::{BufRead, BufReader};
 use std::path::Path;
 
 use flate2::bufread::MultiGzDecoder;
 use glam::{DVec2, DVec3};
 
+pub(in crate::scene) use self::error::PlyError;
 use self::header::{Element, Format, Header, Property, Scalar, Source};
 use crate::base::input::{self, Budget, Counted};
 use crate::scene::format::lexer::shorten;
 use crate::scene::model::Mesh;
 
+mod error;
 mod header;
 #[cfg(test)]
 mod tests;
-
-/// The reason why a mesh could not be read.
-#[derive(Debug)]
-pub(in crate::scene) enum PlyError {
-    /// The file could not be opened or read.
-    Unreadable(io::Error),
-    /// The file is not a mesh that can be rendered. The message contains the place in the file and the
-    /// reason.
-    Invalid(String),
-}
 
 /// Maximum compression ratio of deflate.
 const MAX_RATIO: u64 = 1032;

@@ -2,8 +2,9 @@
 
 use std::collections::BTreeMap;
 
-use crate::render::options::request::{Refusal, Request};
+use crate::render::options::request::Request;
 use crate::render::options::table::{OPTIONS, RenderOption};
+use crate::render::options::written::Refusal;
 
 /// Names of the options that can be varied, as in `photons, eye-paths`.
 pub fn knobs() -> String {

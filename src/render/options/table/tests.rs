@@ -1,7 +1,7 @@
 //! The table has every field of [`Options`], and what is derived from it holds together.
 
 use super::*;
-use crate::render::options::request::Refusal;
+use crate::render::options::written::Refusal;
 use crate::render::sequence::Shard;
 use crate::{Contribution, RevolutionSolver};
 

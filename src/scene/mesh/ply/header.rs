@@ -3,7 +3,7 @@
 use std::io::{self, BufRead};
 
 use crate::scene::format::lexer::shorten;
-use crate::scene::mesh::ply::PlyError;
+use crate::scene::mesh::ply::error::PlyError;
 
 /// A stream of bytes with its offset.
 pub(in crate::scene) struct Source<'a> {
