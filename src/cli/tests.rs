@@ -1,4 +1,4 @@
-//! What the command line accepts.
+//! Tests of the values that the command line accepts.
 
 use std::time::Duration;
 

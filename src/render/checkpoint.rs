@@ -1,4 +1,5 @@
-//! Checkpoints: files from which a later run continues a render, and which merge the results of shards.
+//! Checkpoints: files from which a later run continues a render, or whose sums are added to those of other
+//! shards.
 //!
 //! A file is a gzip stream, whose checksum detects a truncated file. It contains one line of JSON, then the
 //! sums and the states of the pixels in their memory layout, little-endian.

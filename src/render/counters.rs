@@ -29,7 +29,7 @@ pub struct Tally {
     /// The eye paths among `lost_in_glass`.
     pub eye_lost_in_glass: u64,
     /// Photon and eye paths that met an opaque surface while in a dielectric: 0 unless an object stands in
-    /// glass or water. In a closed room, paths that lost track of a dielectric end so.
+    /// glass or water. In a closed room, paths that missed the exit from a dielectric end this way.
     pub immersed: u64,
     /// Paths that were dropped because a value was not finite, and pixels that lost an iteration for this
     /// reason.

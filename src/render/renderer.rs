@@ -275,8 +275,8 @@ impl Renderer {
         })
     }
 
-    /// Returns the noise of the image and how well it is known. `estimate` is the result of
-    /// [`Renderer::estimate`] for the iterations so far.
+    /// Returns the estimated error of the image and the smallest error that is known. `estimate` is the
+    /// result of [`Renderer::estimate`] for the iterations so far.
     ///
     /// # Errors
     /// The device fails.
@@ -287,8 +287,8 @@ impl Renderer {
             return Ok(Noise { of_halves, of_one_photon: 0.0 });
         }
         if self.progress.response.is_none() {
-            // A resumed render has not measured it. The result must not depend on when the checkpoint was
-            // made.
+            // A resumed render has not measured its response yet. The result must not depend on when the
+            // checkpoint was made.
             let stage =
                 Stage { device: &self.device, buffers: &self.buffers, settings: &self.settings, gives_up: &|| false };
             self.passes.eye.measure(stage, &mut self.progress)?;

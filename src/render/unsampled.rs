@@ -1,4 +1,5 @@
-//! A lower bound of the error that is known: the light of one photon.
+//! Light that photons could contribute and that no photon has brought yet. The error of an image is not
+//! known below the light of one photon.
 //!
 //! The error of an image is estimated from the difference between two halves of its iterations. If nearly
 //! all photons land far from the surfaces that are seen, both halves agree on an image without the light of
@@ -96,8 +97,8 @@ mod tests {
         }
     }
 
-    /// Two of four pixels see something, of albedos whose bsdf is 0.1 and 0.3, at distances of
-    /// 1 and 2: an area of 0.01 (1 + 4).
+    /// Two of four pixels have a visible point, with BSDFs of 0.1 and 0.3, at distances of 1 and 2: an area
+    /// of 0.01 (1 + 4).
     #[test]
     fn a_watt_is_spread_over_what_is_seen() {
         let pixels = [[0.1, 0.1, 0.1, 1.0], [0.0; 4], [0.3, 0.3, 0.3, 2.0], [9.0, 9.0, 9.0, 0.0]];

@@ -204,7 +204,7 @@ mod tests {
         }
     }
 
-    /// However the keys are let go, and whoever has the focus.
+    /// In any order of releases, and with any focus.
     #[test]
     fn a_quick_save_is_a_save_and_no_flight() {
         let orders = [

@@ -269,19 +269,19 @@ mod tests {
             panel
         }
 
-        /// One frame, with what the keys ask for.
+        /// Runs one frame, and returns the commands of the keys.
         fn frame(&mut self, events: Vec<Event>) -> Vec<Command> {
             let before = Busy::of(&self.context);
             let strokes: Vec<Stroke> = events.iter().filter_map(stroke).collect();
             let screen_rect = Some(egui::Rect::from_min_size(egui::Pos2::ZERO, egui::vec2(900.0, 2000.0)));
-            // What opens and closes is animated, and has done so in a frame as long as this.
+            // Opening and closing are animated; a frame of this length ends the animation.
             let input = RawInput { screen_rect, events, predicted_dt: 10.0, ..RawInput::default() };
             let _ = self.context.run(input, |context| show(context, &mut self.session));
             let busy = before.until(Busy::of(&self.context));
             strokes.into_iter().filter_map(|stroke| self.keys.take(stroke, busy)).collect()
         }
 
-        /// Strokes a key in one frame, and lets it go in the next.
+        /// Presses a key in one frame, and releases it in the next.
         fn press(&mut self, key: Key) -> Vec<Command> {
             let commands = self.frame([Some(event(key, true)), text(key)].into_iter().flatten().collect());
             self.frame(vec![event(key, false)]);
@@ -331,7 +331,7 @@ mod tests {
     fn what_is_typed_into_a_field_is_no_command() {
         let mut panel = Panel::new();
         let name = panel.session.save_text.clone();
-        // Unfolds what is last but one: the files.
+        // Unfolds the last section but one, which is the files.
         for _ in 0..2 {
             let modifiers = Modifiers::SHIFT;
             panel.frame(vec![Event::Key {

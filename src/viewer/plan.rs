@@ -142,8 +142,7 @@ mod tests {
         Save { path: PathBuf::from("image.exr"), target: target(photons), quantity: Quantity::Image }
     }
 
-    /// Every way in which things can stand, as far as the plan tells them apart: `check` is given
-    /// each with a wish for target 1.
+    /// Calls `check` with every state that the plan distinguishes, each with a wish for target 1.
     fn each_standing(check: impl Fn(&Wish, &Standing<'_>, bool)) {
         let [wished, other] = [target(1), target(2)];
         let renders = [None, Some(&wished), Some(&other)];
@@ -206,8 +205,7 @@ mod tests {
         });
     }
 
-    /// From wherever things stand, a paused window comes to an image of what is wished, and files
-    /// are written.
+    /// From every state, a paused window gets an image of the wished target, and the files are written.
     #[test]
     fn every_way_ends_at_a_whole_image() {
         each_standing(|wish, standing, _| {

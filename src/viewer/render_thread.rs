@@ -316,8 +316,8 @@ impl RenderThread<'_> {
     }
 }
 
-/// Returns the options of a coarser image, with 1 / `coarseness` of the pixels along each axis, fewer photons
-/// and one eye path; unchanged options for a coarseness of 1.
+/// Returns the options of a coarser image, with 1 / `coarseness` of the pixels along each axis, fewer
+/// photons, a larger radius and one eye path; unchanged options for a coarseness of 1.
 fn coarse(options: &Options, scene: &Scene, coarseness: u32) -> Options {
     if coarseness == 1 {
         return options.clone();

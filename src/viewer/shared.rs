@@ -53,7 +53,7 @@ pub struct Wish {
     pub moved: Option<Instant>,
     /// The quantity to show.
     pub quantity: Quantity,
-    /// Whether to stop after the first iteration.
+    /// Whether the render is paused. A target without an iteration gets one nevertheless.
     pub paused: bool,
     /// Files to write.
     pub saves: Vec<Save>,

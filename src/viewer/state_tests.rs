@@ -1,6 +1,6 @@
-//! Every key in every state of the viewer, with the thread that renders and without a window:
-//! what is shown is what a renderer makes of so many iterations, and what is saved is what is
-//! shown.
+//! Tests of every key in every state of the viewer, with the render thread and without a window. The picture
+//! that is shown equals that of a renderer with the same number of iterations, and a saved file has this
+//! picture.
 
 use std::fs;
 use std::sync::Arc;
@@ -18,19 +18,19 @@ use crate::render::options::{Contribution, Options};
 use crate::render::renderer::Renderer;
 use crate::scene::Scene;
 
-/// Iterations of a render that is not paused.
+/// The number of iterations of a render that is not paused.
 const MOST: u32 = 9;
 
-/// Who sits at the window.
+/// The user at the window.
 struct Hand {
     rendering: Rendering,
     session: Session,
     keys: Keys,
-    /// What the window shows.
+    /// The picture that the window shows.
     picture: Option<Picture>,
 }
 
-/// What the window should show.
+/// The pictures that the window should show.
 struct Truth {
     scene: Scene,
     renderer: Renderer,
@@ -44,7 +44,7 @@ impl Truth {
         Self { scene, renderer }
     }
 
-    /// A picture, and the image that is saved, after so many iterations of what a hand looks at.
+    /// Returns the picture and the saved image after this number of iterations of the session's target.
     fn after(&mut self, iterations: u32, session: &Session) -> (Picture, Vec<[f32; 3]>) {
         let contribution = session.quantity.contribution();
         let scene = Scene { camera: *session.control.camera(), ..self.scene.clone() };
@@ -57,7 +57,7 @@ impl Truth {
 }
 
 impl Hand {
-    /// At a scene that nobody renders yet.
+    /// Returns a user at a scene without a render thread.
     fn new() -> Self {
         let rendering = Rendering::waiting(&["--iterations", &MOST.to_string()]);
         let scene = Scene::load(&rendering.args.scene).unwrap();
@@ -66,7 +66,7 @@ impl Hand {
         Self { rendering, session, keys: Keys::default(), picture: None }
     }
 
-    /// Strokes a key, with Ctrl or without.
+    /// Presses and releases a key, with or without Ctrl.
     fn press(&mut self, (key, has_ctrl): (Key, bool)) -> Option<Effect> {
         let with = With { command: has_ctrl, ..With::default() };
         let down = Stroke { key, is_pressed: true, is_repeat: false, with };
@@ -80,7 +80,7 @@ impl Hand {
         command.and_then(|command| self.session.obey(command))
     }
 
-    /// Looks at the window until there is an answer.
+    /// Takes news until `ask` returns an answer.
     fn look<T>(&mut self, what: &str, mut ask: impl FnMut(&Self) -> Option<T>) -> T {
         let start = Instant::now();
         loop {
@@ -95,17 +95,17 @@ impl Hand {
         }
     }
 
-    /// Waits until nothing is left to be rendered.
+    /// Waits until the render thread has nothing left to do.
     fn rest(&mut self) {
         self.look("a wish to be taken", |hand| hand.rendering.shared.is_taken().then_some(()));
-        // What is said from now on has seen it.
+        // All news from now on follow the wish.
         self.rendering.shared.news().status.doing = "";
         self.rendering.shared.wish(false, |_| {});
         self.look("rest", |hand| ["paused", "done"].contains(&hand.session.status.doing).then_some(()));
     }
 
-    /// Waits until nothing is left, and checks that a renderer would make the same picture; how
-    /// many iterations it has.
+    /// Waits until the render thread has nothing left to do, and checks that a renderer gives the same
+    /// picture. Returns the number of iterations of the picture.
     fn shows(&mut self, truth: &mut Truth, context: &str) -> u32 {
         self.rest();
         let iterations = self.session.status.iterations;
@@ -117,7 +117,7 @@ impl Hand {
         iterations
     }
 
-    /// Waits until a file is written; after how many iterations.
+    /// Waits until a file is written, and returns the number of iterations of its image.
     fn written(&mut self, name: &str, context: &str) -> u32 {
         let path = self.rendering.path(name).display().to_string();
         let is_it = |said: &String| !said.starts_with("wrote ") || !said.contains(&path);
@@ -133,7 +133,7 @@ impl Hand {
         said.split(' ').rev().nth(1).unwrap().parse().unwrap()
     }
 
-    /// Saves, and checks that the file has what is shown.
+    /// Saves, and checks that the file has the picture that is shown.
     fn saves(&mut self, truth: &mut Truth, context: &str) {
         self.press(SAVE);
         let iterations = self.written("saved.exr", context);
@@ -145,8 +145,7 @@ impl Hand {
         assert!(iterations > 0 && (iterations == shown || !self.session.paused), "{context}: {iterations}");
     }
 
-    /// Presses a key and checks all that should come of it: what the window does, what it shows,
-    /// and what is saved.
+    /// Presses a key and checks its effects: the action of the window, the picture and the saved file.
     fn check(&mut self, truth: &mut Truth, key: (Key, bool), state: &str) {
         let context = format!("{key:?} while {state}");
         let before = Before::new(&self.session);
@@ -168,7 +167,7 @@ fn every_key() -> impl Iterator<Item = (Key, bool)> {
     DIGITS.into_iter().chain(plain).map(|key| (key, false)).chain([SAVE])
 }
 
-/// What keys may change at once.
+/// The values that keys change immediately.
 #[derive(Clone, Copy, PartialEq, Debug)]
 struct Before {
     quantity: Quantity,
@@ -229,7 +228,7 @@ fn every_key_while_it_renders() {
     }
 }
 
-/// The scene is being prepared, or read: whatever is wished is done after that.
+/// While the scene is read or prepared, wishes are carried out after that.
 #[test]
 fn every_key_while_it_loads() {
     let mut truth = Truth::new();
@@ -331,7 +330,7 @@ fn every_key_while_it_is_coarse() {
     }
 }
 
-/// A scene that is broken leaves the old one as it was.
+/// A scene with an error leaves the old scene unchanged.
 #[test]
 fn every_key_with_an_error_of_the_scene_shown() {
     let mut truth = Truth::new();
@@ -348,8 +347,8 @@ fn every_key_with_an_error_of_the_scene_shown() {
     }
 }
 
-/// Options that cannot be leave the old image, which can be looked at; it is not what is asked
-/// for, and is not saved as that.
+/// Invalid options leave the old image, which the window still shows. It does not have the wished options, so
+/// it is not saved.
 #[test]
 fn every_key_with_an_error_of_the_options_shown() {
     let mut truth = Truth::new();
@@ -383,7 +382,7 @@ fn every_key_with_an_error_of_the_options_shown() {
     }
 }
 
-/// Looking at parts of the light loses nothing, paused or not.
+/// Showing parts of the light loses no iteration, paused or not.
 #[test]
 fn an_image_that_is_left_for_a_part_of_its_light_comes_back_with_all_its_iterations() {
     let mut truth = Truth::new();
@@ -410,7 +409,7 @@ fn an_image_that_is_left_for_a_part_of_its_light_comes_back_with_all_its_iterati
     }
 }
 
-/// What is saved first was asked for before the camera moved, what is saved then after it.
+/// The first file is saved before the camera moves, the second one after it.
 #[test]
 fn a_file_gets_what_was_shown_when_it_was_asked_for() {
     let mut truth = Truth::new();
@@ -428,7 +427,7 @@ fn a_file_gets_what_was_shown_when_it_was_asked_for() {
     assert!(crate::image::file::read(&hand.rendering.path("other.exr")).unwrap().pixels == image, "{iterations}");
 }
 
-/// What the panel begins with is of the image, whatever coarse picture is seen.
+/// The initial numbers of the panel are of the full image, even if a coarse picture is shown.
 #[test]
 fn numbers_of_the_panel_are_those_of_the_image() {
     let hand = Hand::new();

@@ -1,4 +1,4 @@
-//! The thread that renders, without a window.
+//! Tests of the render thread without a window.
 
 use std::fs;
 use std::path::PathBuf;
@@ -26,9 +26,9 @@ Shape "trianglemesh" "integer indices" [ 0 2 1 0 3 2 3 5 4 3 4 2 ]
 /// A scene that is being rendered, until it is dropped.
 pub struct Rendering {
     folder: tempfile::TempDir,
-    /// What the window's thread would have.
+    /// The state that the thread of the window would use.
     pub shared: Arc<Shared>,
-    /// Of the command line.
+    /// The arguments of the command line.
     pub args: RenderArgs,
     thread: Option<std::thread::JoinHandle<()>>,
 }
@@ -46,7 +46,7 @@ impl Rendering {
         rendering
     }
 
-    /// With further arguments, and nobody who renders yet.
+    /// Returns a scene with further arguments, without a render thread.
     pub fn waiting(others: &[&str]) -> Self {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("scene.pbrt");
@@ -56,19 +56,19 @@ impl Rendering {
         Self { folder, shared, args, thread: None }
     }
 
-    /// Starts to render.
+    /// Starts the render thread.
     pub fn start(&mut self) {
         let (theirs, args) = (Arc::clone(&self.shared), self.args.clone());
         let scene = Scene::load(&args.scene).unwrap();
         self.thread = Some(std::thread::spawn(move || render_thread::run(&theirs, &args, scene)));
     }
 
-    /// A file beside the scene.
+    /// Returns the path of a file in the folder of the scene.
     pub fn path(&self, name: &str) -> PathBuf {
         self.folder.path().join(name)
     }
 
-    /// What is saved of the image as it is at first.
+    /// Returns the wish to save the first image.
     fn save(&self, name: &str) -> Save {
         let Wish { target, quantity, .. } = first_wish(&self.args.scene, &self.args.options());
         Save { path: self.path(name), target, quantity }
@@ -203,7 +203,7 @@ fn what_is_saved_is_whole_and_what_cannot_be_is_said() {
     assert!(rendering.message().unwrap_err().contains(".exr and .png"));
 }
 
-/// The window says that it will be written; closing it at once is no reason not to.
+/// The window has announced that it will write the file, so it must, even if it is closed at once.
 #[test]
 fn what_is_to_be_saved_is_written_though_the_window_closes() {
     let mut rendering = Rendering::waiting(&[]);
@@ -220,7 +220,7 @@ fn what_is_to_be_saved_is_written_though_the_window_closes() {
     assert!(unwritten.len() == 1 && unwritten[0].contains("saved.tiff"), "{unwritten:?}");
 }
 
-/// A device that does not exist renders nothing, and answers.
+/// Without a device nothing is rendered, and the wishes are answered.
 #[test]
 fn without_a_device_nothing_is_saved_and_that_is_said() {
     let mut rendering = Rendering::waiting(&["--device", "no such device"]);

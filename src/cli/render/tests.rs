@@ -1,4 +1,4 @@
-//! Renders that fail on their way.
+//! Tests of renders in which an iteration fails.
 
 use std::path::Path;
 
@@ -19,7 +19,7 @@ Material "dielectric"
 Shape "sphere" "float radius" 0.5
 "#;
 
-/// Renders the scene of a folder with other options; iteration `fails`, counted from 1, fails.
+/// Renders the scene of a folder with further options. Iteration number `fails`, counted from 1, fails.
 fn render(folder: &Path, options: &[&str], fails: u32) -> Result<End, Failure> {
     let path = |name: &str| folder.join(name).display().to_string();
     let scene = path("scene.pbrt");

@@ -1,4 +1,4 @@
-//! The format against files that nobody has written.
+//! Tests of the file format with files that no render has written.
 
 use proptest::collection::vec;
 use proptest::prelude::*;
@@ -7,7 +7,7 @@ use serde_json::{Value, json};
 use super::*;
 use crate::render::counters::ByPass;
 
-/// A checkpoint of a small image.
+/// Generates checkpoints of small images.
 fn small() -> impl Strategy<Value = Checkpoint> {
     let pixels = (1..6_u32, 1..4_u32).prop_flat_map(|(width, height)| {
         let length = (width * height) as usize;
@@ -77,7 +77,7 @@ fn tally(counts: &[u64]) -> Tally {
     }
 }
 
-/// Numbers that a render may make.
+/// Returns a state of a pixel with values in range.
 fn state([found_low, found_high, shrink, rest]: [u32; 4]) -> PixelState {
     let [shrink, rest] = [shrink, rest].map(|bits| bits as f32 / u32::MAX as f32);
     PixelState { found_low, found_high, shrink, rest: -rest }
@@ -99,7 +99,7 @@ fn decode(file: &[u8]) -> Result<Checkpoint, CheckpointError> {
     Checkpoint::decode(file, &Budget::default())
 }
 
-/// A whole header, of which a test changes a part.
+/// Returns a valid header, of which a test changes a part.
 fn header() -> Value {
     json!({
         "goblet_checkpoint": FORMAT, "identity": { "seed": "0" }, "scene": "x.pbrt",
@@ -114,7 +114,7 @@ fn decode_header(header: &Value) -> Result<Checkpoint, CheckpointError> {
     decode(&gzip(header.to_string().as_bytes(), &[0; 2 * 4 * 16]))
 }
 
-/// Any JSON, but not deep.
+/// Generates any JSON of small depth.
 fn any_json() -> impl Strategy<Value = Value> {
     let leaf = prop_oneof![
         Just(Value::Null),
@@ -147,7 +147,7 @@ proptest! {
         prop_assert!(decode(&gzip(&bytes, &[])).is_err());
     }
 
-    /// Somewhere in the file other bytes, fewer or more of them.
+    /// A part of the file is replaced by other bytes, by fewer bytes or by more bytes.
     #[test]
     fn a_changed_file_is_refused_or_the_same(
         checkpoint in small(),
@@ -165,7 +165,7 @@ proptest! {
         }
     }
 
-    /// Whole streams whose header says anything: never a panic, also when two are merged.
+    /// Whole streams with any header cause no panic, and neither does merging two of them.
     #[test]
     fn any_header_is_read_or_refused(key in 0..12_usize, value in any_json(), drop in any::<bool>()) {
         let mut header = header();
@@ -217,7 +217,7 @@ fn a_header_that_lies_is_refused() {
     assert!(matches!(decode_header(&other), Err(CheckpointError::Version(7))));
 }
 
-/// What would become no image, or none that can be.
+/// States that would give no image, or an impossible one.
 #[test]
 fn states_that_no_render_makes_are_refused() {
     let mut header = header();
@@ -252,7 +252,7 @@ fn images_larger_than_the_budget_are_refused_before_they_are_read() {
     assert!(error.contains("for its 16384x8192 pixels") && error.contains("memory"), "{error}");
 }
 
-/// The largest image takes 20 GiB. Nothing is kept ready for it.
+/// The largest image takes 20 GiB. This memory is not reserved in advance.
 #[test]
 fn memory_follows_the_data_and_not_the_header() {
     let mut reader = CountedZeros(0);
@@ -261,7 +261,7 @@ fn memory_follows_the_data_and_not_the_header() {
     assert!(reader.0 < 1 << 20, "asked for {} bytes at once", reader.0);
 }
 
-/// Ends after one buffer, and remembers how large that was.
+/// A reader that ends after one buffer, and stores the size of the buffer.
 struct CountedZeros(usize);
 
 impl Read for CountedZeros {
@@ -298,7 +298,7 @@ fn a_shard_without_iterations_knows_no_radius() {
     assert!(full().merge(&other).unwrap_err().to_string().starts_with("first radius"));
 }
 
-/// The identity of both is the same: somebody has made one of them up.
+/// Both checkpoints have the same identity, so one of them must be forged.
 #[test]
 fn sums_of_another_form_are_not_added() {
     let first = || parsed(|header| header["done"] = json!({ "0": 5 }));

@@ -88,12 +88,12 @@ mod tests {
 
     use super::{AXIS_SHIFT, PIXEL_MASK, left_size};
 
-    /// The tree over points whose w is their squared radius.
+    /// Builds the tree over points whose fourth number is their squared radius.
     fn build(points: &[[f32; 4]]) -> Vec<u32> {
         super::build(points.iter().map(|&[x, y, z, radius2]| ([x, y, z], radius2)))
     }
 
-    /// Checks everything that is promised of a tree.
+    /// Checks all properties of a tree.
     fn assert_tree(points: &[[f32; 4]]) {
         let nodes = build(points);
         let mut pixels: Vec<usize> = nodes.iter().map(|node| (node & PIXEL_MASK) as usize).collect();

@@ -1,11 +1,11 @@
-//! The table has every field of [`Options`], and what is derived from it holds together.
+//! The table has every field of [`Options`], and the values derived from the table are consistent.
 
 use super::*;
 use crate::render::options::written::Refusal;
 use crate::render::sequence::Shard;
 use crate::{Contribution, RevolutionSolver};
 
-/// A value of each option that is not its default.
+/// Returns a value of the option that is not its default.
 fn another(option: &RenderOption) -> String {
     match &option.kind {
         Kind::Whole { range: [least, _], .. } => (least + 3).to_string(),
@@ -81,7 +81,8 @@ fn every_field_is_set_by_an_option() {
     assert_eq!((contribution, responsive), (Contribution::All, false));
 }
 
-/// Checkpoints are continued only where all of these agree; names are those of files that exist.
+/// A checkpoint is continued only if all these values agree. The names must stay, because existing files
+/// contain them.
 #[test]
 fn checkpoints_keep_what_changes_the_image() {
     let mut kept = Vec::new();
