@@ -86,7 +86,7 @@ pub mod viewer;
 pub use glam;
 pub use goblet_host::{Device, DeviceInfo, DeviceKind, Error as DeviceError};
 
-pub use base::room::NoRoom;
+pub use base::host_memory::OutOfHostMemory;
 pub use gpu_scene::pack::{Envelopes, PackError, RevolutionSolver};
 pub use render::counters::{ByPass, Tally};
 pub use render::device::{DeviceOptions, open_device};

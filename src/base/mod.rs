@@ -2,7 +2,7 @@
 //! memory, colour spaces, enums with names.
 
 pub(crate) mod color;
+pub(crate) mod host_memory;
 pub mod input;
 pub mod names;
 pub(crate) mod output;
-pub(crate) mod room;

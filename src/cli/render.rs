@@ -2,12 +2,12 @@
 
 mod args;
 mod limit;
-mod notice;
 mod options;
 #[cfg(test)]
 mod options_page;
 mod progress;
 mod signal;
+mod spinner;
 #[cfg(test)]
 mod tests;
 
@@ -17,10 +17,10 @@ use std::time::{Duration, Instant};
 
 pub use args::RenderArgs;
 use limit::Limit;
-use notice::Notice;
-use progress::{Begin, Progress};
+use progress::{Begin, ProgressLine};
 pub use signal::STOPPED;
 use signal::Signals;
+use spinner::Spinner;
 
 use super::outputs::{AN_IMAGE, Files, THE_CHECKPOINT, THE_STATISTICS, Written};
 use super::stats::Stats;
@@ -55,7 +55,7 @@ pub fn run(args: &RenderArgs) -> Result<End, Failure> {
 fn run_with(args: &RenderArgs, step: impl Fn(&mut Renderer) -> Result<(), RenderError>) -> Result<End, Failure> {
     let start = Instant::now();
     let mut signals = Signals::new()?;
-    let notice = Notice::new("reading the scene", args.quiet);
+    let notice = Spinner::new("reading the scene", args.quiet);
     let scene = Scene::load_within(&args.scene, args.scene_memory.budget())?;
     drop(notice);
     for warning in scene.warnings.iter().filter(|_| !args.quiet) {
@@ -68,7 +68,7 @@ fn run_with(args: &RenderArgs, step: impl Fn(&mut Renderer) -> Result<(), Render
     let load_time = start.elapsed();
 
     let device = Arc::new(open_device(&DeviceOptions { selector: args.device.as_deref(), validation: args.validate })?);
-    let notice = Notice::new("preparing the scene", args.quiet);
+    let notice = Spinner::new("preparing the scene", args.quiet);
     let mut renderer = Renderer::new(device, &scene, &args.options())?;
     drop(notice);
     for warning in renderer.warnings().iter().filter(|_| !args.quiet) {
@@ -155,7 +155,7 @@ fn iterate(
     step: impl Fn(&mut Renderer) -> Result<(), RenderError>,
 ) -> Result<End, Failure> {
     let limit = Limit::new(args, scene, renderer.sequence());
-    let mut progress = Progress::new(&limit, begin, args.quiet);
+    let mut progress = ProgressLine::new(&limit, begin, args.quiet);
     let mut saved = Instant::now();
     // A resumed render may have reached the target error already.
     if limit.wants_error(renderer.iterations(), args.quiet) {

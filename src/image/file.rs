@@ -17,8 +17,8 @@ use exr::prelude::{
 };
 use image::{ExtendedColorType, ImageEncoder, codecs::png::PngEncoder};
 
+use crate::base::host_memory;
 use crate::base::output::{Replacement, replace};
-use crate::base::room;
 use crate::image::estimate::Sum;
 use crate::image::film::{Image, Window, picture};
 pub use read::{Layers, Transfer, Use, read, read_layers};
@@ -153,7 +153,7 @@ pub fn write_part(
 ) -> Result<(), ImageError> {
     let format = WriteFormat::of(path)?;
     let room = encoding_bytes([image.width, image.height]) + 4 * channels.len() as u64 * image.pixels.len() as u64;
-    room::check("an image file", room).map_err(|reason| write_error(path, io::Error::other(reason)))?;
+    host_memory::check("an image file", room).map_err(|reason| write_error(path, io::Error::other(reason)))?;
     let encoded = image.check_shape().map_err(|shape| shape.to_string()).and_then(|()| match format {
         WriteFormat::Exr => encode_exr(image, window, channels, metadata),
         WriteFormat::Png => encode_png(image),

@@ -1,6 +1,6 @@
 //! Errors of renders.
 
-use crate::base::room::NoRoom;
+use crate::base::host_memory::OutOfHostMemory;
 use crate::gpu_scene::pack::PackError;
 
 /// The reason why a renderer cannot be made or cannot continue.
@@ -42,7 +42,7 @@ pub enum RenderError {
     Device(#[from] goblet_host::Error),
     /// The host does not have enough memory.
     #[error(transparent)]
-    Host(#[from] NoRoom),
+    Host(#[from] OutOfHostMemory),
 }
 
 /// Converts bytes to mebibytes, rounded up.

@@ -13,16 +13,16 @@ use crate::render::stage::Stage;
 /// The device fails, the driver cannot finish a pass, or the caller gives the iteration up.
 pub fn run(passes: &mut Passes, on: Stage<'_>, progress: &mut Progress) -> Result<(), RenderError> {
     let Passes { eye, radius, photon, lookup, update } = passes;
-    let place = on.settings.sequence.place(progress.done);
+    let index = on.settings.sequence.index(progress.done);
 
     // Eye paths from each pixel to its visible point; a round of iterations shares them.
-    let is_new_round = progress.seen != Some(place.round);
+    let is_new_round = progress.seen != Some(index.round);
     if is_new_round {
-        eye.run(on, place, progress)?;
+        eye.run(on, index, progress)?;
     }
 
     // The radius of each visible point in this iteration.
-    radius.run(on, place, progress)?;
+    radius.run(on, index, progress)?;
     lookup.index_points(on, is_new_round)?; // tree_fill; nothing for a grid
 
     // Photons in batches, as many as the record buffer has room for.
@@ -31,7 +31,7 @@ pub fn run(passes: &mut Passes, on: Stage<'_>, progress: &mut Progress) -> Resul
     while first < photons {
         let end = progress.schedule.end(first, photons);
         // Emit, trace, and record where a photon meets a diffuse surface.
-        let Some(recorded) = photon.run(on, place, first..end, progress)? else {
+        let Some(recorded) = photon.run(on, index, first..end, progress)? else {
             continue; // The records did not fit: the schedule now has smaller batches.
         };
         // Sort the records into cells, then sum the photons on the disc of each visible point.
@@ -41,7 +41,7 @@ pub fn run(passes: &mut Passes, on: Stage<'_>, progress: &mut Progress) -> Resul
     }
 
     // Add the iteration's image to the mean, and let radii shrink.
-    update.run(on, place, progress)?;
-    progress.finish(place);
+    update.run(on, index, progress)?;
+    progress.finish(index);
     Ok(())
 }

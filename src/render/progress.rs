@@ -4,7 +4,7 @@ use crate::render::counters::Tally;
 use crate::render::error::RenderError;
 use crate::render::pacing::Schedule;
 use crate::render::radius::{FirstRadius, GlobalShrink};
-use crate::render::sequence::Place;
+use crate::render::sequence::IterationIndex;
 use crate::render::settings::Settings;
 use crate::render::stage::Stage;
 use crate::render::unsampled::response;
@@ -14,7 +14,7 @@ use crate::render::unsampled::response;
 pub struct Progress {
     /// The number of finished iterations.
     pub done: u32,
-    /// The number of finished iterations in each half: [`Place::half`].
+    /// The number of finished iterations in each half: [`IterationIndex::half`].
     pub halves: [u64; 2],
     /// The initial radius of visible points; `None` until it is known.
     pub first_radius: Option<FirstRadius>,
@@ -47,8 +47,8 @@ impl Progress {
     }
 
     /// Counts an iteration as finished.
-    pub fn finish(&mut self, place: Place) {
+    pub fn finish(&mut self, index: IterationIndex) {
         self.done += 1;
-        self.halves[place.half as usize] += 1;
+        self.halves[index.half as usize] += 1;
     }
 }

@@ -9,7 +9,7 @@ use std::time::{Duration, Instant};
 pub use aside::Aside;
 use goblet_host::{Device, DeviceKind};
 
-use crate::base::room;
+use crate::base::host_memory;
 use crate::gpu_scene::camera::{View, pack_camera};
 use crate::gpu_scene::pack::{RenderSpace, RevolutionSolver, pack};
 use crate::image::estimate::{Estimate, Sum};
@@ -171,7 +171,7 @@ impl Renderer {
         memory.check(&device)?;
         // Drivers and compilers abort the process if the host has no memory left.
         let on_host = if device.info().kind == DeviceKind::Cpu { memory.total() } else { 0 };
-        room::check("a render of this size", on_host + file::host_bytes(resolved.resolution))?;
+        host_memory::check("a render of this size", on_host + file::host_bytes(resolved.resolution))?;
         let gpu_scene = packed.arrays.upload(&device, &packed.info(resolved.max_depth, resolved.seed))?;
         let buffers = Buffers::new(&device, &sizes, &view)?;
         let build_time = start.elapsed();
@@ -263,7 +263,7 @@ impl Renderer {
     /// The device fails.
     pub fn estimate(&self) -> Result<Estimate, RenderError> {
         let pixels = self.settings.pixels();
-        room::check("the image", pixels * size_of::<[Sum; 4]>() as u64)?;
+        host_memory::check("the image", pixels * size_of::<[Sum; 4]>() as u64)?;
         let [red, green, blue, second] = self.buffers.sums().map(|sums| self.device.read_first_texels(sums, pixels));
         Ok(Estimate {
             resolution: self.settings.resolution,
@@ -321,7 +321,7 @@ impl Renderer {
     /// The device fails.
     pub fn checkpoint(&self, scene: &str) -> Result<Checkpoint, RenderError> {
         let shard = self.settings.sequence.shard;
-        room::check("the checkpoint", self.settings.pixels() * size_of::<([Sum; 4], PixelState)>() as u64)?;
+        host_memory::check("the checkpoint", self.settings.pixels() * size_of::<([Sum; 4], PixelState)>() as u64)?;
         Ok(Checkpoint {
             identity: self.identity.clone(),
             scene: scene.to_owned(),

@@ -35,7 +35,7 @@ pub struct Sequence {
 
 /// The position of an iteration in the sequence of all shards.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Place {
+pub struct IterationIndex {
     /// The number of its round among the rounds of all shards, from 0.
     pub round: u32,
     /// Its number within the round, from 0.
@@ -58,12 +58,12 @@ fn half(round: u64) -> u32 {
 
 impl Sequence {
     /// Returns the place of this shard's next iteration after `done` iterations.
-    pub fn place(&self, done: u32) -> Place {
+    pub fn index(&self, done: u32) -> IterationIndex {
         let round = u64::from(self.shard.index) + u64::from(self.shard.count) * u64::from(done / self.round_length);
         let step = done % self.round_length;
         let length = u64::from(self.round_length);
         let turn = round / 2;
-        Place {
+        IterationIndex {
             // Random numbers use 32 bits of the number of the round, and repeat after 2^32 rounds.
             round: round as u32,
             step,
@@ -97,9 +97,9 @@ mod tests {
                     for index in 0..count {
                         let sequence = Sequence { round_length, shard: Shard { index, count } };
                         for done in 0..sequence.share(total) {
-                            let place = sequence.place(done);
-                            assert_eq!(place.iteration / u64::from(round_length), u64::from(place.round));
-                            seen[place.iteration as usize] += 1;
+                            let index = sequence.index(done);
+                            assert_eq!(index.iteration / u64::from(round_length), u64::from(index.round));
+                            seen[index.iteration as usize] += 1;
                         }
                     }
                     assert!(seen.iter().all(|times| *times == 1), "{round_length} {count} {total}: {seen:?}");
@@ -111,9 +111,9 @@ mod tests {
     #[test]
     fn iterations_are_counted_beyond_32_bits() {
         let sequence = Sequence { round_length: 1 << 20, shard: Shard { index: 5, count: 8 } };
-        let place = sequence.place(u32::MAX);
-        assert_eq!(place.iteration, (5 + 8 * 4095) * (1 << 20) + (1 << 20) - 1);
-        assert_eq!(place.iteration_of_half, ((5 + 8 * 4095) / 2) * (1 << 20) + (1 << 20) - 1);
+        let index = sequence.index(u32::MAX);
+        assert_eq!(index.iteration, (5 + 8 * 4095) * (1 << 20) + (1 << 20) - 1);
+        assert_eq!(index.iteration_of_half, ((5 + 8 * 4095) / 2) * (1 << 20) + (1 << 20) - 1);
     }
 
     #[test]
@@ -123,9 +123,9 @@ mod tests {
             let mut halves = [0_u64; 2];
             let mut turns = [std::collections::HashSet::new(), std::collections::HashSet::new()];
             for done in 0..100 * round_length {
-                let place = sequence.place(done);
-                halves[place.half as usize] += 1;
-                assert!(turns[place.half as usize].insert(place.iteration_of_half), "{place:?}");
+                let index = sequence.index(done);
+                halves[index.half as usize] += 1;
+                assert!(turns[index.half as usize].insert(index.iteration_of_half), "{index:?}");
             }
             assert!(halves[0].abs_diff(halves[1]) <= 20 * u64::from(round_length), "{sequence:?}: {halves:?}");
         }

@@ -3,7 +3,7 @@
 use crate::image::film::Window;
 use crate::render::options::Contribution;
 use crate::render::radius::RadiusSchedule;
-use crate::render::sequence::{Place, Sequence, Shard};
+use crate::render::sequence::{IterationIndex, Sequence, Shard};
 
 /// Settings of a render, constant over its iterations.
 #[derive(Clone, Copy, Debug)]
@@ -48,8 +48,8 @@ impl Settings {
     }
 
     /// Returns the place of the first iteration of all shards.
-    pub fn first_place(&self) -> Place {
-        Sequence { shard: Shard::WHOLE, ..self.sequence }.place(0)
+    pub fn first_index(&self) -> IterationIndex {
+        Sequence { shard: Shard::WHOLE, ..self.sequence }.index(0)
     }
 
     /// Returns the number of pixels of the image.

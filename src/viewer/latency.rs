@@ -24,7 +24,7 @@ impl Times {
 
 /// The statistics that `goblet view --stats` writes.
 #[derive(Clone, Debug, Default, Serialize)]
-pub struct Stats {
+pub struct LatencyStats {
     /// The number of frames that were shown.
     pub frames: u64,
     /// The number of iterations of the last render.
@@ -35,7 +35,7 @@ pub struct Stats {
     pub move_to_picture: Times,
 }
 
-/// Measures the times of [`Stats`].
+/// Measures the times of [`LatencyStats`].
 #[derive(Debug, Default)]
 pub struct Latency {
     /// The time when the window had last handled all events.
@@ -49,7 +49,7 @@ pub struct Latency {
     /// Numbers and times of the moves of the camera that no picture shows yet.
     moves: VecDeque<(u64, Instant)>,
     /// The statistics so far.
-    pub stats: Stats,
+    pub stats: LatencyStats,
 }
 
 impl Latency {

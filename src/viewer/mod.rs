@@ -35,13 +35,13 @@ use crate::cli::{Failure, RenderArgs};
 use crate::render::options::Options;
 use crate::scene::Scene;
 
-pub use latency::Stats;
+pub use latency::LatencyStats;
 
 /// Opens a window, and shows a scene until the window is closed. Returns the statistics of the window.
 ///
 /// # Errors
 /// There is no display, a device fails, a file cannot be written, or the validation layers have messages.
-pub fn run(args: &RenderArgs, scene: Scene) -> Result<Stats, Failure> {
+pub fn run(args: &RenderArgs, scene: Scene) -> Result<LatencyStats, Failure> {
     let events = EventLoop::<Wake>::with_user_event().build().map_err(|error| Failure::Window(error.to_string()))?;
     let size = args.request.options.resolution.unwrap_or(scene.film.resolution);
     let options = Options { resolution: Some(size), ..args.options() };
@@ -72,7 +72,7 @@ pub fn run(args: &RenderArgs, scene: Scene) -> Result<Stats, Failure> {
     if !messages.is_empty() {
         return Err(Failure::Validation(messages));
     }
-    Ok(Stats { iterations: news.status.iterations, ..app.latency.stats })
+    Ok(LatencyStats { iterations: news.status.iterations, ..app.latency.stats })
 }
 
 fn wake(window: &EventLoopProxy<Wake>, wake: Wake) {

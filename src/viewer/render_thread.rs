@@ -221,12 +221,14 @@ impl RenderThread<'_> {
         render.moves = wish.moves;
         let before = self.device.pass_times();
         let start = Instant::now();
-        // First images are quick and useful during a movement, so they are not given up. A target without an
-        // iteration cannot be shown at all, so its first iteration is given up only for another target.
+        // First images are quick and useful during a movement, so they are not given up. Other iterations are
+        // given up for another target or, after the first one, because the window is closed. They are not
+        // given up for another quantity: the visible points on the device would then be of an iteration that
+        // is not finished, and their normals, depths and radii are shown.
         let is_first = render.coarseness == self.coarsest;
         let can_wait = render.renderer.iterations() == 0;
         let shared = self.shared;
-        let gives_up = || !is_first && shared.in_hurry() && !(can_wait && shared.still_wants(&wish.target));
+        let gives_up = || !is_first && shared.in_hurry() && !shared.still_wants(&wish.target, !can_wait);
         if render.renderer.step_unless(&gives_up)? {
             render.time += start.elapsed();
             render.passes = since(&before, self.device.pass_times());

@@ -200,9 +200,10 @@ impl Shared {
         !lock(&self.desk).is_new
     }
 
-    /// Returns whether the newest wish has this target.
-    pub fn still_wants(&self, target: &Target) -> bool {
-        lock(&self.desk).wish.target == *target
+    /// Returns whether the newest wish has this target. If `may_close`, a wish to close the window has none.
+    pub fn still_wants(&self, target: &Target, may_close: bool) -> bool {
+        let wish = &lock(&self.desk).wish;
+        wish.target == *target && !(may_close && wish.close)
     }
 
     /// Tells all threads that the window is closed.

@@ -2,16 +2,16 @@
 
 use glam::{DVec2, DVec3};
 
-use crate::bench::{Bench, EPS, Rng, double, single};
+use crate::fixture::{EPS, Fixture, Rng, double, single};
 use crate::generated::{Boundary, CONDUCTOR, DIELECTRIC, DIFFUSE, Fresnel, Incidence, Outcome, Reflectance, Refract};
 
 const COUNT: usize = 300_000;
 
 fn reflectances(boundaries: &[Boundary]) -> Vec<Reflectance> {
-    let bench = Bench::new();
-    let (boundaries, out) = (bench.upload(boundaries), bench.output(boundaries.len()));
-    bench.run(&Fresnel { boundaries: &boundaries, reflectances: &out }, boundaries.len() as usize);
-    bench.read(&out)
+    let fixture = Fixture::new();
+    let (boundaries, out) = (fixture.upload(boundaries), fixture.output(boundaries.len()));
+    fixture.run(&Fresnel { boundaries: &boundaries, reflectances: &out }, boundaries.len() as usize);
+    fixture.read(&out)
 }
 
 fn boundary(cos_i: f64, eta: f64, k: f64) -> Boundary {
@@ -192,10 +192,10 @@ fn known_metals_have_their_colours() {
 }
 
 fn scatter(incidences: &[Incidence]) -> Vec<Outcome> {
-    let bench = Bench::new();
-    let (incidences, outcomes) = (bench.upload(incidences), bench.output(incidences.len()));
-    bench.run(&Refract { incidences: &incidences, outcomes: &outcomes }, incidences.len() as usize);
-    bench.read(&outcomes)
+    let fixture = Fixture::new();
+    let (incidences, outcomes) = (fixture.upload(incidences), fixture.output(incidences.len()));
+    fixture.run(&Refract { incidences: &incidences, outcomes: &outcomes }, incidences.len() as usize);
+    fixture.read(&outcomes)
 }
 
 const COLOR: [f32; 3] = [0.25, 0.5, 0.875];

@@ -5,7 +5,7 @@ use glam::DVec3;
 use goblet::kernels::{Counters, PhotonRecord, VisiblePoint};
 use goblet_host::{Buffer, Frame};
 
-use crate::bench::{Bench, Rng, double};
+use crate::fixture::{Fixture, Rng, double};
 
 /// A point's or a photon's place and packed normal.
 pub struct Disc {
@@ -48,31 +48,31 @@ pub struct Flux {
 }
 
 impl Flux {
-    pub fn new(bench: &Bench, pixels: usize) -> Self {
-        Self::of(bench, [(); 3].map(|()| vec![[0; 2]; pixels]))
+    pub fn new(fixture: &Fixture, pixels: usize) -> Self {
+        Self::of(fixture, [(); 3].map(|()| vec![[0; 2]; pixels]))
     }
 
     /// Of these low and high words by channel, and no photons yet.
-    pub fn of(bench: &Bench, channels: [Vec<[u32; 2]>; 3]) -> Self {
-        let counts = bench.upload(&vec![0; channels[0].len()]);
-        let [red, green, blue] = channels.map(|words| bench.upload(words.as_flattened()));
-        Self { red, green, blue, counts, counters: bench.upload(&[Counters::zeroed()]) }
+    pub fn of(fixture: &Fixture, channels: [Vec<[u32; 2]>; 3]) -> Self {
+        let counts = fixture.upload(&vec![0; channels[0].len()]);
+        let [red, green, blue] = channels.map(|words| fixture.upload(words.as_flattened()));
+        Self { red, green, blue, counts, counters: fixture.upload(&[Counters::zeroed()]) }
     }
 
     /// The sums of each channel.
-    pub fn sums(&self, bench: &Bench) -> [Vec<u64>; 3] {
+    pub fn sums(&self, fixture: &Fixture) -> [Vec<u64>; 3] {
         let sum = |words: &[u32]| u64::from(words[1]) << 32 | u64::from(words[0]);
-        [&self.red, &self.green, &self.blue].map(|words| bench.read(words).chunks_exact(2).map(sum).collect())
+        [&self.red, &self.green, &self.blue].map(|words| fixture.read(words).chunks_exact(2).map(sum).collect())
     }
 
     /// Dispatches until no invocation is unfinished; how often that was.
-    pub fn add_all(&self, bench: &Bench, dispatch: impl Fn(&mut Frame<'_>, u32)) -> u32 {
+    pub fn add_all(&self, fixture: &Fixture, dispatch: impl Fn(&mut Frame<'_>, u32)) -> u32 {
         for dispatches in 0.. {
-            let mut frame = bench.device().frame().expect("a frame");
+            let mut frame = fixture.device().frame().expect("a frame");
             frame.clear(&self.counters);
             dispatch(&mut frame, dispatches.min(1));
             frame.run().expect("a run");
-            let counted = bench.read(&self.counters)[0];
+            let counted = fixture.read(&self.counters)[0];
             assert_eq!((counted.interrupted, counted.saturated), (0, 0));
             if counted.unfinished == 0 {
                 return dispatches + 1;
@@ -82,8 +82,8 @@ impl Flux {
     }
 
     /// Photons of each point, whose flux must be theirs.
-    pub fn counts(&self, bench: &Bench) -> Vec<u32> {
-        let (sums, counts) = (self.sums(bench), bench.read(&self.counts));
+    pub fn counts(&self, fixture: &Fixture) -> Vec<u32> {
+        let (sums, counts) = (self.sums(fixture), fixture.read(&self.counts));
         for (point, count) in counts.iter().enumerate() {
             let unit = u64::from(*count) << 28;
             assert_eq!(sums.each_ref().map(|sums| sums[point]), [unit, 2 * unit, unit / 2], "flux of point {point}");

@@ -5,7 +5,7 @@ use std::f64::consts::{PI, TAU};
 use bytemuck::Zeroable;
 use glam::{DAffine3, DMat3, DVec3};
 
-use crate::bench::{Bench, Rng, double, frame};
+use crate::fixture::{Fixture, Rng, double, frame};
 use crate::generated::{
     AREA, AliasEntry, DISK, DISTANT, EmitPhotons, Emitted, INFINITE, InvertSmoothstep, KIND_SHIFT, Light, NONE, POINT,
     Quadric, SPHERE, SPOT, SceneArrays, SceneInfo, TRIANGLE, Triangle,
@@ -16,11 +16,11 @@ use crate::world::{World, quadric, triangle};
 const COUNT: usize = 1 << 18;
 
 fn emit(world: &World) -> Vec<Emitted> {
-    let bench = Bench::new();
-    let world = world.upload(&bench);
-    let emitted = bench.output(COUNT);
-    bench.run(&EmitPhotons { scene: world.bindings(), emitted: &emitted }, COUNT);
-    bench.read(&emitted)
+    let fixture = Fixture::new();
+    let world = world.upload(&fixture);
+    let emitted = fixture.output(COUNT);
+    fixture.run(&EmitPhotons { scene: world.bindings(), emitted: &emitted }, COUNT);
+    fixture.read(&emitted)
 }
 
 const EMISSION: [f32; 3] = [1.0, 2.0, 3.0];
@@ -142,12 +142,12 @@ fn quantiles_of_smoothstep_are_right() {
     let mut uniforms: Vec<f32> = (0..500_000).map(|_| rng.unit_f32()).collect();
     uniforms.extend((0..1000).map(|_| rng.log_range(1e-30, 1.0) as f32));
     uniforms.extend([0.0, 1.0, 1.0 - f32::EPSILON, 1.0 - 0.5 * f32::EPSILON, 1e-7, f32::MIN_POSITIVE]);
-    let bench = Bench::new();
-    let world = World::default().upload(&bench);
-    let (inputs, quantiles) = (bench.upload(&uniforms), bench.output(uniforms.len()));
+    let fixture = Fixture::new();
+    let world = World::default().upload(&fixture);
+    let (inputs, quantiles) = (fixture.upload(&uniforms), fixture.output(uniforms.len()));
     let kernel = InvertSmoothstep { scene: world.bindings(), uniforms: &inputs, quantiles: &quantiles };
-    bench.run(&kernel, uniforms.len());
-    for (u, x) in uniforms.iter().zip(bench.read(&quantiles)) {
+    fixture.run(&kernel, uniforms.len());
+    for (u, x) in uniforms.iter().zip(fixture.read(&quantiles)) {
         let (u, x) = (f64::from(*u), f64::from(x));
         // The exact quantile, by bisection.
         let (mut low, mut high) = (0.0_f64, 1.0_f64);

@@ -2,8 +2,8 @@
 
 use goblet::kernels::{Cell, GatherGrid, GatherGridPush, PhotonRecord, Specialization, VisiblePoint};
 
-use crate::bench::{Bench, EPS, Rng};
 use crate::discs::Flux;
+use crate::fixture::{EPS, Fixture, Rng};
 use crate::generated::RoundFixed;
 
 /// Fixed-point units of weight 1.
@@ -13,11 +13,12 @@ const UNIT: f64 = 268_435_456.0;
 const LARGEST: f32 = 68_719_472_640.0;
 
 fn round_fixed(weights: &[f32]) -> Vec<(u64, f32)> {
-    let bench = Bench::new();
-    let (weights, fixed, back) = (bench.upload(weights), bench.output(weights.len()), bench.output(weights.len()));
-    bench.run(&RoundFixed { weights: &weights, fixed_points: &fixed, back: &back }, weights.len() as usize);
-    let fixed = bench.read(&fixed).into_iter().map(|[low, high]| u64::from(high) << 32 | u64::from(low));
-    fixed.zip(bench.read(&back)).collect()
+    let fixture = Fixture::new();
+    let (weights, fixed, back) =
+        (fixture.upload(weights), fixture.output(weights.len()), fixture.output(weights.len()));
+    fixture.run(&RoundFixed { weights: &weights, fixed_points: &fixed, back: &back }, weights.len() as usize);
+    let fixed = fixture.read(&fixed).into_iter().map(|[low, high]| u64::from(high) << 32 | u64::from(low));
+    fixed.zip(fixture.read(&back)).collect()
 }
 
 /// Nearest integer; exact, since a weight has 24 bits and f64 holds 53.
@@ -81,20 +82,20 @@ struct Sums {
 /// Sends photons of these weights to one visible point, whose sums have the words `low` and
 /// `high` before.
 fn accumulate(weights: &[[f32; 3]], low: u32, high: u32) -> Sums {
-    let bench = Bench::new();
-    let device = bench.device();
+    let fixture = Fixture::new();
+    let device = fixture.device();
     let position = [0.3; 3];
     // Of the cell at (1, 1, 1), as cell_mark says.
     let cell = 1 | 1 << 10 | 1 << 20;
     let record = |weight: &[f32; 3]| PhotonRecord { position, normal: 0, weight: *weight, cell };
-    let photons = bench.upload_texels(&weights.iter().map(record).collect::<Vec<_>>());
+    let photons = fixture.upload_texels(&weights.iter().map(record).collect::<Vec<_>>());
     // A table of one cell, which every cell of the grid therefore shares.
-    let cells = bench.upload(&[Cell { first: 0, count: weights.len() as u32 }]);
-    let flux = Flux::of(&bench, [(); 3].map(|()| vec![[low, high]]));
+    let cells = fixture.upload(&[Cell { first: 0, count: weights.len() as u32 }]);
+    let flux = Flux::of(&fixture, [(); 3].map(|()| vec![[low, high]]));
     let kernel = GatherGrid {
-        visible_points: &bench.upload_texels(&[VisiblePoint { position, normal: 0 }]),
-        visible_radii2: &bench.upload_texels(&[0.01_f32]),
-        max_radius2: &bench.upload(&[0.01_f32.to_bits()]),
+        visible_points: &fixture.upload_texels(&[VisiblePoint { position, normal: 0 }]),
+        visible_radii2: &fixture.upload_texels(&[0.01_f32]),
+        max_radius2: &fixture.upload(&[0.01_f32.to_bits()]),
         cells: &cells,
         grid_photons: &photons,
         flux_red: &flux.red,
@@ -102,7 +103,7 @@ fn accumulate(weights: &[[f32; 3]], low: u32, high: u32) -> Sums {
         flux_blue: &flux.blue,
         flux_counts: &flux.counts,
         counters: &flux.counters,
-        places: &bench.output(64),
+        places: &fixture.output(64),
     };
     let pass = device.pass(&kernel, &Specialization::DECLARED, 64).expect("a pass");
     let mut saturated = 0;
@@ -112,14 +113,14 @@ fn accumulate(weights: &[[f32; 3]], low: u32, high: u32) -> Sums {
         let push = GatherGridPush { width: 1, height: 1, cell_mask: 0, resumed: u32::min(resumed, 1), offset: 0 };
         frame.dispatch(&pass, push, 32);
         frame.run().expect("a run");
-        let counted = bench.read(&flux.counters)[0];
+        let counted = fixture.read(&flux.counters)[0];
         saturated += counted.saturated;
         if counted.unfinished == 0 {
             break;
         }
     }
-    let channels = flux.sums(&bench).map(|sums| sums[0]);
-    Sums { channels, count: bench.read(&flux.counts)[0], saturated }
+    let channels = flux.sums(&fixture).map(|sums| sums[0]);
+    Sums { channels, count: fixture.read(&flux.counts)[0], saturated }
 }
 
 /// Bright and faint photons, so that low words carry thousands of times.

@@ -5,8 +5,8 @@ use goblet::kernels::{
     Specialization,
 };
 
-use crate::bench::{Bench, Rng};
 use crate::discs::{self, Disc, Flux, assert_counts, scattered};
+use crate::fixture::{Fixture, Rng};
 
 /// What came of it.
 struct Gathered {
@@ -17,27 +17,27 @@ struct Gathered {
 
 /// Sends photons of weight 1 to the points of an image, by a table of `cells` cells.
 fn accumulate(points: &[Disc], width: u32, photons: &[Disc], cells: u32, workgroup_size: u32) -> Gathered {
-    let bench = Bench::new();
-    let device = bench.device();
+    let fixture = Fixture::new();
+    let device = fixture.device();
     let height = points.len() as u32 / width;
     let (recorded, cell_mask) = (photons.len() as u32, cells - 1);
-    let records = bench.upload_texels(&discs::records(photons));
-    let max_radius2 = bench.upload(&[discs::max_radius2(points)]);
-    let table = bench.upload(&vec![Cell { first: 0, count: 0 }; cells as usize]);
+    let records = fixture.upload_texels(&discs::records(photons));
+    let max_radius2 = fixture.upload(&[discs::max_radius2(points)]);
+    let table = fixture.upload(&vec![Cell { first: 0, count: 0 }; cells as usize]);
     let grid_photons = device.texels("grid_photons", recorded.into()).expect("texels");
-    let flux = Flux::new(&bench, points.len());
+    let flux = Flux::new(&fixture, points.len());
     let invocations = u64::from(width.next_multiple_of(8)) * u64::from(height.next_multiple_of(8)) / 2;
 
     macro_rules! pass {
         ($($kernel:tt)*) => { device.pass(&$($kernel)*, &Specialization::DECLARED, workgroup_size).expect("a pass") };
     }
     let count = pass!(GridCount { photons: &records, max_radius2: &max_radius2, cells: &table });
-    let reserve = pass!(GridReserve { grid_filled: &bench.upload(&[0_u32]), cells: &table });
+    let reserve = pass!(GridReserve { grid_filled: &fixture.upload(&[0_u32]), cells: &table });
     let fill = GridFill { photons: &records, max_radius2: &max_radius2, cells: &table, grid_photons: &grid_photons };
     let fill = pass!(fill);
     let add = pass!(GatherGrid {
-        visible_points: &bench.upload_texels(&discs::visible(points)),
-        visible_radii2: &bench.upload_texels(&discs::radii2(points)),
+        visible_points: &fixture.upload_texels(&discs::visible(points)),
+        visible_radii2: &fixture.upload_texels(&discs::radii2(points)),
         max_radius2: &max_radius2,
         cells: &table,
         grid_photons: &grid_photons,
@@ -46,7 +46,7 @@ fn accumulate(points: &[Disc], width: u32, photons: &[Disc], cells: u32, workgro
         flux_blue: &flux.blue,
         flux_counts: &flux.counts,
         counters: &flux.counters,
-        places: &bench.output(invocations as usize),
+        places: &fixture.output(invocations as usize),
     });
     let mut frame = device.frame().expect("a frame");
     frame.dispatch(&count, GridCountPush { recorded, cell_mask }, recorded.into());
@@ -54,8 +54,8 @@ fn accumulate(points: &[Disc], width: u32, photons: &[Disc], cells: u32, workgro
     frame.dispatch(&fill, GridFillPush { recorded, cell_mask }, recorded.into());
     frame.run().expect("a run");
     let push = |resumed| GatherGridPush { width, height, cell_mask, resumed, offset: 0 };
-    let dispatches = flux.add_all(&bench, |frame, resumed| frame.dispatch(&add, push(resumed), invocations));
-    Gathered { counts: flux.counts(&bench), dispatches }
+    let dispatches = flux.add_all(&fixture, |frame, resumed| frame.dispatch(&add, push(resumed), invocations));
+    Gathered { counts: flux.counts(&fixture), dispatches }
 }
 
 /// Neighbouring pixels see points all over a room, of many sizes, and cells share a table that

@@ -4,18 +4,18 @@ use std::fmt::Write;
 
 use glam::DVec3;
 
-use crate::bench::{Bench, Rng, double, single};
+use crate::fixture::{Fixture, Rng, double, single};
 use crate::generated::{CrossInstances, Crossing, CrossingRay};
 use crate::trace::{LIGHT, count_misses, icosphere, mesh_text, ray};
 use crate::world::{World, affine};
 
 fn cross(world: &World, rays: &[CrossingRay]) -> Vec<Crossing> {
-    let bench = Bench::new();
-    let world = world.upload(&bench);
-    let (rays, crossings) = (bench.upload(rays), bench.output(rays.len()));
+    let fixture = Fixture::new();
+    let world = world.upload(&fixture);
+    let (rays, crossings) = (fixture.upload(rays), fixture.output(rays.len()));
     let kernel = CrossInstances { scene: world.bindings(), rays: &rays, crossings: &crossings };
-    bench.run(&kernel, rays.len() as usize);
-    bench.read(&crossings)
+    fixture.run(&kernel, rays.len() as usize);
+    fixture.read(&crossings)
 }
 
 /// Where an object stands, as text.

@@ -1,15 +1,15 @@
 //! Loops that a driver ends early are told from those that end by themselves.
 
-use crate::bench::Bench;
+use crate::fixture::Fixture;
 use crate::generated::{Spin, SpinState};
 
 /// Asks 64 invocations for a number of rounds. Returns the rounds that each did, and whether it found its loop
 /// ended early.
 fn spin(asked: u32) -> Vec<SpinState> {
-    let bench = Bench::new();
-    let spins = bench.upload(&[SpinState { rounds: asked, interrupted: 0 }; 64]);
-    bench.run(&Spin { spins: &spins }, 64);
-    bench.read(&spins)
+    let fixture = Fixture::new();
+    let spins = fixture.upload(&[SpinState { rounds: asked, interrupted: 0 }; 64]);
+    fixture.run(&Spin { spins: &spins }, 64);
+    fixture.read(&spins)
 }
 
 #[test]

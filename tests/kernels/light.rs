@@ -5,7 +5,7 @@ use std::f64::consts::{PI, TAU};
 use bytemuck::Zeroable;
 use glam::{DAffine3, DMat3, DVec3};
 
-use crate::bench::{Bench, EPS, Rng, double, frame, single};
+use crate::fixture::{EPS, Fixture, Rng, double, frame, single};
 use crate::generated::{
     AREA, DISK, KIND_SHIFT, Light, NONE, Quadric, SPHERE, SceneArrays, SeeLights, Seen, TRIANGLE, Viewpoint,
 };
@@ -16,11 +16,12 @@ use crate::world::{World, quadric, triangle};
 const GRID: usize = 512;
 
 pub fn see(world: &World, viewpoints: &[Viewpoint]) -> Vec<Seen> {
-    let bench = Bench::new();
-    let world = world.upload(&bench);
-    let (viewpoints, seen) = (bench.upload(viewpoints), bench.output(viewpoints.len()));
-    bench.run(&SeeLights { scene: world.bindings(), viewpoints: &viewpoints, seen: &seen }, viewpoints.len() as usize);
-    bench.read(&seen)
+    let fixture = Fixture::new();
+    let world = world.upload(&fixture);
+    let (viewpoints, seen) = (fixture.upload(viewpoints), fixture.output(viewpoints.len()));
+    fixture
+        .run(&SeeLights { scene: world.bindings(), viewpoints: &viewpoints, seen: &seen }, viewpoints.len() as usize);
+    fixture.read(&seen)
 }
 
 /// The middles of a grid of cells over the square of random numbers.

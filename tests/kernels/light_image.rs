@@ -6,7 +6,7 @@ use glam::{DMat3, DVec2, DVec3};
 use goblet::geometry::equal_area;
 use goblet::image::film::Image;
 
-use crate::bench::{Bench, Rng, UNBOUNDED, double, single};
+use crate::fixture::{Fixture, Rng, UNBOUNDED, double, single};
 use crate::generated::{EmitPhotons, Emitted, Escape, MeetSkies, NONE, Viewpoint};
 use crate::light::see;
 use crate::statistics::{assert_near, assert_uniform, cells};
@@ -44,11 +44,11 @@ fn turned() -> DMat3 {
 }
 
 fn emit(world: &World) -> Vec<Emitted> {
-    let bench = Bench::new();
-    let world = world.upload(&bench);
-    let emitted = bench.output(COUNT);
-    bench.run(&EmitPhotons { scene: world.bindings(), emitted: &emitted }, COUNT);
-    bench.read(&emitted)
+    let fixture = Fixture::new();
+    let world = world.upload(&fixture);
+    let emitted = fixture.output(COUNT);
+    fixture.run(&EmitPhotons { scene: world.bindings(), emitted: &emitted }, COUNT);
+    fixture.read(&emitted)
 }
 
 /// The texel at a place, unless it is near another one.
@@ -219,13 +219,13 @@ fn rays_meet_the_sky_that_is_in_their_direction() {
     };
     let escapes: Vec<Escape> = directions.iter().enumerate().map(escape).collect();
 
-    let bench = Bench::new();
-    let gpu = world.upload(&bench);
-    let (inputs, radiances) = (bench.upload(&escapes), bench.output::<[f32; 4]>(escapes.len()));
-    bench.run(&MeetSkies { scene: gpu.bindings(), escapes: &inputs, radiances: &radiances }, escapes.len());
+    let fixture = Fixture::new();
+    let gpu = world.upload(&fixture);
+    let (inputs, radiances) = (fixture.upload(&escapes), fixture.output::<[f32; 4]>(escapes.len()));
+    fixture.run(&MeetSkies { scene: gpu.bindings(), escapes: &inputs, radiances: &radiances }, escapes.len());
     let to_image = turned().transpose();
     let mut compared = 0;
-    for (escape, [r, g, b, _]) in escapes.iter().zip(bench.read(&radiances)) {
+    for (escape, [r, g, b, _]) in escapes.iter().zip(fixture.read(&radiances)) {
         let place = equal_area::place(to_image * double(escape.direction).normalize());
         let Some(index) = texel(&image, place) else { continue };
         let color = color(&image, index);

@@ -4,10 +4,10 @@
 //! arrays of inputs. Tolerances are derived in place, in units of `EPS`: half a unit in the
 //! last place of 1, the largest relative error of one fp32 operation.
 
-mod bench;
 mod bsdf;
 mod discs;
 mod emission;
+mod fixture;
 mod flux;
 mod grid;
 mod instance;

@@ -5,7 +5,7 @@ use glam::{DVec2, DVec3};
 use goblet::geometry::bezier::Curve;
 use goblet::{Envelopes, RevolutionSolver};
 
-use crate::bench::{Bench, Rng, UNBOUNDED, double, single};
+use crate::fixture::{Fixture, Rng, UNBOUNDED, double, single};
 use crate::generated::{HitSegments, INDEX_MASK, KIND_SHIFT, NONE, REVOLUTION, SegmentHit, SegmentRay};
 use crate::world::World;
 
@@ -42,11 +42,11 @@ impl Body {
 }
 
 fn hit_segments(world: &World, rays: &[SegmentRay]) -> Vec<SegmentHit> {
-    let bench = Bench::new();
-    let world = world.upload(&bench);
-    let (rays, hits) = (bench.upload(rays), bench.output(rays.len()));
-    bench.run(&HitSegments { scene: world.bindings(), rays: &rays, hits: &hits }, rays.len() as usize);
-    bench.read(&hits)
+    let fixture = Fixture::new();
+    let world = world.upload(&fixture);
+    let (rays, hits) = (fixture.upload(rays), fixture.output(rays.len()));
+    fixture.run(&HitSegments { scene: world.bindings(), rays: &rays, hits: &hits }, rays.len() as usize);
+    fixture.read(&hits)
 }
 
 fn ray(origin: DVec3, direction: DVec3) -> SegmentRay {

@@ -2,18 +2,18 @@
 
 use glam::DVec3;
 
-use crate::bench::{Bench, Rng, double, single};
+use crate::fixture::{Fixture, Rng, double, single};
 use crate::generated::RoundNormals;
 
 /// Half a step of 16-bit snorm.
 const HALF_STEP: f64 = 0.5 / 32767.0;
 
 fn round_trip(normals: &[[f32; 3]]) -> Vec<DVec3> {
-    let bench = Bench::new();
+    let fixture = Fixture::new();
     let padded: Vec<_> = normals.iter().map(|[x, y, z]| [*x, *y, *z, 0.0]).collect();
-    let (normals, back) = (bench.upload(&padded), bench.output::<[f32; 4]>(padded.len()));
-    bench.run(&RoundNormals { normals: &normals, back: &back }, padded.len());
-    bench.read(&back).into_iter().map(|[x, y, z, _]| double([x, y, z])).collect()
+    let (normals, back) = (fixture.upload(&padded), fixture.output::<[f32; 4]>(padded.len()));
+    fixture.run(&RoundNormals { normals: &normals, back: &back }, padded.len());
+    fixture.read(&back).into_iter().map(|[x, y, z, _]| double([x, y, z])).collect()
 }
 
 /// Rounding moves a point of the octahedron by up to (h, h, 2h): sqrt(6) h in its face,

@@ -4,18 +4,18 @@ use std::f64::consts::TAU;
 
 use glam::{DAffine3, DVec3};
 
-use crate::bench::{Bench, EPS, Rng, UNBOUNDED, double, frame, single};
+use crate::fixture::{EPS, Fixture, Rng, UNBOUNDED, double, frame, single};
 use crate::generated::{DISK, HitQuadrics, KIND_SHIFT, ObjectHit, ObjectRay, Quadric, SPHERE, SceneArrays};
 use crate::world::{World, quadric};
 
 const COUNT: usize = 300_000;
 
 fn hit_quadrics(quadrics: &[Quadric], rays: &[ObjectRay]) -> Vec<ObjectHit> {
-    let bench = Bench::new();
-    let world = World::of(SceneArrays { quadrics: quadrics.to_vec(), ..SceneArrays::default() }).upload(&bench);
-    let (rays, hits) = (bench.upload(rays), bench.output(rays.len()));
-    bench.run(&HitQuadrics { scene: world.bindings(), rays: &rays, hits: &hits }, rays.len() as usize);
-    bench.read(&hits)
+    let fixture = Fixture::new();
+    let world = World::of(SceneArrays { quadrics: quadrics.to_vec(), ..SceneArrays::default() }).upload(&fixture);
+    let (rays, hits) = (fixture.upload(rays), fixture.output(rays.len()));
+    fixture.run(&HitQuadrics { scene: world.bindings(), rays: &rays, hits: &hits }, rays.len() as usize);
+    fixture.read(&hits)
 }
 
 fn object_ray(kind: u32, index: usize, origin: DVec3, direction: DVec3) -> ObjectRay {

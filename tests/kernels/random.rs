@@ -1,14 +1,14 @@
 //! random_pair: bits against a twin, nets, and independence.
 
-use crate::bench::Bench;
+use crate::fixture::Fixture;
 use crate::generated::{DrawPairs, Place, Specialization};
 use crate::statistics::{assert_uniform, cells, chi_squared};
 
 fn draw(places: &[Place]) -> Vec<[f32; 2]> {
-    let bench = Bench::new();
-    let (places, pairs) = (bench.upload(places), bench.output(places.len()));
-    bench.run(&DrawPairs { places: &places, pairs: &pairs }, places.len() as usize);
-    bench.read(&pairs)
+    let fixture = Fixture::new();
+    let (places, pairs) = (fixture.upload(places), fixture.output(places.len()));
+    fixture.run(&DrawPairs { places: &places, pairs: &pairs }, places.len() as usize);
+    fixture.read(&pairs)
 }
 
 fn place(seed: u32, index: u32, pair: u32) -> Place {
@@ -80,7 +80,7 @@ mod twin {
 
 #[test]
 fn random_numbers_are_the_published_sequences_bit_for_bit() {
-    let mut rng = crate::bench::Rng(1);
+    let mut rng = crate::fixture::Rng(1);
     let places: Vec<_> = (0..300_000)
         .map(|i| {
             let index = rng.bits() as u32 >> (i % 32);
@@ -186,7 +186,7 @@ fn seeds_are_unrelated() {
 /// Far apart, points of two dimensions are independent, so that chi squared is sharp.
 #[test]
 fn scattered_points_of_two_pairs_are_independent() {
-    let mut rng = crate::bench::Rng(3);
+    let mut rng = crate::fixture::Rng(3);
     let indices: Vec<u32> = (0..1 << 14).map(|_| rng.bits() as u32 >> 8).collect();
     let drawn: Vec<Vec<_>> = (0..low_discrepancy_pairs() + 2)
         .map(|pair| draw(&indices.iter().map(|index| place(11, *index, pair)).collect::<Vec<_>>()))

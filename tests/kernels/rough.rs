@@ -6,7 +6,7 @@ use std::f64::consts::PI;
 use bytemuck::Zeroable;
 use glam::DVec3;
 
-use crate::bench::{Bench, Rng, double, single};
+use crate::fixture::{Fixture, Rng, double, single};
 use crate::generated::{
     COAT, COATED_CONDUCTOR, COATED_DIFFUSE, CONDUCTOR, DIELECTRIC, DIFFUSE, DIFFUSE_TRANSMISSION, HAS_LAMBERTIAN,
     Material, MaterialFeatures, Meeting, NONE, ScatterLobes, Scattered, Specialization, THIN_DIELECTRIC,
@@ -15,9 +15,9 @@ use crate::generated::{
 const KINDS: [u32; 4] = [CONDUCTOR, DIELECTRIC, COAT, COATED_CONDUCTOR];
 
 fn scatter(materials: &[Material], meetings: &[Meeting]) -> Vec<Scattered> {
-    let bench = Bench::new();
-    let (meetings, lobes) = (bench.upload(meetings), bench.upload(materials));
-    let out = bench.output(meetings.len() as usize);
+    let fixture = Fixture::new();
+    let (meetings, lobes) = (fixture.upload(meetings), fixture.upload(materials));
+    let out = fixture.output(meetings.len() as usize);
     let kernel = ScatterLobes { meetings: &meetings, lobes: &lobes, outcomes: &out };
     let all = Specialization {
         material: MaterialFeatures {
@@ -31,8 +31,8 @@ fn scatter(materials: &[Material], meetings: &[Meeting]) -> Vec<Scattered> {
         },
         ..Specialization::DECLARED
     };
-    bench.run_specialized(&kernel, &all, meetings.len() as usize);
-    bench.read(&out)
+    fixture.run_specialized(&kernel, &all, meetings.len() as usize);
+    fixture.read(&out)
 }
 
 fn material(kind: u32, alpha: [f64; 2]) -> Material {

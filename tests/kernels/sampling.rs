@@ -4,17 +4,17 @@ use std::f64::consts::{PI, TAU};
 
 use glam::{DVec2, DVec3};
 
-use crate::bench::{Bench, EPS, Rng, double, frame, single};
+use crate::fixture::{EPS, Fixture, Rng, double, frame, single};
 use crate::generated::{Draw, DrawSamples, Drawn};
 use crate::statistics::{assert_near, assert_quantiles, assert_uniform, cells};
 
 const COUNT: usize = 1 << 18;
 
 fn draw(draws: &[Draw]) -> Vec<Drawn> {
-    let bench = Bench::new();
-    let (draws, drawn) = (bench.upload(draws), bench.output(draws.len()));
-    bench.run(&DrawSamples { draws: &draws, drawn: &drawn }, draws.len() as usize);
-    bench.read(&drawn)
+    let fixture = Fixture::new();
+    let (draws, drawn) = (fixture.upload(draws), fixture.output(draws.len()));
+    fixture.run(&DrawSamples { draws: &draws, drawn: &drawn }, draws.len() as usize);
+    fixture.read(&drawn)
 }
 
 /// Draws with random numbers, a few of them at the ends of their range.

@@ -1,6 +1,6 @@
 //! Exact sums of radiance: to_term, to_signed_term and add_exactly.
 
-use crate::bench::{Bench, Rng};
+use crate::fixture::{Fixture, Rng};
 use crate::generated::{AddSums, AddTerms};
 
 pub type Sum = [u32; 4];
@@ -52,12 +52,12 @@ fn radiance_rounds_to_the_nearest_term_and_adds_exactly() {
         .iter()
         .map(|_| if rng.chance(0.5) { full[rng.below(full.len())] } else { u128::from(rng.bits()) << rng.below(63) })
         .collect();
-    let bench = Bench::new();
+    let fixture = Fixture::new();
     let words: Vec<Sum> = sums.iter().copied().map(words).collect();
-    let (input, before) = (bench.upload(&values), bench.upload(&words));
-    let (terms, totals) = (bench.output::<Sum>(values.len()), bench.output::<Sum>(values.len()));
-    bench.run(&AddTerms { values: &input, sums: &before, terms: &terms, totals: &totals }, values.len());
-    for (((value, sum), term), total) in values.iter().zip(sums).zip(bench.read(&terms)).zip(bench.read(&totals)) {
+    let (input, before) = (fixture.upload(&values), fixture.upload(&words));
+    let (terms, totals) = (fixture.output::<Sum>(values.len()), fixture.output::<Sum>(values.len()));
+    fixture.run(&AddTerms { values: &input, sums: &before, terms: &terms, totals: &totals }, values.len());
+    for (((value, sum), term), total) in values.iter().zip(sums).zip(fixture.read(&terms)).zip(fixture.read(&totals)) {
         assert_eq!(number(term), to_term(*value), "{value:e}");
         assert_eq!(number(total), sum.wrapping_add(to_term(*value)), "{sum:x} and {value:e}");
     }
@@ -73,10 +73,10 @@ fn sums_of_any_bits_are_exact() {
         [0; 4].map(|_| if extreme { extremes[rng.below(extremes.len())] } else { rng.bits() as u32 })
     };
     let (left, right): (Vec<Sum>, Vec<Sum>) = (0..200_000).map(|_| (any(), any())).unzip();
-    let bench = Bench::new();
-    let (a, b, totals) = (bench.upload(&left), bench.upload(&right), bench.output::<Sum>(left.len()));
-    bench.run(&AddSums { left: &a, right: &b, totals: &totals }, left.len());
-    for ((left, right), total) in left.iter().zip(&right).zip(bench.read(&totals)) {
+    let fixture = Fixture::new();
+    let (a, b, totals) = (fixture.upload(&left), fixture.upload(&right), fixture.output::<Sum>(left.len()));
+    fixture.run(&AddSums { left: &a, right: &b, totals: &totals }, left.len());
+    for ((left, right), total) in left.iter().zip(&right).zip(fixture.read(&totals)) {
         // No sum of radiance comes near 2^128, where this begins again.
         assert_eq!(total, words(number(*left).wrapping_add(number(*right))), "{left:x?} + {right:x?}");
     }

@@ -3,7 +3,7 @@
 
 use glam::{DAffine3, DMat3, DVec3};
 
-use crate::bench::{Bench, EPS, Rng, double, single};
+use crate::fixture::{EPS, Fixture, Rng, double, single};
 use crate::generated::{
     Arrival, DISK, Departure, KIND_SHIFT, LeaveSurfaces, Quadric, SPHERE, SceneArrays, TRIANGLE, Triangle,
 };
@@ -12,12 +12,12 @@ use crate::world::{World, affine, quadric, triangle};
 const COUNT: usize = 300_000;
 
 fn leave(world: &World, arrivals: &[Arrival]) -> Vec<Departure> {
-    let bench = Bench::new();
-    let world = world.upload(&bench);
-    let (arrivals, departures) = (bench.upload(arrivals), bench.output(arrivals.len()));
+    let fixture = Fixture::new();
+    let world = world.upload(&fixture);
+    let (arrivals, departures) = (fixture.upload(arrivals), fixture.output(arrivals.len()));
     let kernel = LeaveSurfaces { scene: world.bindings(), arrivals: &arrivals, departures: &departures };
-    bench.run(&kernel, arrivals.len() as usize);
-    bench.read(&departures)
+    fixture.run(&kernel, arrivals.len() as usize);
+    fixture.read(&departures)
 }
 
 /// A ray from anywhere in the scene to `target`; another leaves in any direction, often

@@ -9,7 +9,7 @@ use goblet::image::file;
 use goblet::image::film::Image;
 use goblet::scene::{ImageTexture, Input, Mapping, Material, Rgb, Scene, Texture, TextureKind, Wrap};
 
-use crate::bench::{Bench, EPS, Rng, double, single};
+use crate::fixture::{EPS, Fixture, Rng, double, single};
 use crate::generated::{
     KIND_SHIFT, MapSurfaces, MappedPoint, MappedRay, REVOLUTION, RunTextures, TRIANGLE, TexturedPoint,
 };
@@ -153,12 +153,12 @@ fn check(textures: &str, names: &[&str]) {
         expected.push(value(&scene.textures, reflectance, &place));
         points.push(point);
     }
-    let bench = Bench::new();
-    let gpu = world.upload(&bench);
-    let (points, values) = (bench.upload(&points), bench.output::<[f32; 4]>(COUNT));
-    bench.run(&RunTextures { scene: gpu.bindings(), points: &points, values: &values }, COUNT);
+    let fixture = Fixture::new();
+    let gpu = world.upload(&fixture);
+    let (points, values) = (fixture.upload(&points), fixture.output::<[f32; 4]>(COUNT));
+    fixture.run(&RunTextures { scene: gpu.bindings(), points: &points, values: &values }, COUNT);
     let mut compared = 0;
-    for (i, (found, expected)) in bench.read(&values).iter().zip(&expected).enumerate() {
+    for (i, (found, expected)) in fixture.read(&values).iter().zip(&expected).enumerate() {
         let Some(expected) = expected else { continue };
         compared += 1;
         let off = (DVec3::new(found[0].into(), found[1].into(), found[2].into()) - expected).abs().max_element();
@@ -234,11 +234,11 @@ fn map(text: &str, aim: impl Fn(&mut Rng, &World, &DAffine3) -> (u32, DVec3)) ->
             MappedRay { origin: single(origin), primitive, direction, pad0: 0.0 }
         })
         .collect();
-    let bench = Bench::new();
-    let gpu = world.upload(&bench);
-    let (rays, points) = (bench.upload(&rays), bench.output(COUNT));
-    bench.run(&MapSurfaces { scene: gpu.bindings(), rays: &rays, points: &points }, COUNT);
-    let points: Vec<MappedPoint> = bench.read(&points);
+    let fixture = Fixture::new();
+    let gpu = world.upload(&fixture);
+    let (rays, points) = (fixture.upload(&rays), fixture.output(COUNT));
+    fixture.run(&MapSurfaces { scene: gpu.bindings(), rays: &rays, points: &points }, COUNT);
+    let points: Vec<MappedPoint> = fixture.read(&points);
     let found: Vec<_> = points.into_iter().filter(|point| point.found == 1).collect();
     assert!(found.len() > COUNT / 4, "{}", found.len());
     (found, world, render_from_world)

@@ -5,7 +5,7 @@ use std::fmt::Write;
 
 use glam::DVec3;
 
-use crate::bench::{Bench, Rng, UNBOUNDED, double, single};
+use crate::fixture::{Fixture, Rng, UNBOUNDED, double, single};
 use crate::generated::{NONE, SceneFeatures, Specialization, TraceRays, TracedHit, TracedRay};
 use crate::world::World;
 
@@ -14,15 +14,15 @@ pub fn trace(world: &World, rays: &[TracedRay]) -> (Vec<TracedHit>, Vec<u32>) {
 }
 
 fn trace_by(specialization: &Specialization, world: &World, rays: &[TracedRay]) -> (Vec<TracedHit>, Vec<u32>) {
-    let bench = Bench::new();
-    let world = world.upload(&bench);
-    let (rays, hits, any_hits) = (bench.upload(rays), bench.output(rays.len()), bench.output(rays.len()));
+    let fixture = Fixture::new();
+    let world = world.upload(&fixture);
+    let (rays, hits, any_hits) = (fixture.upload(rays), fixture.output(rays.len()), fixture.output(rays.len()));
     let kernel = TraceRays { scene: world.bindings(), rays: &rays, hits: &hits, any_hits: &any_hits };
-    let pass = bench.device().pass(&kernel, specialization, 64).expect("a pass");
-    let mut frame = bench.device().frame().expect("a frame");
+    let pass = fixture.device().pass(&kernel, specialization, 64).expect("a pass");
+    let mut frame = fixture.device().frame().expect("a frame");
     frame.dispatch(&pass, (), rays.len());
     frame.run().expect("a run");
-    (bench.read(&hits), bench.read(&any_hits))
+    (fixture.read(&hits), fixture.read(&any_hits))
 }
 
 pub fn ray(origin: DVec3, direction: DVec3) -> TracedRay {

@@ -3,8 +3,8 @@
 use goblet::kernels::{GatherTree, GatherTreePush, Specialization, TreeFill, TreeFillPush};
 use goblet::render::lookup::kd_tree;
 
-use crate::bench::{Bench, Rng};
 use crate::discs::{self, Disc, Flux, assert_counts, scattered};
+use crate::fixture::{Fixture, Rng};
 
 /// What came of it.
 struct Deposits {
@@ -15,30 +15,30 @@ struct Deposits {
 
 /// Sends photons of weight 1 to points, with `invocations` of them at once.
 fn accumulate(points: &[Disc], photons: &[Disc], invocations: u32) -> Deposits {
-    let bench = Bench::new();
-    let device = bench.device();
+    let fixture = Fixture::new();
+    let device = fixture.device();
     let radii2 = discs::radii2(points);
     let nodes = kd_tree::build(points.iter().map(|point| point.position).zip(radii2.iter().copied()));
     let node_count = nodes.len() as u32;
 
     let tree_points = device.texels("tree_points", nodes.len() as u64).expect("texels");
     let fill = TreeFill {
-        visible_points: &bench.upload_texels(&discs::visible(points)),
-        visible_radii2: &bench.upload_texels(&radii2),
-        tree_nodes: &bench.upload(&nodes),
+        visible_points: &fixture.upload_texels(&discs::visible(points)),
+        visible_radii2: &fixture.upload_texels(&radii2),
+        tree_nodes: &fixture.upload(&nodes),
         tree_points: &tree_points,
     };
-    let flux = Flux::new(&bench, points.len());
+    let flux = Flux::new(&fixture, points.len());
     let add = GatherTree {
-        photons: &bench.upload_texels(&discs::records(photons)),
-        max_radius2: &bench.upload(&[discs::max_radius2(points)]),
+        photons: &fixture.upload_texels(&discs::records(photons)),
+        max_radius2: &fixture.upload(&[discs::max_radius2(points)]),
         tree_points: &tree_points,
         flux_red: &flux.red,
         flux_green: &flux.green,
         flux_blue: &flux.blue,
         flux_counts: &flux.counts,
         counters: &flux.counters,
-        places: &bench.output(invocations as usize),
+        places: &fixture.output(invocations as usize),
     };
     let fill = device.pass(&fill, &Specialization::DECLARED, 64).expect("a pass");
     let add = device.pass(&add, &Specialization::DECLARED, 64).expect("a pass");
@@ -47,8 +47,8 @@ fn accumulate(points: &[Disc], photons: &[Disc], invocations: u32) -> Deposits {
     let mut frame = device.frame().expect("a frame");
     frame.dispatch(&fill, TreeFillPush { node_count }, node_count.into());
     frame.run().expect("a run");
-    let dispatches = flux.add_all(&bench, |frame, resumed| frame.dispatch(&add, push(resumed), invocations.into()));
-    Deposits { counts: flux.counts(&bench), dispatches }
+    let dispatches = flux.add_all(&fixture, |frame, resumed| frame.dispatch(&add, push(resumed), invocations.into()));
+    Deposits { counts: flux.counts(&fixture), dispatches }
 }
 
 #[test]

@@ -2,16 +2,16 @@
 
 use glam::DVec3;
 
-use crate::bench::{Bench, EPS, Rng, UNBOUNDED, double, single};
+use crate::fixture::{EPS, Fixture, Rng, UNBOUNDED, double, single};
 use crate::generated::{HitTriangles, SceneArrays, Triangle, TriangleHit, TriangleRay};
 use crate::world::{World, triangle};
 
 fn hit_triangles(triangles: &[Triangle], rays: &[TriangleRay]) -> Vec<TriangleHit> {
-    let bench = Bench::new();
-    let world = World::of(SceneArrays { triangles: triangles.to_vec(), ..SceneArrays::default() }).upload(&bench);
-    let (rays, hits) = (bench.upload(rays), bench.output(rays.len()));
-    bench.run(&HitTriangles { scene: world.bindings(), rays: &rays, hits: &hits }, rays.len() as usize);
-    bench.read(&hits)
+    let fixture = Fixture::new();
+    let world = World::of(SceneArrays { triangles: triangles.to_vec(), ..SceneArrays::default() }).upload(&fixture);
+    let (rays, hits) = (fixture.upload(rays), fixture.output(rays.len()));
+    fixture.run(&HitTriangles { scene: world.bindings(), rays: &rays, hits: &hits }, rays.len() as usize);
+    fixture.read(&hits)
 }
 
 /// What an exact intersection is, and how far fp32 may be from it.

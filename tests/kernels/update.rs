@@ -2,8 +2,8 @@
 
 use goblet::kernels::{PixelState, Specialization, Update, UpdatePush};
 
-use crate::bench::{Bench, Rng};
 use crate::discs::Flux;
+use crate::fixture::{Fixture, Rng};
 use crate::generated::{PixelState as State, Simulate};
 use crate::sum::{Sum, number, to_term, words};
 
@@ -80,21 +80,21 @@ impl Shrink {
 #[test]
 fn a_million_iterations_drift_by_nothing() {
     let lives = lives();
-    let bench = Bench::new();
+    let fixture = Fixture::new();
     let iteration = |it: &Iteration| [it.photons, it.radiance.to_bits(), 0, 0];
     let iterations: Vec<[u32; 4]> = lives.iter().flat_map(|life| life.iterations.iter().map(iteration)).collect();
-    let iterations = bench.upload_texels(&iterations);
-    let alphas = bench.upload(&lives.iter().map(|life| life.alpha).collect::<Vec<_>>());
+    let iterations = fixture.upload_texels(&iterations);
+    let alphas = fixture.upload(&lives.iter().map(|life| life.alpha).collect::<Vec<_>>());
     let state = State { found_low: 0, found_high: 0, shrink: 1.0, rest: 0.0 };
-    let states = bench.upload_texels(&vec![state; lives.len()]);
-    let sums = bench.upload_texels(&vec![[0_u32; 4]; lives.len()]);
+    let states = fixture.upload_texels(&vec![state; lives.len()]);
+    let sums = fixture.upload_texels(&vec![[0_u32; 4]; lives.len()]);
     let kernel = Simulate { iterations: &iterations, alphas: &alphas, states: &states, sums: &sums };
 
     let mut shrinks: Vec<Shrink> = lives.iter().map(|_| Shrink { kept: 0.0, value: 1.0 }).collect();
     let mut largest = 0.0_f64;
     for dispatch in 1..=DISPATCHES {
-        bench.run(&kernel, lives.len());
-        let (states, sums) = (bench.read_texels(&states), bench.read_texels(&sums));
+        fixture.run(&kernel, lives.len());
+        let (states, sums) = (fixture.read_texels(&states), fixture.read_texels(&sums));
         for (((life, shrink), state), sum) in lives.iter().zip(&mut shrinks).zip(states).zip(sums) {
             (0..ROUNDS / PERIOD).for_each(|_| shrink.live(life));
             let drift = (f64::from(state.shrink) / shrink.value).sqrt() - 1.0;
@@ -116,15 +116,15 @@ fn a_million_iterations_drift_by_nothing() {
 
 /// One pixel with a photon, whose throughput has this in its red channel.
 fn update(throughput: f32) -> (Sum, goblet::kernels::Counters) {
-    let bench = Bench::new();
-    let flux = Flux::of(&bench, [(); 3].map(|()| vec![[1 << 28, 0]]));
-    bench.device().write(&flux.counts, &[1]).expect("an upload");
-    let sums = [(); 4].map(|()| bench.upload_texels(&[[0_u32; 4]]));
+    let fixture = Fixture::new();
+    let flux = Flux::of(&fixture, [(); 3].map(|()| vec![[1 << 28, 0]]));
+    fixture.device().write(&flux.counts, &[1]).expect("an upload");
+    let sums = [(); 4].map(|()| fixture.upload_texels(&[[0_u32; 4]]));
     let kernel = Update {
-        visible_radii2: &bench.upload_texels(&[0.01_f32]),
-        visible_throughputs: &bench.upload_texels(&[[throughput, 1.0, 1.0, 1.0]]),
-        visible_radiances: &bench.upload_texels(&[[0.0_f32; 4]]),
-        pixel_states: &bench.upload_texels(&[PixelState { found_low: 0, found_high: 0, shrink: 1.0, rest: 0.0 }]),
+        visible_radii2: &fixture.upload_texels(&[0.01_f32]),
+        visible_throughputs: &fixture.upload_texels(&[[throughput, 1.0, 1.0, 1.0]]),
+        visible_radiances: &fixture.upload_texels(&[[0.0_f32; 4]]),
+        pixel_states: &fixture.upload_texels(&[PixelState { found_low: 0, found_high: 0, shrink: 1.0, rest: 0.0 }]),
         sum_red: &sums[0],
         sum_green: &sums[1],
         sum_blue: &sums[2],
@@ -135,7 +135,7 @@ fn update(throughput: f32) -> (Sum, goblet::kernels::Counters) {
         flux_blue: &flux.blue,
         flux_counts: &flux.counts,
     };
-    let pass = bench.device().pass(&kernel, &Specialization::DECLARED, 64).expect("a pass");
+    let pass = fixture.device().pass(&kernel, &Specialization::DECLARED, 64).expect("a pass");
     let push = UpdatePush {
         luminance: [1.0, 0.0, 0.0],
         pixel_count: 1,
@@ -144,11 +144,11 @@ fn update(throughput: f32) -> (Sum, goblet::kernels::Counters) {
         flux_scale: 0.01,
         half_of_rounds: 0,
     };
-    let mut frame = bench.device().frame().expect("a frame");
+    let mut frame = fixture.device().frame().expect("a frame");
     frame.clear(&flux.counters);
     frame.dispatch(&pass, push, 1);
     frame.run().expect("a run");
-    (bench.read_texels(&sums[0])[0], bench.read(&flux.counters)[0])
+    (fixture.read_texels(&sums[0])[0], fixture.read(&flux.counters)[0])
 }
 
 #[test]

@@ -3,7 +3,7 @@
 use std::ops::{Deref, DerefMut};
 use std::path::Path;
 
-use crate::bench::Bench;
+use crate::fixture::Fixture;
 use crate::generated::{
     BvhPair, COUNT_SHIFT, GpuScene, MAX_LEAF_COUNT, Material, NONE, Quadric, SPHERE, SceneArrays, SceneInfo, Triangle,
 };
@@ -81,8 +81,8 @@ impl World {
         Self { arrays, ..*self }
     }
 
-    pub fn upload(&self, bench: &Bench) -> GpuScene {
-        self.arrays.upload(bench.device(), &self.info).expect("an upload")
+    pub fn upload(&self, fixture: &Fixture) -> GpuScene {
+        self.arrays.upload(fixture.device(), &self.info).expect("an upload")
     }
 }
 

@@ -21,7 +21,7 @@ pub struct Begin {
 
 /// The display of progress: a bar on a terminal, else a line at each [`LINE_INTERVAL`]. With `--quiet`
 /// nothing is shown.
-pub struct Progress<'a> {
+pub struct ProgressLine<'a> {
     bar: Option<ProgressBar>,
     quiet: bool,
     begin: &'a Begin,
@@ -33,7 +33,7 @@ pub struct Progress<'a> {
 /// The time between lines if standard error is not a terminal.
 pub const LINE_INTERVAL: Duration = Duration::from_secs(5);
 
-impl<'a> Progress<'a> {
+impl<'a> ProgressLine<'a> {
     /// Returns the display for a run that started at `begin`.
     pub fn new(limit: &Limit, begin: &'a Begin, quiet: bool) -> Self {
         let bar = (!quiet && std::io::stderr().is_terminal()).then(|| {

@@ -12,7 +12,7 @@ use crate::render::counters::{Counted, Tally};
 use crate::render::error::RenderError;
 use crate::render::pacing::Schedule;
 use crate::render::progress::Progress;
-use crate::render::sequence::Place;
+use crate::render::sequence::IterationIndex;
 use crate::render::stage::Stage;
 
 /// The eye pass.
@@ -35,20 +35,20 @@ impl EyePass {
     ///
     /// # Errors
     /// The device fails, or the caller gives the iteration up.
-    pub fn run(&mut self, on: Stage<'_>, place: Place, progress: &mut Progress) -> Result<(), RenderError> {
-        let first = on.settings.first_place();
-        if progress.first_radius.is_none() && place.round != first.round {
+    pub fn run(&mut self, on: Stage<'_>, index: IterationIndex, progress: &mut Progress) -> Result<(), RenderError> {
+        let first = on.settings.first_index();
+        if progress.first_radius.is_none() && index.round != first.round {
             self.measure(on, progress)?;
         }
-        let seen = self.trace(on, place, &mut progress.schedule)?;
-        if progress.response.is_none() && place.round == first.round {
+        let seen = self.trace(on, index, &mut progress.schedule)?;
+        if progress.response.is_none() && index.round == first.round {
             progress.measure(on)?;
         }
-        if place.step == 0 {
+        if index.step == 0 {
             // Else a checkpoint already holds these counts.
             progress.tally.merge(&seen);
         }
-        progress.seen = Some(place.round);
+        progress.seen = Some(index.round);
         Ok(())
     }
 
@@ -59,13 +59,13 @@ impl EyePass {
     /// As [`EyePass::run`].
     pub fn measure(&mut self, on: Stage<'_>, progress: &mut Progress) -> Result<(), RenderError> {
         progress.seen = None;
-        self.trace(on, on.settings.first_place(), &mut progress.schedule)?;
+        self.trace(on, on.settings.first_index(), &mut progress.schedule)?;
         progress.measure(on)
     }
 
     /// Traces all eye paths of a round.
-    fn trace(&mut self, on: Stage<'_>, place: Place, schedule: &mut Schedule) -> Result<Tally, RenderError> {
-        let Place { turn, half: half_of_rounds, .. } = place;
+    fn trace(&mut self, on: Stage<'_>, index: IterationIndex, schedule: &mut Schedule) -> Result<Tally, RenderError> {
+        let IterationIndex { turn, half: half_of_rounds, .. } = index;
         let paths = on.settings.eye_paths;
         let push = |Start { offset, resumed, spread }| EyePush { turn, half_of_rounds, paths, offset, resumed, spread };
         let invocations = invocations_by_tile(on.settings.resolution);

@@ -14,7 +14,7 @@ use crate::render::counters::Counted;
 use crate::render::error::RenderError;
 use crate::render::progress::Progress;
 use crate::render::radius::RadiusSchedule;
-use crate::render::sequence::Place;
+use crate::render::sequence::IterationIndex;
 use crate::render::stage::Stage;
 
 /// The photon pass.
@@ -41,7 +41,7 @@ impl PhotonPass {
     pub fn run(
         &mut self,
         on: Stage<'_>,
-        place: Place,
+        index: IterationIndex,
         batch: Range<u64>,
         progress: &mut Progress,
     ) -> Result<Option<u32>, RenderError> {
@@ -50,8 +50,8 @@ impl PhotonPass {
         // iterations that share visible points, and whose radii depend on earlier ones, have a
         // sequence each.
         let (stream, iterations_before) = match on.settings.radius_schedule {
-            RadiusSchedule::Adaptive => (place.step, place.turn.into()),
-            RadiusSchedule::Global => (0, place.iteration_of_half),
+            RadiusSchedule::Adaptive => (index.step, index.turn.into()),
+            RadiusSchedule::Global => (0, index.iteration_of_half),
         };
         let before = on.settings.photons.wrapping_mul(iterations_before);
         let count = batch.end - batch.start;
@@ -60,7 +60,7 @@ impl PhotonPass {
         let push = |Start { offset, resumed, spread }| PhotonPush {
             before_low: before as u32,
             before_high: (before >> 32) as u32,
-            half_of_rounds: place.half,
+            half_of_rounds: index.half,
             stream,
             first: batch.start as u32,
             end: batch.end as u32,

@@ -8,7 +8,7 @@ use crate::render::buffers::Buffers;
 use crate::render::error::RenderError;
 use crate::render::progress::Progress;
 use crate::render::radius::{FirstRadius, RadiusSchedule};
-use crate::render::sequence::Place;
+use crate::render::sequence::IterationIndex;
 use crate::render::stage::Stage;
 
 /// The radius pass.
@@ -34,19 +34,19 @@ impl RadiusPass {
     ///
     /// # Errors
     /// The device fails.
-    pub fn run(&self, on: Stage<'_>, place: Place, progress: &mut Progress) -> Result<(), RenderError> {
+    pub fn run(&self, on: Stage<'_>, index: IterationIndex, progress: &mut Progress) -> Result<(), RenderError> {
         let Stage { device, buffers, settings, .. } = on;
         // The eye pass has set one, unless there is no visible point to give it to.
         let first_radius = progress.first_radius.unwrap_or_else(|| FirstRadius::constant(1.0));
         let rounds_are_long = settings.sequence.round_length > 1;
-        let step = if rounds_are_long { u64::from(place.step) } else { place.iteration };
+        let step = if rounds_are_long { u64::from(index.step) } else { index.iteration };
         let shrink = match settings.radius_schedule {
             RadiusSchedule::Adaptive => 1.0,
             RadiusSchedule::Global => progress.shrink.at(step),
         };
         // A long round keeps statistics of its own visible points; rounds of one iteration share
         // the pixels' statistics.
-        let begins = progress.done == 0 || (rounds_are_long && place.step == 0);
+        let begins = progress.done == 0 || (rounds_are_long && index.step == 0);
         let push = first_radius.push(settings.pixels() as u32, shrink, begins);
         let mut frame = device.frame()?;
         frame.clear(&buffers.max_radius2);

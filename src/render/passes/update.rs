@@ -12,7 +12,7 @@ use crate::render::error::RenderError;
 use crate::render::options::Contribution;
 use crate::render::progress::Progress;
 use crate::render::radius::RadiusSchedule;
-use crate::render::sequence::Place;
+use crate::render::sequence::IterationIndex;
 use crate::render::stage::Stage;
 
 /// The update pass.
@@ -54,7 +54,7 @@ impl UpdatePass {
     ///
     /// # Errors
     /// The device fails.
-    pub fn run(&self, on: Stage<'_>, place: Place, progress: &mut Progress) -> Result<(), RenderError> {
+    pub fn run(&self, on: Stage<'_>, index: IterationIndex, progress: &mut Progress) -> Result<(), RenderError> {
         let settings = on.settings;
         let alpha = match settings.radius_schedule {
             RadiusSchedule::Adaptive => settings.alpha,
@@ -67,7 +67,7 @@ impl UpdatePass {
             alpha: alpha as f32,
             per_unit: (1.0 / settings.unit) as f32,
             flux_scale: flux_scale as f32,
-            half_of_rounds: place.half,
+            half_of_rounds: index.half,
         };
         let counters = on.run_counted(|frame| {
             if settings.contribution == Contribution::Photons {

@@ -1,6 +1,6 @@
 //! The `Option` directive: options of pbrt itself, most of which have no effect in goblet.
 
-use crate::scene::directives::state::Options;
+use crate::scene::directives::state::SceneOptions;
 use crate::scene::format::error::{Location, SceneError};
 use crate::scene::format::kind::Kind;
 use crate::scene::format::lexer::{TokenStream, shorten};
@@ -23,7 +23,7 @@ const OPTIONS: &[(&str, Kind)] = &[
 
 /// Reads the rest of an `Option` directive and executes it. An option is a bare name and one value, as
 /// `"seed" 42`, or a declared parameter, as `"integer seed" [ 42 ]`.
-pub(in crate::scene) fn read(stream: &mut TokenStream, options: &mut Options) -> Result<(), SceneError> {
+pub(in crate::scene) fn read(stream: &mut TokenStream, options: &mut SceneOptions) -> Result<(), SceneError> {
     let (name, location) = stream.string("the name of an option")?;
     let option = if name.trim().contains([' ', '\t']) {
         declared(stream, &name, location)?
@@ -57,7 +57,7 @@ fn unknown(location: &Location, what: &str) -> SceneError {
     location.invalid(format!("unknown Option {what}; expected one of: {}", known.join(", ")))
 }
 
-fn apply(option: Param, options: &mut Options) -> Result<(), SceneError> {
+fn apply(option: Param, options: &mut SceneOptions) -> Result<(), SceneError> {
     let params = ParamList::of(option);
     let option = &params.items[0];
     match option.name.as_str() {

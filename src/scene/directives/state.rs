@@ -1,11 +1,11 @@
 //! The graphics state, and the scene that directives build.
 
-// Circle: state.rs <-> options.rs <-> place.rs: methods of SceneBuilder by topic, each with the part of the state that they change.
+// Circle: state.rs <-> options.rs <-> transforms.rs: methods of SceneBuilder by topic, each with the part of the state that they change.
 
+mod collected;
 mod options;
-mod place;
 mod resolve;
-mod survey;
+mod transforms;
 
 use std::collections::HashMap;
 use std::fmt;
@@ -29,9 +29,9 @@ use crate::scene::format::params::ParamList;
 use crate::scene::format::registry::Family;
 use crate::scene::model::{AreaLight, Input, Instance, Light, Material, Rgb, Shape};
 use crate::scene::spectrum::color_space::ColorSpace;
-pub(in crate::scene) use options::Options;
-pub(in crate::scene) use place::ActiveTimes;
-pub(in crate::scene) use survey::Collected;
+pub(in crate::scene) use collected::Collected;
+pub(in crate::scene) use options::SceneOptions;
+pub(in crate::scene) use transforms::ActiveTimes;
 
 /// The attributes of the next shape or light.
 #[derive(Clone, Debug)]
@@ -118,7 +118,7 @@ struct Saved {
 /// Builds a [`Scene`] directive by directive.
 #[derive(Debug)]
 pub(in crate::scene) struct SceneBuilder {
-    pub options: Options,
+    pub options: SceneOptions,
     world: bool,
     state: GraphicsState,
     saved: Vec<Saved>,
@@ -151,7 +151,7 @@ impl SceneBuilder {
     pub fn new(directory: &Path, budget: &Arc<Budget>) -> Self {
         let default_material = MaterialSlot { made: Ok(Made::Material(material::default())), used: None };
         Self {
-            options: Options::default(),
+            options: SceneOptions::default(),
             world: false,
             state: GraphicsState {
                 world_from_object: DAffine3::IDENTITY,

@@ -3,7 +3,7 @@
 use bytemuck::Zeroable;
 use glam::{DVec2, DVec3};
 
-use crate::bench::{Rng, double, single};
+use crate::fixture::{Rng, double, single};
 use crate::generated::RevolutionPiece;
 use crate::revolution::line::Line;
 use crate::revolution::oracle::{Oracle, Root};

@@ -4,7 +4,7 @@ use std::f64::consts::{PI, TAU};
 
 use glam::{DAffine3, DVec2, DVec3};
 
-use crate::bench::{Bench, double};
+use crate::fixture::{Fixture, double};
 use crate::generated::{LightPoint, RevolutionPiece, SampleRevolutions, Sampled};
 use crate::light::{Moments, estimate, grid_from, integrate, see};
 use crate::revolution::profiles::{self, Profile};
@@ -82,24 +82,24 @@ impl Areas {
 }
 
 /// An even grid of samples of every light.
-fn sample(bench: &Bench, world: &World) -> Vec<Vec<Sampled>> {
+fn sample(fixture: &Fixture, world: &World) -> Vec<Vec<Sampled>> {
     let middle = |i: usize| (i as f32 + 0.5) / GRID as f32;
     let grid: Vec<[f32; 2]> = (0..GRID * GRID).map(|i| [middle(i % GRID), middle(i / GRID)]).collect();
-    sample_at(bench, world, &grid)
+    sample_at(fixture, world, &grid)
 }
 
 /// Samples of every light by these numbers.
-fn sample_at(bench: &Bench, world: &World, numbers: &[[f32; 2]]) -> Vec<Vec<Sampled>> {
+fn sample_at(fixture: &Fixture, world: &World, numbers: &[[f32; 2]]) -> Vec<Vec<Sampled>> {
     let lights = lit_pieces(world);
     let mut points = Vec::new();
     for (light, _) in &lights {
         points.extend(numbers.iter().map(|u| LightPoint { u: *u, light: *light, pad0: 0.0 }));
     }
-    let uploaded = world.upload(bench);
-    let (points, sampled) = (bench.upload(&points), bench.output(points.len()));
+    let uploaded = world.upload(fixture);
+    let (points, sampled) = (fixture.upload(&points), fixture.output(points.len()));
     let kernel = SampleRevolutions { scene: uploaded.bindings(), points: &points, sampled: &sampled };
-    bench.run(&kernel, points.len() as usize);
-    bench.read(&sampled).chunks_exact(numbers.len()).map(<[Sampled]>::to_vec).collect()
+    fixture.run(&kernel, points.len() as usize);
+    fixture.read(&sampled).chunks_exact(numbers.len()).map(<[Sampled]>::to_vec).collect()
 }
 
 /// Pieces that are lights.
@@ -112,11 +112,11 @@ fn lit_pieces(world: &World) -> Vec<(u32, RevolutionPiece)> {
 /// square, but for pieces whose profile stands still at an end.
 #[test]
 fn pieces_are_sampled_by_area() {
-    let bench = Bench::new();
+    let fixture = Fixture::new();
     for (profile, transform) in bodies().iter().flat_map(|body| TRANSFORMS.map(|transform| (body, transform))) {
         let world = world(profile, transform);
         let render_from_unit = affine(world.revolutions[0].render_from_unit);
-        for ((light, piece), sampled) in lit_pieces(&world).iter().zip(sample(&bench, &world)) {
+        for ((light, piece), sampled) in lit_pieces(&world).iter().zip(sample(&fixture, &world)) {
             let mut areas = Areas::default();
             for sampled in &sampled {
                 assert!(sampled.area_pdf > 0.0, "{}: {sampled:?}", profile.name);
@@ -135,10 +135,10 @@ fn pieces_are_sampled_by_area() {
 #[test]
 fn points_next_to_the_axis_have_a_pdf() {
     const STEP: f32 = 0.5 * f32::EPSILON;
-    let bench = Bench::new();
+    let fixture = Fixture::new();
     for profile in bodies() {
         let world = world(&profile, TRANSFORMS[2]);
-        for sampled in sample_at(&bench, &world, &[[0.0, 0.3], [STEP, 0.3], [1.0 - STEP, 0.3]]).iter().flatten() {
+        for sampled in sample_at(&fixture, &world, &[[0.0, 0.3], [STEP, 0.3], [1.0 - STEP, 0.3]]).iter().flatten() {
             assert!(double(sampled.position).is_finite(), "{}: {sampled:?}", profile.name);
             let area = 1.0 / sampled.area_pdf;
             assert!(area.is_finite() && area >= 0.0, "{}: {sampled:?}", profile.name);
@@ -149,11 +149,11 @@ fn points_next_to_the_axis_have_a_pdf() {
 /// Multiple importance sampling asks for the pdf of points that other rays find.
 #[test]
 fn the_area_pdf_of_a_hit_is_that_of_its_sample() {
-    let bench = Bench::new();
+    let fixture = Fixture::new();
     for profile in bodies() {
         let world = world(&profile, TRANSFORMS[2]);
         let (mut seen, mut unlike) = (0, 0);
-        for sampled in sample(&bench, &world).iter().flatten() {
+        for sampled in sample(&fixture, &world).iter().flatten() {
             seen += 1;
             unlike += usize::from((sampled.pdf_of_hit - sampled.area_pdf).abs() > 1e-2 * sampled.area_pdf);
         }

@@ -1,6 +1,6 @@
 //! Single rays that the solver was once wrong about.
 
-use crate::bench::{Bench, double, single};
+use crate::fixture::{Fixture, double, single};
 use crate::generated::{BodyRay, NONE};
 use crate::revolution::lab::{Lab, body_ray};
 use crate::revolution::profiles::{self, Profile};
@@ -71,8 +71,8 @@ impl Case {
     }
 
     /// What is wrong with the ray's hits: its root must be found to 1e-4 of the body's size.
-    fn complaint(&self, bench: &Bench) -> Option<String> {
-        let lab = Lab::exact(bench, &body(self.body), 1);
+    fn complaint(&self, fixture: &Fixture) -> Option<String> {
+        let lab = Lab::exact(fixture, &body(self.body), 1);
         let ray = self.ray(&lab);
         let roots = lab.subject.oracle.solve(&lab.subject.line(&ray));
         assert!(roots.iter().any(|root| (root.k - self.k).abs() < 1e-8), "{}: {} is no root", self.body, self.k);
@@ -87,8 +87,8 @@ impl Case {
 }
 
 fn check(cases: &[Case]) {
-    let bench = Bench::new();
-    let complaints: Vec<_> = cases.iter().filter_map(|case| case.complaint(&bench)).collect();
+    let fixture = Fixture::new();
+    let complaints: Vec<_> = cases.iter().filter_map(|case| case.complaint(&fixture)).collect();
     assert!(complaints.is_empty(), "{complaints:#?}");
 }
 

@@ -5,7 +5,7 @@ use std::cell::OnceCell;
 use glam::{DAffine3, DVec3};
 use goblet_host::{Buffer, Pass};
 
-use crate::bench::{Bench, Rng, double, single};
+use crate::fixture::{Fixture, Rng, double, single};
 use crate::generated::{
     BodyRay, FindRoots, FoundRoot, GpuScene, HitRevolutions, INDEX_MASK, Met, NONE, SceneFeatures, Specialization,
 };
@@ -38,7 +38,7 @@ pub struct Subject {
 
 /// A body and the passes over a batch of rays.
 pub struct Lab<'a> {
-    bench: &'a Bench,
+    fixture: &'a Fixture,
     pub subject: Subject,
     pub world: World,
     pub render_from_world: DAffine3,
@@ -56,10 +56,10 @@ pub struct Lab<'a> {
 
 impl<'a> Lab<'a> {
     /// A body after some directives, for batches of rays.
-    pub fn new(bench: &'a Bench, profile: &Profile, directives: &str, batch: usize, same: f64) -> Self {
+    pub fn new(fixture: &'a Fixture, profile: &Profile, directives: &str, batch: usize, same: f64) -> Self {
         let (world, packed) = World::parse(&profile.scene(directives));
-        let (rays, met) = (bench.output(batch), bench.output(batch));
-        let (roots, counts) = (bench.output(batch * MOST_ROOTS), bench.output(batch));
+        let (rays, met) = (fixture.output(batch), fixture.output(batch));
+        let (roots, counts) = (fixture.output(batch * MOST_ROOTS), fixture.output(batch));
         let specialization = Specialization {
             scene: SceneFeatures {
                 has_triangles: false,
@@ -73,15 +73,15 @@ impl<'a> Lab<'a> {
             },
             ..Specialization::DECLARED
         };
-        let uploaded = world.upload(bench);
+        let uploaded = world.upload(fixture);
         let kernel = HitRevolutions { scene: uploaded.bindings(), rays: &rays, met: &met };
-        let hit = bench.device().pass(&kernel, &specialization, 64).expect("a pass");
+        let hit = fixture.device().pass(&kernel, &specialization, 64).expect("a pass");
         Self {
             subject: Subject::new(profile, &world, same),
             render_from_world: packed.space.from_world(),
             find: OnceCell::new(),
-            piece_count: bench.upload(&[world.revolution_pieces.len() as u32]),
-            bench,
+            piece_count: fixture.upload(&[world.revolution_pieces.len() as u32]),
+            fixture,
             world,
             rays,
             met,
@@ -95,8 +95,8 @@ impl<'a> Lab<'a> {
 
     /// A body alone in the world, whose unit space has the bits of render space: rays there
     /// are exact.
-    pub fn exact(bench: &'a Bench, profile: &Profile, batch: usize) -> Self {
-        let lab = Self::new(bench, profile, "", batch, 1e-4);
+    pub fn exact(fixture: &'a Fixture, profile: &Profile, batch: usize) -> Self {
+        let lab = Self::new(fixture, profile, "", batch, 1e-4);
         let Subject { name, unit_from_render, .. } = &lab.subject;
         let columns = unit_from_render.matrix3.to_cols_array_2d();
         let scale = DVec3::new(columns[0][0], columns[1][1], columns[2][2]);
@@ -120,7 +120,7 @@ impl<'a> Lab<'a> {
         let kernel = HitRevolutions { scene: self.uploaded.bindings(), rays: &self.rays, met: &self.met };
         let scene = SceneFeatures { is_flat: false, flat_revolutions: 0, ..self.specialization.scene };
         let specialization = Specialization { scene, ..self.specialization };
-        self.run_hit(&self.bench.device().pass(&kernel, &specialization, 64).expect("a pass"), rays)
+        self.run_hit(&self.fixture.device().pass(&kernel, &specialization, 64).expect("a pass"), rays)
     }
 
     /// What rays meet first.
@@ -129,12 +129,12 @@ impl<'a> Lab<'a> {
     }
 
     fn run_hit(&self, hit: &Pass<()>, rays: &[BodyRay]) -> Vec<Met> {
-        let device = self.bench.device();
+        let device = self.fixture.device();
         device.write(&self.rays, rays).expect("an upload");
         let mut frame = device.frame().expect("a frame");
         frame.dispatch(hit, (), rays.len() as u64);
         frame.run().expect("a run");
-        let mut met = self.bench.read(&self.met);
+        let mut met = self.fixture.read(&self.met);
         met.truncate(rays.len());
         met
     }
@@ -142,12 +142,12 @@ impl<'a> Lab<'a> {
     fn find_pass(&self) -> Pass<()> {
         let (scene, rays, roots) = (self.uploaded.bindings(), &self.rays, &self.roots);
         let kernel = FindRoots { scene, rays, roots, root_counts: &self.counts, piece_count: &self.piece_count };
-        self.bench.device().pass(&kernel, &self.specialization, 64).expect("a pass")
+        self.fixture.device().pass(&kernel, &self.specialization, 64).expect("a pass")
     }
 
     /// The roots of rays between their bounds.
     pub fn find(&self, rays: &[BodyRay]) -> Vec<Vec<Found>> {
-        let device = self.bench.device();
+        let device = self.fixture.device();
         device.write(&self.rays, rays).expect("an upload");
         let mut frame = device.frame().expect("a frame");
         frame.clear(&self.counts);
@@ -157,7 +157,7 @@ impl<'a> Lab<'a> {
             (rays.len() * self.world.revolution_pieces.len()) as u64,
         );
         frame.run().expect("a run");
-        let (roots, counts) = (self.bench.read(&self.roots), self.bench.read(&self.counts));
+        let (roots, counts) = (self.fixture.read(&self.roots), self.fixture.read(&self.counts));
         let of_ray = |i: usize| {
             let found = &roots[i * MOST_ROOTS..][..MOST_ROOTS.min(counts[i] as usize)];
             found.iter().map(|root| Found { t: root.t, x: root.x, piece: root.piece }).collect()

@@ -12,7 +12,7 @@
 
 use glam::{DVec2, DVec3};
 
-use crate::bench::Rng;
+use crate::fixture::Rng;
 use crate::generated::RevolutionPiece;
 use crate::revolution::isolate::{Bracket, Isolation, Kind, MOST, Row, bernstein, product, refine};
 use crate::revolution::line::{Line, Point, Terms};

@@ -1,6 +1,6 @@
 //! Bodies of any size, anywhere, turned and mirrored: as those about the origin.
 
-use crate::bench::{Bench, EPS, Rng};
+use crate::fixture::{EPS, Fixture, Rng};
 use crate::revolution::lab::Lab;
 use crate::revolution::profiles::{self, Profile};
 use crate::revolution::rays::Kind;
@@ -22,12 +22,12 @@ fn bodies() -> Vec<Profile> {
 
 /// Rays at bodies after these directives.
 fn check(directives: &str) {
-    let bench = Bench::new();
+    let fixture = Fixture::new();
     let mut rng = Rng(1);
     let mut tally = Tally::default();
     for profile in bodies() {
-        let lab = Lab::new(&bench, &profile, directives, COUNT, SAME);
-        let alone = Lab::exact(&bench, &profile, COUNT);
+        let lab = Lab::new(&fixture, &profile, directives, COUNT, SAME);
+        let alone = Lab::exact(&fixture, &profile, COUNT);
         assert_eq!(lab.world.revolution_pieces, alone.world.revolution_pieces, "{}: {directives}", profile.name);
         for kind in [Kind::Primary5, Kind::Refracted, Kind::NearHorizontal, Kind::ThroughAxis] {
             tally.merge(&lab.tally(kind, &mut rng, COUNT, true));

@@ -5,7 +5,7 @@ use std::fmt::Write;
 use glam::DVec2;
 use goblet::geometry::bezier::Curve;
 
-use crate::bench::Rng;
+use crate::fixture::Rng;
 
 /// Segments of a degree that share end points (radius, height).
 #[derive(Clone, Debug)]

@@ -4,7 +4,7 @@ use std::f64::consts::TAU;
 
 use glam::{DVec2, DVec3};
 
-use crate::bench::{Rng, double, single};
+use crate::fixture::{Rng, double, single};
 use crate::revolution::oracle::Oracle;
 
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -4,7 +4,7 @@ use std::f64::consts::TAU;
 
 use glam::{DVec2, DVec3, Vec3Swizzles};
 
-use crate::bench::{Bench, EPS, Rng, double};
+use crate::fixture::{EPS, Fixture, Rng, double};
 use crate::generated::{BodyRay, INDEX_MASK, Met, NONE, RevolutionPiece};
 use crate::revolution::lab::Lab;
 use crate::revolution::profiles::{self, Profile};
@@ -13,8 +13,14 @@ use crate::revolution::rays::Kind;
 const COUNT: usize = 4096;
 
 /// Rays at a body after some directives, and what they meet.
-fn meet(bench: &Bench, profile: &Profile, directives: &str, rng: &mut Rng, mut each: impl FnMut(&Lab, &BodyRay, &Met)) {
-    let lab = Lab::new(bench, profile, directives, COUNT, 1e-3);
+fn meet(
+    fixture: &Fixture,
+    profile: &Profile,
+    directives: &str,
+    rng: &mut Rng,
+    mut each: impl FnMut(&Lab, &BodyRay, &Met),
+) {
+    let lab = Lab::new(fixture, profile, directives, COUNT, 1e-3);
     let kinds = [Kind::Primary5, Kind::Grazing, Kind::NearHorizontal, Kind::ThroughAxis];
     let rays: Vec<_> = (0..COUNT).map(|i| lab.draw(kinds[i % kinds.len()], rng)).collect();
     let mut found = 0;
@@ -88,10 +94,10 @@ fn assert_normal(lab: &Lab, met: &Met, twin: &Twin, flipped: bool) {
 
 #[test]
 fn positions_and_normals_are_those_of_the_profile() {
-    let bench = Bench::new();
+    let fixture = Fixture::new();
     let mut rng = Rng(1);
     for profile in profiles::all(&mut Rng(2)) {
-        meet(&bench, &profile, "", &mut rng, |lab, _, met| {
+        meet(&fixture, &profile, "", &mut rng, |lab, _, met| {
             let piece = &lab.world.revolution_pieces[(met.primitive & INDEX_MASK) as usize];
             let twin = Twin::of(piece, met.x.into());
             assert_on_surface(lab, met, &twin);
@@ -102,10 +108,10 @@ fn positions_and_normals_are_those_of_the_profile() {
 
 #[test]
 fn positions_are_where_rays_meet_the_surface() {
-    let bench = Bench::new();
+    let fixture = Fixture::new();
     let mut rng = Rng(3);
     for profile in profiles::all(&mut Rng(2)) {
-        meet(&bench, &profile, "", &mut rng, |_, ray, met| {
+        meet(&fixture, &profile, "", &mut rng, |_, ray, met| {
             let (o, d) = (double(ray.origin), double(ray.direction));
             let cosine = double(met.normal).dot(d.normalize()).abs();
             let off = (o + f64::from(met.t) * d).distance(double(met.position));
@@ -119,7 +125,7 @@ fn positions_are_where_rays_meet_the_surface() {
 /// As quadrics: the side that runs up has its normal outside, unless one of both turns it.
 #[test]
 fn orientation_and_mirrors_turn_normals() {
-    let bench = Bench::new();
+    let fixture = Fixture::new();
     let mut rng = Rng(4);
     let transforms = [
         ("Rotate 40 1 2 3 Scale 1 2 0.5", false),
@@ -130,14 +136,14 @@ fn orientation_and_mirrors_turn_normals() {
     ];
     for (directives, flipped) in transforms {
         for profile in profiles::reference() {
-            meet(&bench, &profile, directives, &mut rng, |lab, _, met| {
+            meet(&fixture, &profile, directives, &mut rng, |lab, _, met| {
                 let piece = &lab.world.revolution_pieces[(met.primitive & INDEX_MASK) as usize];
                 assert_normal(lab, met, &Twin::of(piece, met.x.into()), flipped);
             });
         }
     }
     let cylinder = Profile::new("cylinder", 1, &[[0.5, -1.0], [0.5, 1.0]]);
-    meet(&bench, &cylinder, "", &mut rng, |_, _, met| {
+    meet(&fixture, &cylinder, "", &mut rng, |_, _, met| {
         let outside = double(met.position).truncate().dot(double(met.normal).truncate());
         assert!(outside > 0.0, "{met:?} looks inside");
     });
@@ -147,11 +153,11 @@ fn orientation_and_mirrors_turn_normals() {
 /// x axis, as well as an arc tangent is known: 4096 units in the last place of pi.
 #[test]
 fn texture_coordinates_are_along_the_profile_and_around_the_axis() {
-    let bench = Bench::new();
+    let fixture = Fixture::new();
     let mut rng = Rng(5);
     for profile in profiles::reference() {
         let curves = profile.curves();
-        meet(&bench, &profile, "", &mut rng, |lab, _, met| {
+        meet(&fixture, &profile, "", &mut rng, |lab, _, met| {
             let [around, along] = met.uv.map(f64::from);
             let place = along * curves.len() as f64;
             let segment = (place as usize).min(curves.len() - 1);

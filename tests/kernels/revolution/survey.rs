@@ -2,7 +2,7 @@
 
 use std::time::Instant;
 
-use crate::bench::{Bench, Rng};
+use crate::fixture::{Fixture, Rng};
 use crate::revolution::lab::Lab;
 use crate::revolution::profiles;
 use crate::revolution::rays::{KINDS, Kind};
@@ -25,11 +25,11 @@ const BATCH: usize = 2048;
 
 /// Shares of rays at every body.
 fn survey(seed: u64, shares: &[Share]) -> Vec<Tally> {
-    let bench = Bench::new();
+    let fixture = Fixture::new();
     let mut rng = Rng(seed);
     let mut tallies = vec![Tally::default(); shares.len()];
     for profile in profiles::all(&mut rng) {
-        let lab = Lab::exact(&bench, &profile, BATCH);
+        let lab = Lab::exact(&fixture, &profile, BATCH);
         for (share, tally) in shares.iter().zip(&mut tallies) {
             for (i, first) in (0..share.rays).step_by(BATCH).enumerate() {
                 let count = BATCH.min(share.rays - first);
@@ -43,11 +43,11 @@ fn survey(seed: u64, shares: &[Share]) -> Vec<Tally> {
 /// Scenes of many bodies have a hierarchy over them; what a ray meets is the same.
 #[test]
 fn a_hierarchy_over_bodies_changes_nothing() {
-    let bench = Bench::new();
+    let fixture = Fixture::new();
     let mut rng = Rng(31);
     let mut hits = 0;
     for profile in profiles::all(&mut rng) {
-        let lab = Lab::exact(&bench, &profile, BATCH);
+        let lab = Lab::exact(&fixture, &profile, BATCH);
         let rays: Vec<_> = (0..BATCH).map(|_| lab.draw(Kind::Primary5, &mut rng)).collect();
         for (ray, (flat, met)) in rays.iter().zip(lab.meet(&rays).iter().zip(lab.meet_by_hierarchy(&rays))) {
             assert_eq!((flat.t, flat.position), (met.t, met.position), "{}: {ray:?}", profile.name);

@@ -2,7 +2,7 @@
 
 use std::fmt;
 
-use crate::bench::EPS;
+use crate::fixture::EPS;
 use crate::revolution::line::Line;
 use crate::revolution::oracle::{Oracle, Root};
 

@@ -14,7 +14,7 @@ use crate::scene::model::{Camera, Film, FilterKind, Integrator, PixelFilter};
 
 /// The parameters of these directives, with the name of the type, until all of them are known.
 #[derive(Debug, Default)]
-pub struct Options {
+pub struct SceneOptions {
     film: ParamList,
     filter: Option<(String, ParamList)>,
     camera: (String, ParamList),
@@ -27,7 +27,7 @@ pub struct Options {
     pub without_jitter: bool,
 }
 
-impl Options {
+impl SceneOptions {
     pub(in crate::scene) fn has_camera(&self) -> bool {
         self.world_from_camera.is_some()
     }

@@ -17,11 +17,11 @@ pub const EPS: f64 = 0.5 * f32::EPSILON as f64;
 pub const UNBOUNDED: f32 = 3.0e38;
 
 /// A device that must not say anything.
-pub struct Bench {
+pub struct Fixture {
     device: Arc<Device>,
 }
 
-impl Bench {
+impl Fixture {
     pub fn new() -> Self {
         Self { device: support::device() }
     }
@@ -70,7 +70,7 @@ impl Bench {
     }
 }
 
-impl Drop for Bench {
+impl Drop for Fixture {
     fn drop(&mut self) {
         if !std::thread::panicking() {
             support::assert_silent(&self.device);

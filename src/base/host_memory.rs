@@ -8,7 +8,7 @@
 /// The host does not have enough memory.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("out of memory: {what} needs {bytes} bytes more, which the system does not give")]
-pub struct NoRoom {
+pub struct OutOfHostMemory {
     /// The use of the memory.
     pub what: &'static str,
     /// Bytes that were asked for.
@@ -19,10 +19,10 @@ pub struct NoRoom {
 ///
 /// # Errors
 /// The system does not grant them.
-pub fn check(what: &'static str, bytes: u64) -> Result<(), NoRoom> {
-    let no_room = NoRoom { what, bytes };
-    let length = usize::try_from(bytes).map_err(|_| no_room)?;
-    Vec::<u8>::new().try_reserve_exact(length).map_err(|_| no_room)
+pub fn check(what: &'static str, bytes: u64) -> Result<(), OutOfHostMemory> {
+    let out_of_memory = OutOfHostMemory { what, bytes };
+    let length = usize::try_from(bytes).map_err(|_| out_of_memory)?;
+    Vec::<u8>::new().try_reserve_exact(length).map_err(|_| out_of_memory)
 }
 
 #[cfg(test)]
@@ -33,7 +33,7 @@ mod tests {
     fn what_no_memory_can_hold_is_refused() {
         check("a little", 1 << 20).unwrap();
         for bytes in [1 << 50, 1 << 62, u64::MAX] {
-            assert_eq!(check("too much", bytes), Err(NoRoom { what: "too much", bytes }));
+            assert_eq!(check("too much", bytes), Err(OutOfHostMemory { what: "too much", bytes }));
         }
     }
 }

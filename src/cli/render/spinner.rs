@@ -12,7 +12,7 @@ use crate::cli::terminal;
 
 /// A message that is shown until it is dropped. On a terminal it is a spinner that appears after
 /// [`PATIENCE`]; else it is a line at each [`LINE_INTERVAL`]. With `--quiet` nothing is shown.
-pub struct Notice {
+pub struct Spinner {
     end: Option<Sender<()>>,
     thread: Option<JoinHandle<()>>,
 }
@@ -20,7 +20,7 @@ pub struct Notice {
 /// The time before a spinner appears.
 const PATIENCE: Duration = Duration::from_secs(1);
 
-impl Notice {
+impl Spinner {
     pub fn new(what: &'static str, quiet: bool) -> Self {
         let (end, ended) = channel();
         let thread = (!quiet).then(|| thread::spawn(move || show(what, &ended)));
@@ -28,7 +28,7 @@ impl Notice {
     }
 }
 
-impl Drop for Notice {
+impl Drop for Spinner {
     fn drop(&mut self) {
         self.end = None;
         // The spinner must be gone before anything else is printed.
