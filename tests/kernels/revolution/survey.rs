@@ -84,7 +84,10 @@ fn complaints(kind: Kind, tally: &Tally) -> Vec<String> {
     if kind != Kind::Grazing {
         demand(clean.mean() <= 1e-7, format!("distances are off by {:.1e} in the mean", clean.mean()));
     }
-    demand(clean.largest <= MOST_OFF, format!("distances are off by up to {:.1e}", clean.largest));
+    // A surface that is off by e is met e / |N.D| from where it should be, and the least |N.D| here is
+    // 0.01, which only grazing rays come near.
+    let most_off = if kind == Kind::Grazing { 2e-7 / 0.01 } else { MOST_OFF };
+    demand(clean.largest <= most_off, format!("distances are off by up to {:.1e}", clean.largest));
     complaints
 }
 
