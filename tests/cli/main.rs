@@ -1,6 +1,7 @@
 //! The command as people run it: each test starts `goblet` in a folder of its own.
 
 mod advise;
+mod aov;
 #[cfg(unix)]
 mod files;
 #[cfg(target_os = "linux")]

@@ -1,7 +1,6 @@
 //! The graphics state, and the scene that directives build.
 
 // Circle: state.rs <-> options.rs <-> transforms.rs: methods of SceneBuilder by topic, each with the part of the state that they change.
-
 mod collected;
 mod options;
 mod resolve;
