@@ -3,6 +3,7 @@
 # survives, or if the line that it changes is no longer there.
 #
 #   sh tests/break.sh [NUMBER...]     all breaks, unless numbers are given
+#   sh tests/break.sh check           only finds the lines, as tests/run.sh does
 #
 # Works in a copy of the committed and changed files under target/break, and takes about a minute
 # and a half a break on two cores.
@@ -13,7 +14,6 @@ export CARGO_TARGET_DIR="${CARGO_TARGET_DIR:-$root/target}"
 copy=$CARGO_TARGET_DIR/break
 # What is built for one run of the tests is not worth optimising.
 export CARGO_INCREMENTAL=0 CARGO_PROFILE_DEV_OPT_LEVEL=0 CARGO_PROFILE_DEV_DEBUG=false
-mkdir -p "$copy"
 
 # Closed forms and kernels: the tests that take longest find nothing that these do not.
 quick() {
@@ -27,14 +27,14 @@ breaks() {
 next-event estimation drops the cosine at the surface|direct.radiance * (cos_surface * weight / direct.pdf)|direct.radiance * (weight / direct.pdf)
 flux of photons counts double|visible_throughputs_at(pixel).rgb * flux * (flux_scale / radius2)|visible_throughputs_at(pixel).rgb * flux * (2.0 * flux_scale / radius2)
 photons of any surface in the sphere count, not those on the disc|return dot(n, photon_normal) > MIN_COSINE && height * height < MAX_HEIGHT * MAX_HEIGHT * radius2;|return true;
-eta is that of the other way through the surface|float eta = outside ? material.eta.x : 1.0 / material.eta.x;|float eta = outside ? 1.0 / material.eta.x : material.eta.x;
-a visible point forgets the throughput of its eye path|path.bsdf = throughput * material.color / PI;|path.bsdf = material.color / PI;
-photons that are not on the disc are counted|sum.count += wanted ? 1u : 0u;|sum.count += 1u;
+eta is that of the other way through the surface|return outside ? material.eta.x : 1.0 / material.eta.x;|return outside ? 1.0 / material.eta.x : material.eta.x;
+a visible point forgets the throughput of its eye path|path.bsdf = state.throughput * material.color / PI;|path.bsdf = material.color / PI;
+photons that are not on the disc are counted|sum.count += on_disc ? 1u : 0u;|sum.count += 1u;
 the pdf of a light leaves out the chance that it is chosen|return light.direct_pmf * area_pdf *|return area_pdf *
 survivors of Russian roulette keep their weight|path.weight = after < before ? weight * (before / after) : weight;|path.weight = weight;
-a visible point stays where its eye path now finds none|store_visible_throughputs(pixel, path.reached > 0.0 ? vec4(path.bsdf, path.reached) : vec4(0.0));|if (path.reached > 0.0) store_visible_throughputs(pixel, vec4(path.bsdf, path.reached));
+a visible point stays where its eye path now finds none|store_visible_throughputs(pixel, last.reached > 0.0 ? vec4(last.bsdf, last.reached) : vec4(0.0));|if (last.reached > 0.0) store_visible_throughputs(pixel, vec4(last.bsdf, last.reached));
 the radius shrinks by alpha where it should by 1 - alpha|float lost = (1.0 - alpha) * found / all;|float lost = alpha * found / all;
-photons are compressed in glass as radiance is|float compression = carries == RADIANCE ?|float compression = carries == carries ?
+photons are compressed in glass as radiance is|material.color * (compression * masking_shadowing_weight(|material.color * (1.0 / (eta * eta) * masking_shadowing_weight(
 photons bring direct light beside next-event estimation|bool is_wanted = DIRECT_NEE ? path.depth > 0u : true;|bool is_wanted = true;
 the low word of a sum of flux does not carry|sum.high += high + mix(uvec3(0u), uvec3(1u), lessThan(sum.low, low));|sum.high += high;
 LIST
@@ -51,6 +51,26 @@ restore() {
     done
 }
 
+# The one file that contains a text.
+file_of() {
+    files=$(grep -rlF -e "$1" shaders) || files=
+    if [ "$(echo "$files" | wc -w)" -ne 1 ]; then
+        echo "$number. $name: the text to change is in ${files:-no file}: $1" >&2
+        exit 1
+    fi
+    echo "$files"
+}
+
+number=0
+breaks | while IFS='|' read -r name from to; do
+    number=$((number + 1))
+    file_of "$from" >/dev/null
+done
+if [ "$*" = check ]; then
+    exit 0
+fi
+
+mkdir -p "$copy"
 breaks >"$copy.list"
 number=0
 survivors=0
@@ -58,12 +78,7 @@ while IFS='|' read -r name from to <&3; do
     number=$((number + 1))
     case " $* " in "  " | *" $number "*) ;; *) continue ;; esac
     restore
-    files=$(cd "$copy" && grep -rlF -e "$from" shaders) || files=
-    if [ "$(echo "$files" | wc -w)" -ne 1 ]; then
-        echo "$number. $name: the text to change is in ${files:-no file}: $from" >&2
-        exit 1
-    fi
-    FROM=$from TO=$to perl -0777 -pi -e 's/\Q$ENV{FROM}\E/$ENV{TO}/' "$copy/$files"
+    FROM=$from TO=$to perl -0777 -pi -e 's/\Q$ENV{FROM}\E/$ENV{TO}/' "$copy/$(file_of "$from")"
     log=$copy.log
     if (cd "$copy" && quick) >"$log" 2>&1; then
         echo "$number. $name: SURVIVES"

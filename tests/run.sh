@@ -24,6 +24,7 @@ step() {
     echo "== $(($(date +%s) - before)) seconds"
 }
 step cargo fmt --all --check
+step sh tests/break.sh check
 step cargo clippy --locked --workspace --all-targets -- -D warnings
 step cargo check --locked --lib --bins --no-default-features
 step cargo test --locked --workspace

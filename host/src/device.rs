@@ -15,6 +15,7 @@ use crate::guard::{GUARD_BYTES, Guards};
 use crate::instance::Instance;
 use crate::kernel::{Compiling, Kernel, Pass};
 use crate::physical::{self, DeviceInfo, DeviceMemory, Requirements, compute_family};
+use crate::pipeline::Pipelines;
 use crate::recording::{Recorder, lock};
 use crate::shared::DeviceShared;
 use crate::texels::{GUARD_ROWS, RawTexels, Texels};
@@ -79,6 +80,7 @@ impl Device {
         };
         let mut shared = DeviceShared {
             nanoseconds_per_tick: (timestamp_bits > 0).then_some(properties.limits.timestamp_period),
+            pipelines: Pipelines::default(),
             allocated: AtomicU64::new(0),
             raw,
             physical,
@@ -255,7 +257,8 @@ impl Device {
         Ok(data)
     }
 
-    /// Compiles a kernel for a workgroup size and binds its arrays, which the pass keeps alive.
+    /// Compiles a kernel for a workgroup size, unless this device has done so before, and binds its arrays,
+    /// which the pass keeps alive.
     ///
     /// # Errors
     /// The kernel was not built for that size, or the driver refuses it.

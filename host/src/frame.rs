@@ -38,7 +38,7 @@ impl<'a> Frame<'a> {
         // the device and the wait in `run` ensure; sizes are within the device's limits.
         unsafe {
             vulkan.cmd_fill_buffer(commands, timer.marker.handle, 0, 4, number as u32);
-            vulkan.cmd_bind_pipeline(commands, vk::PipelineBindPoint::COMPUTE, pass.pipeline);
+            vulkan.cmd_bind_pipeline(commands, vk::PipelineBindPoint::COMPUTE, pass.pipeline());
             if !pass.sets.is_empty() {
                 let point = vk::PipelineBindPoint::COMPUTE;
                 vulkan.cmd_bind_descriptor_sets(commands, point, pass.layout, 0, &pass.sets, &[]);

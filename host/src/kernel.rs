@@ -9,8 +9,8 @@ use bytemuck::Pod;
 
 use crate::buffer::{Buffer, RawBuffer};
 use crate::error::{Context, Error, Result};
+use crate::pipeline::Source;
 use crate::shared::DeviceShared;
-use crate::specialize;
 use crate::texels::{RawTexels, Texels};
 
 /// A kernel with its arrays. Implemented by generated code only.
@@ -98,7 +98,8 @@ enum Kept {
 /// A compiled kernel with its arrays bound; `Push` are its push constants.
 pub struct Pass<Push> {
     pub(crate) name: &'static str,
-    pub(crate) pipeline: vk::Pipeline,
+    /// `None` only until it is compiled.
+    pipeline: Option<Arc<vk::Pipeline>>,
     pub(crate) layout: vk::PipelineLayout,
     pub(crate) sets: Vec<vk::DescriptorSet>,
     pub(crate) workgroup_size: u32,
@@ -124,7 +125,7 @@ impl<Push: Pod> Pass<Push> {
         let bindings = kernel.bindings();
         let mut pass = Self {
             name: K::NAME,
-            pipeline: vk::Pipeline::null(),
+            pipeline: None,
             layout: vk::PipelineLayout::null(),
             sets: Vec::new(),
             workgroup_size,
@@ -137,6 +138,11 @@ impl<Push: Pod> Pass<Push> {
         pass.create_layout(&bindings)?;
         pass.bind(&bindings)?;
         Ok(pass)
+    }
+
+    /// Returns the compiled kernel.
+    pub(crate) fn pipeline(&self) -> vk::Pipeline {
+        self.pipeline.as_deref().copied().unwrap_or_default()
     }
 
     fn create_layout(&mut self, bindings: &[Binding<'_>]) -> Result<()> {
@@ -207,49 +213,11 @@ impl<Push: Pod> Pass<Push> {
     }
 }
 
-/// The input of the driver's compiler.
-struct Source {
-    words: Vec<u32>,
-    layout: vk::PipelineLayout,
-}
-
-impl Source {
-    fn new<K: Kernel>(pass: &Pass<K::Push>, specialization: &K::Specialization) -> Result<Self> {
-        let code = K::CODE.iter().find(|code| code.workgroup_size == pass.workgroup_size);
-        let code = code.ok_or_else(|| Error::Unfit {
-            device: pass.device.info.name.clone(),
-            reason: format!("kernel {} was not built for workgroups of {}", K::NAME, pass.workgroup_size),
-        })?;
-        let word = |word: &[u8]| u32::from_le_bytes([word[0], word[1], word[2], word[3]]);
-        let words: Vec<u32> = code.spirv.chunks_exact(4).map(word).collect();
-        let words = specialize::specialize(&words, |id| specialization.value(id));
-        Ok(Self { words, layout: pass.layout })
-    }
-
-    fn compile(&self, device: &DeviceShared) -> Result<vk::Pipeline> {
-        // SAFETY: the code was compiled and reflected by the build script; the module is
-        // destroyed once the pipeline has been made, the pipeline with the pass.
-        unsafe {
-            let create = vk::ShaderModuleCreateInfo::default().code(&self.words);
-            let module = device.raw.create_shader_module(&create, None).context("vkCreateShaderModule")?;
-            let stage = vk::PipelineShaderStageCreateInfo::default()
-                .stage(vk::ShaderStageFlags::COMPUTE)
-                .module(module)
-                .name(c"main");
-            let create = [vk::ComputePipelineCreateInfo::default().stage(stage).layout(self.layout)];
-            let made = device.raw.create_compute_pipelines(vk::PipelineCache::null(), &create, None);
-            device.raw.destroy_shader_module(module, None);
-            let pipelines = made.map_err(|(_, result)| Error::Vulkan { call: "compiling a kernel", result })?;
-            Ok(pipelines[0])
-        }
-    }
-}
-
 /// A pass whose kernel is being compiled on a thread of its own: a driver takes about a third of a second
 /// for a kernel that traces rays.
 pub struct Compiling<Push> {
     pass: Option<Pass<Push>>,
-    thread: Option<JoinHandle<Result<vk::Pipeline>>>,
+    thread: Option<JoinHandle<Result<Arc<vk::Pipeline>>>>,
 }
 
 impl<Push: Pod> Compiling<Push> {
@@ -260,9 +228,9 @@ impl<Push: Pod> Compiling<Push> {
         workgroup_size: u32,
     ) -> Result<Self> {
         let pass = Pass::unfinished(device, kernel, workgroup_size)?;
-        let source = Source::new::<K>(&pass, specialization)?;
+        let source = Source::new::<K>(device, specialization, workgroup_size, pass.layout)?;
         let device = Arc::clone(device);
-        let thread = Builder::new().spawn(move || source.compile(&device)).map_err(Error::Thread)?;
+        let thread = Builder::new().spawn(move || source.pipeline(&device)).map_err(Error::Thread)?;
         Ok(Self { pass: Some(pass), thread: Some(thread) })
     }
 
@@ -274,7 +242,7 @@ impl<Push: Pod> Compiling<Push> {
         let failed = Error::Vulkan { call: "compiling a kernel", result: vk::Result::ERROR_UNKNOWN };
         match (self.pass.take(), self.thread.take().map(JoinHandle::join)) {
             (Some(mut pass), Some(Ok(pipeline))) => {
-                pass.pipeline = pipeline?;
+                pass.pipeline = Some(pipeline?);
                 Ok(pass)
             }
             _ => Err(failed),
@@ -284,10 +252,8 @@ impl<Push: Pod> Compiling<Push> {
 
 impl<Push> Drop for Compiling<Push> {
     fn drop(&mut self) {
-        // The thread uses what the pass holds.
-        if let (Some(pass), Some(Ok(Ok(pipeline)))) = (&mut self.pass, self.thread.take().map(JoinHandle::join)) {
-            pass.pipeline = pipeline;
-        }
+        // The thread uses the pass's layout. Its pipeline stays with the device.
+        let _pipeline = self.thread.take().map(JoinHandle::join);
     }
 }
 
@@ -296,7 +262,6 @@ impl<Push> Drop for Pass<Push> {
         // SAFETY: frames wait for the device before they return, so nothing uses it;
         // destroying a null handle does nothing.
         unsafe {
-            self.device.raw.destroy_pipeline(self.pipeline, None);
             self.device.raw.destroy_pipeline_layout(self.layout, None);
             self.device.raw.destroy_descriptor_pool(self.pool, None);
             for layout in &self.set_layouts {

@@ -17,6 +17,7 @@ mod kernel;
 mod machine;
 mod memory;
 mod physical;
+mod pipeline;
 #[cfg(feature = "present")]
 mod present;
 mod recording;

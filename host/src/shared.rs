@@ -6,6 +6,7 @@ use ash::vk;
 
 use crate::instance::Instance;
 use crate::physical::DeviceInfo;
+use crate::pipeline::Pipelines;
 
 /// A Vulkan device with its queue and command pool. Buffers, texels, passes and the timer hold it,
 /// so that it is destroyed after them.
@@ -20,6 +21,8 @@ pub(crate) struct DeviceShared {
     pub memory: vk::PhysicalDeviceMemoryProperties,
     /// Nanoseconds of a timestamp's unit; `None` if the queue has no timestamps.
     pub nanoseconds_per_tick: Option<f32>,
+    /// Kernels that have been compiled.
+    pub pipelines: Pipelines,
     /// Bytes of device memory that buffers and texels hold now.
     pub allocated: AtomicU64,
     /// Kept alive until the device is destroyed.
@@ -31,6 +34,7 @@ impl Drop for DeviceShared {
         // SAFETY: buffers, passes and the timer hold this; they are gone; destroying a null
         // handle does nothing.
         unsafe {
+            self.pipelines.destroy(&self.raw);
             self.raw.destroy_command_pool(self.command_pool, None);
             self.raw.destroy_device(None);
         }

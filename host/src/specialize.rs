@@ -7,45 +7,7 @@
 
 use std::collections::{HashMap, HashSet};
 
-mod op {
-    pub const NAME: u32 = 5;
-    pub const MEMBER_NAME: u32 = 6;
-    pub const LINE: u32 = 8;
-    pub const ENTRY_POINT: u32 = 15;
-    pub const TYPE_BOOL: u32 = 20;
-    pub const CONSTANT_TRUE: u32 = 41;
-    pub const CONSTANT_FALSE: u32 = 42;
-    pub const CONSTANT: u32 = 43;
-    pub const SPEC_CONSTANT_TRUE: u32 = 48;
-    pub const SPEC_CONSTANT_FALSE: u32 = 49;
-    pub const SPEC_CONSTANT: u32 = 50;
-    pub const FUNCTION: u32 = 54;
-    pub const FUNCTION_END: u32 = 56;
-    pub const FUNCTION_CALL: u32 = 57;
-    pub const VARIABLE: u32 = 59;
-    pub const LOAD: u32 = 61;
-    pub const STORE: u32 = 62;
-    pub const COPY_MEMORY: u32 = 63;
-    pub const DECORATE: u32 = 71;
-    pub const COPY_OBJECT: u32 = 83;
-    pub const IMAGE_WRITE: u32 = 99;
-    pub const LOGICAL_OR: u32 = 166;
-    pub const LOGICAL_AND: u32 = 167;
-    pub const LOGICAL_NOT: u32 = 168;
-    pub const SELECT: u32 = 169;
-    pub const CONTROL_BARRIER: u32 = 224;
-    pub const MEMORY_BARRIER: u32 = 225;
-    pub const ATOMIC_STORE: u32 = 228;
-    pub const PHI: u32 = 245;
-    pub const LOOP_MERGE: u32 = 246;
-    pub const SELECTION_MERGE: u32 = 247;
-    pub const LABEL: u32 = 248;
-    pub const BRANCH: u32 = 249;
-    pub const BRANCH_CONDITIONAL: u32 = 250;
-    pub const SWITCH: u32 = 251;
-    pub const RETURN_VALUE: u32 = 254;
-    pub const UNREACHABLE: u32 = 255;
-}
+mod op;
 
 /// The decoration that gives a specialization constant its id.
 const SPEC_ID: u32 = 1;
@@ -68,6 +30,24 @@ pub fn specialize(words: &[u32], value: impl Fn(u32) -> Option<[u8; 4]>) -> Vec<
     out[BOUND] = module.bound;
     out.extend(module.words());
     out
+}
+
+/// Ids of the specialization constants of SPIR-V, in ascending order.
+pub fn constants(words: &[u32]) -> Vec<u32> {
+    let mut ids = Vec::new();
+    let mut rest = words.get(HEADER..).unwrap_or_default();
+    while let Some(&first) = rest.first() {
+        let (length, opcode) = ((first >> 16) as usize, first & 0xffff);
+        if opcode == op::FUNCTION {
+            break;
+        }
+        if let (op::DECORATE, Some([_, SPEC_ID, id])) = (opcode, rest.get(1..length)) {
+            ids.push(*id);
+        }
+        rest = rest.get(length.max(1)..).unwrap_or_default();
+    }
+    ids.sort_unstable();
+    ids
 }
 
 /// An instruction.

@@ -6,22 +6,30 @@ pub mod random;
 pub mod variants;
 
 use std::path::{Path, PathBuf};
-use std::sync::Arc;
+use std::sync::{Arc, LazyLock};
 
 use goblet::image::film::Image;
 use goblet::scene::Scene;
 use goblet::{Options, Renderer, Tally};
 use goblet_host::Device;
 
-/// A device with validation layers on. Without one, the test fails and says why.
+/// A device with validation layers on. The tests of a suite share as many as there are cores: each compiles
+/// a kernel once, and only tests on the same device wait for each other. Without a device, a test fails and
+/// says why.
 pub fn device() -> Arc<Device> {
-    match goblet::open_device(&goblet::DeviceOptions { validation: true, ..Default::default() }) {
-        Ok(device) => Arc::new(device),
+    static DEVICES: LazyLock<Result<Vec<Arc<Device>>, String>> = LazyLock::new(|| {
+        let cores = std::thread::available_parallelism().map_or(1, usize::from);
+        let options = goblet::DeviceOptions { validation: true, ..Default::default() };
+        let open = |_| goblet::open_device(&options).map(Arc::new).map_err(|error| error.to_string());
+        (0..cores).map(open).collect()
+    });
+    match &*DEVICES {
+        Ok(devices) => devices.iter().min_by_key(|device| Arc::strong_count(device)).map(Arc::clone).unwrap(),
         Err(error) => panic!("{error}"),
     }
 }
 
-/// Fails if the validation layers have said anything.
+/// Fails if the validation layers have said anything, be it about another test of the suite.
 pub fn assert_silent(device: &Device) {
     let messages = device.validation_messages();
     assert!(messages.is_empty(), "validation messages: {messages:#?}");

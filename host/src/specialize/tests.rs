@@ -78,3 +78,9 @@ fn what_a_true_constant_guards_stays_without_a_branch() {
 fn constants_that_nobody_gives_keep_their_values() {
     assert_eq!(count(&specialize(&module(), |_| None), op::FUNCTION_CALL), 0);
 }
+
+#[test]
+fn a_kernel_names_its_constants() {
+    assert_eq!(constants(&module()), [7]);
+    assert!(constants(&specialize(&module(), |_| None)).is_empty());
+}

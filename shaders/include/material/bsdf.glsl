@@ -60,6 +60,11 @@ float masking_shadowing_weight(Material material, vec3 wo, vec3 wi, Frame frame,
     return 1.0;
 }
 
+// Index of refraction of a dielectric's far side over that of its near side.
+float relative_eta(Material material, bool outside) {
+    return outside ? material.eta.x : 1.0 / material.eta.x;
+}
+
 // In all scatter_* functions frame.n is on wo's side. eta: index of the far side over the near side;
 // `transport` is RADIANCE or FLUX.
 Scatter scatter_dielectric(Material material, vec3 wo, Frame frame, float eta, float u, vec2 u_facet, bool transport) {
@@ -133,7 +138,7 @@ Scatter scatter_specular(Material material, vec3 wo, vec3 n, vec3 tangent, float
         frame = frame_about(frame.n, tangent);
     }
     if (HAS_DIELECTRICS && material.kind == DIELECTRIC) {
-        float eta = outside ? material.eta.x : 1.0 / material.eta.x;
+        float eta = relative_eta(material, outside);
         scattered = scatter_dielectric(material, wo, frame, eta, u, u_facet, transport);
     }
     if (HAS_CONDUCTORS && material.kind == CONDUCTOR) {

@@ -67,7 +67,7 @@ BsdfValue evaluate_bsdf(Material material, vec3 wo, vec3 wi, vec3 n, vec3 tangen
         return bsdf;
     }
     if (HAS_DIELECTRICS && material.kind == DIELECTRIC) {
-        float eta = outside ? material.eta.x : 1.0 / material.eta.x;
+        float eta = relative_eta(material, outside);
         return evaluate_dielectric(material, local_o, local_i, eta, transport);
     }
     if (local_i.z < 0.0) {

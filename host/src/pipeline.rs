@@ -1,0 +1,129 @@
+//! Compiled kernels. A device keeps them: a second pass with the same code compiles nothing.
+
+use std::collections::HashMap;
+use std::sync::{Arc, Mutex};
+
+use ash::vk;
+
+use crate::error::{Context, Error, Result};
+use crate::kernel::{Kernel, SpecializationValues};
+use crate::recording::lock;
+use crate::shared::DeviceShared;
+use crate::specialize;
+
+/// Pipelines that no pass uses are dropped once a device has this many.
+const MAX_UNUSED: usize = 64;
+
+/// What a pipeline is made from. The arrays of a kernel, and with them its layout, follow from its code.
+#[derive(Clone, PartialEq, Eq, Hash)]
+struct Key {
+    /// Address of the SPIR-V, which is static.
+    code: usize,
+    /// Values of the constants that the code has, in the order of their ids.
+    values: Vec<[u8; 4]>,
+}
+
+/// The pipelines of a device.
+#[derive(Default)]
+pub(crate) struct Pipelines {
+    made: Mutex<HashMap<Key, Arc<vk::Pipeline>>>,
+}
+
+impl Pipelines {
+    /// Destroys all pipelines.
+    ///
+    /// # Safety
+    /// Nothing uses them any more, and `device` is the one that made them.
+    pub unsafe fn destroy(&self, device: &ash::Device) {
+        for (_, pipeline) in lock(&self.made).drain() {
+            // SAFETY: the caller promises it.
+            unsafe { device.destroy_pipeline(*pipeline, None) };
+        }
+    }
+
+    fn keep(&self, device: &ash::Device, key: Key, pipeline: vk::Pipeline) -> Arc<vk::Pipeline> {
+        let mut made = lock(&self.made);
+        if made.len() >= MAX_UNUSED {
+            made.retain(|_, pipeline| {
+                let is_used = Arc::strong_count(pipeline) > 1;
+                if !is_used {
+                    // SAFETY: no pass has it, and the lock keeps new ones from getting it.
+                    unsafe { device.destroy_pipeline(**pipeline, None) };
+                }
+                is_used
+            });
+        }
+        if let Some(other) = made.get(&key) {
+            // Another thread has compiled the same meanwhile.
+            // SAFETY: nothing has used it.
+            unsafe { device.destroy_pipeline(pipeline, None) };
+            return Arc::clone(other);
+        }
+        let pipeline = Arc::new(pipeline);
+        made.insert(key, Arc::clone(&pipeline));
+        pipeline
+    }
+}
+
+/// The input of the driver's compiler.
+pub(crate) struct Source {
+    spirv: Vec<u32>,
+    constants: HashMap<u32, [u8; 4]>,
+    key: Key,
+    layout: vk::PipelineLayout,
+}
+
+impl Source {
+    /// Takes a kernel's code for a workgroup size. `layout` must live until it is compiled.
+    pub fn new<K: Kernel>(
+        device: &DeviceShared,
+        specialization: &K::Specialization,
+        workgroup_size: u32,
+        layout: vk::PipelineLayout,
+    ) -> Result<Self> {
+        let code = K::CODE.iter().find(|code| code.workgroup_size == workgroup_size);
+        let code = code.ok_or_else(|| Error::Unfit {
+            device: device.info.name.clone(),
+            reason: format!("kernel {} was not built for workgroups of {workgroup_size}", K::NAME),
+        })?;
+        let word = |word: &[u8]| u32::from_le_bytes([word[0], word[1], word[2], word[3]]);
+        let spirv: Vec<u32> = code.spirv.chunks_exact(4).map(word).collect();
+        let constants: Vec<_> = specialize::constants(&spirv)
+            .into_iter()
+            .filter_map(|id| specialization.value(id).map(|value| (id, value)))
+            .collect();
+        let key = Key { code: code.spirv.as_ptr().addr(), values: constants.iter().map(|(_, value)| *value).collect() };
+        Ok(Self { spirv, constants: constants.into_iter().collect(), key, layout })
+    }
+
+    /// Returns the pipeline, compiled now unless the device has it already.
+    pub fn pipeline(self, device: &DeviceShared) -> Result<Arc<vk::Pipeline>> {
+        let kept = lock(&device.pipelines.made).get(&self.key).map(Arc::clone);
+        match kept {
+            Some(kept) => Ok(kept),
+            None => {
+                let pipeline = self.compile(device)?;
+                Ok(device.pipelines.keep(&device.raw, self.key, pipeline))
+            }
+        }
+    }
+
+    fn compile(&self, device: &DeviceShared) -> Result<vk::Pipeline> {
+        let words = specialize::specialize(&self.spirv, |id| self.constants.get(&id).copied());
+        // SAFETY: the code was compiled and reflected by the build script; the module is
+        // destroyed once the pipeline has been made, the pipeline by `Pipelines`.
+        unsafe {
+            let create = vk::ShaderModuleCreateInfo::default().code(&words);
+            let module = device.raw.create_shader_module(&create, None).context("vkCreateShaderModule")?;
+            let stage = vk::PipelineShaderStageCreateInfo::default()
+                .stage(vk::ShaderStageFlags::COMPUTE)
+                .module(module)
+                .name(c"main");
+            let create = [vk::ComputePipelineCreateInfo::default().stage(stage).layout(self.layout)];
+            let made = device.raw.create_compute_pipelines(vk::PipelineCache::null(), &create, None);
+            device.raw.destroy_shader_module(module, None);
+            let pipelines = made.map_err(|(_, result)| Error::Vulkan { call: "compiling a kernel", result })?;
+            Ok(pipelines[0])
+        }
+    }
+}
