@@ -13,10 +13,8 @@ use serde_json::Value;
 use super::stats::count;
 use super::{Failure, InfoArgs, terminal};
 use crate::gpu_scene::camera::pack_camera;
-use crate::gpu_scene::pack::{PackedScene, pack};
-use crate::kernels::{
-    AREA, Constant, DISTANT, GONIOMETRIC, INFINITE, POINT, PROJECTION, PassFeatures, SKY, SPOT, Specialization,
-};
+use crate::gpu_scene::pack::{PackedScene, light_kind, pack};
+use crate::kernels::{Constant, PassFeatures, Specialization};
 use crate::render::buffers::Sizes;
 use crate::render::error::RenderError;
 use crate::render::memory::MemoryNeed;
@@ -41,7 +39,7 @@ struct Info {
 #[derive(Serialize)]
 struct Contents {
     /// Counts of shapes, materials and lights by type.
-    scene: BTreeMap<&'static str, u64>,
+    scene: BTreeMap<String, u64>,
     /// The bounding sphere; `None` if there is no surface.
     bounds: Option<Bounds>,
     /// Power in W by kind of light, as the mean of red, green and blue.
@@ -209,19 +207,8 @@ fn light_power(packed: &PackedScene) -> BTreeMap<&'static str, f64> {
     let scene_unit = 1.0 / packed.space.scale;
     let mut powers = BTreeMap::new();
     for light in &packed.arrays.lights {
-        let kind = match light.kind {
-            POINT => "point",
-            SPOT => "spot",
-            DISTANT => "distant",
-            INFINITE => "infinite",
-            AREA => "area",
-            SKY => "sky",
-            GONIOMETRIC => "goniometric",
-            PROJECTION => "projection",
-            _ => "other",
-        };
         let power = f64::from(light.emission_pmf) * packed.mean_power * scene_unit * scene_unit;
-        *powers.entry(kind).or_insert(0.0) += power;
+        *powers.entry(light_kind(light.kind)).or_insert(0.0) += power;
     }
     powers
 }

@@ -13,7 +13,7 @@ use crate::render::counters::Tally;
 use crate::render::error::RenderError;
 use crate::render::renderer::Renderer;
 use crate::render::unsampled::Noise;
-use crate::scene::{Geometry, Light, Material, Scene};
+use crate::scene::{Geometry, Scene};
 
 /// The largest share of photon paths that may be lost in glass without a warning.
 const MOST_LOST: f64 = 1e-4;
@@ -24,7 +24,7 @@ pub struct Stats {
     device: String,
     driver: String,
     /// Counts of shapes, materials and lights by type.
-    scene: BTreeMap<&'static str, u64>,
+    scene: BTreeMap<String, u64>,
     iterations: u32,
     photons: u64,
     photons_per_second: f64,
@@ -200,46 +200,29 @@ fn failed(path: &Path, reason: io::Error) -> Failure {
 }
 
 /// Counts the shapes, the materials of shapes, and the lights by type.
-pub(crate) fn count(scene: &Scene) -> BTreeMap<&'static str, u64> {
+pub(crate) fn count(scene: &Scene) -> BTreeMap<String, u64> {
     let mut counts = BTreeMap::new();
-    let mut add = |name, number| *counts.entry(name).or_insert(0) += number;
+    let mut add = |name: String, number| *counts.entry(name).or_insert(0) += number;
     for shape in &scene.shapes {
         match &shape.geometry {
             Geometry::Mesh(mesh) => {
-                add("meshes", 1);
-                add("triangles", mesh.triangles.len() as u64);
+                add("meshes".into(), 1);
+                add("triangles".into(), mesh.triangles.len() as u64);
             }
-            Geometry::Sphere { .. } => add("spheres", 1),
-            Geometry::Disk { .. } => add("disks", 1),
-            Geometry::Revolution(_) => add("revolutions", 1),
+            Geometry::Sphere { .. } => add("spheres".into(), 1),
+            Geometry::Disk { .. } => add("disks".into(), 1),
+            Geometry::Revolution(_) => add("revolutions".into(), 1),
         }
         if shape.emission.is_some() {
-            add("area_lights", 1);
+            add("area_lights".into(), 1);
         }
-        match scene.materials[shape.material] {
-            Material::Diffuse { .. } => add("diffuse_shapes", 1),
-            Material::Conductor { .. } => add("conductor_shapes", 1),
-            Material::Dielectric { .. } => add("dielectric_shapes", 1),
-            Material::ThinDielectric { .. } => add("thin_dielectric_shapes", 1),
-            Material::DiffuseTransmission { .. } => add("diffuse_transmission_shapes", 1),
-            Material::CoatedDiffuse { .. } => add("coated_diffuse_shapes", 1),
-            Material::CoatedConductor { .. } => add("coated_conductor_shapes", 1),
-            Material::Mix { .. } => add("mix_shapes", 1),
-            Material::Interface => {}
-        }
+        add(format!("{}_shapes", scene.materials[shape.material].kind()), 1);
     }
     if !scene.instances.is_empty() {
-        add("instances", scene.instances.len() as u64);
+        add("instances".into(), scene.instances.len() as u64);
     }
     for light in &scene.lights {
-        match light {
-            Light::Point { .. } => add("point_lights", 1),
-            Light::Spot { .. } => add("spot_lights", 1),
-            Light::Distant { .. } => add("distant_lights", 1),
-            Light::Infinite { .. } | Light::Sky { .. } => add("infinite_lights", 1),
-            Light::Goniometric { .. } => add("goniometric_lights", 1),
-            Light::Projection { .. } => add("projection_lights", 1),
-        }
+        add(format!("{}_lights", light.kind()), 1);
     }
     counts
 }

@@ -27,6 +27,7 @@ use obvhs::aabb::Aabb;
 pub use contact::Contacts;
 use contact::Part;
 use instance::Placed;
+pub(crate) use light::light_kind;
 use light::light_of;
 use light_range::{set_reach, sphere_of_reach};
 use material::specialize;

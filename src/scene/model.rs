@@ -6,6 +6,8 @@
 
 pub(in crate::scene) mod extent;
 mod input;
+mod light;
+mod material;
 pub(in crate::scene) mod missing_light;
 mod plane;
 pub(in crate::scene) mod texture;
@@ -13,13 +15,15 @@ pub(in crate::scene) mod texture;
 use std::path::PathBuf;
 use std::sync::Arc;
 
-use glam::{DAffine3, DMat3, DVec2, DVec3};
+use glam::{DAffine3, DVec2, DVec3};
 
 pub use input::{Input, Rgb};
+pub use light::{Light, LightImage};
+pub use material::{Coat, Material, Metal, Roughness};
 
 use crate::base::input::Budget;
 use crate::geometry::bezier::Curve;
-use crate::image::film::{Image, Window};
+use crate::image::film::Window;
 use crate::scene::model::texture::Texture;
 
 /// A scene that is ready to upload.
@@ -174,129 +178,6 @@ pub struct Integrator {
     pub iterations: u32,
 }
 
-/// Roughness of a surface of microfacets.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Roughness {
-    /// Roughness along the direction in which the first texture coordinate grows; 0 or more.
-    pub u: Input<f64>,
-    /// Roughness along the direction in which the second texture coordinate grows; 0 or more.
-    pub v: Input<f64>,
-    /// Whether the values are perceptual: then their square roots are the slopes of the microfacets (GGX's
-    /// alpha), as in pbrt.
-    pub remap: bool,
-}
-
-impl Roughness {
-    /// The roughness of a smooth surface.
-    pub const SMOOTH: Self = Self { u: Input::Constant(0.0), v: Input::Constant(0.0), remap: false };
-    /// Smallest alpha of a rough surface: a surface with a smaller alpha along both directions is smooth,
-    /// as in pbrt.
-    pub const LEAST_ALPHA: f64 = 1e-3;
-
-    /// Returns GGX's alpha for a value of the roughness.
-    pub fn alpha(&self, value: f64) -> f64 {
-        if self.remap { value.sqrt() } else { value }
-    }
-
-    /// Returns true if the surface is smooth: both values are constants with an alpha below
-    /// [`Self::LEAST_ALPHA`]. A roughness from a texture is never smooth.
-    pub fn is_smooth(&self) -> bool {
-        let is_small = |input| matches!(input, Input::Constant(value) if self.alpha(value) < Self::LEAST_ALPHA);
-        is_small(self.u) && is_small(self.v)
-    }
-}
-
-/// The reflectance of a metal.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Metal {
-    /// Optical constants per channel.
-    Index {
-        /// Real part of the index of refraction.
-        eta: Rgb,
-        /// Absorption coefficient.
-        k: Rgb,
-    },
-    /// Reflectance at normal incidence, 0 to 1. A constant reflectance is converted to [`Metal::Index`].
-    Reflectance(Input<Rgb>),
-}
-
-/// A clear coat of varnish.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Coat {
-    /// Index of refraction of the coat over the index outside.
-    pub eta: f64,
-    /// Optical thickness: light that crosses the coat perpendicularly is multiplied by exp(-thickness).
-    pub thickness: f64,
-    /// Roughness of the coat's outer surface.
-    pub roughness: Roughness,
-}
-
-/// How a surface scatters light.
-#[derive(Clone, Debug, PartialEq)]
-pub enum Material {
-    /// Lambertian reflection.
-    Diffuse {
-        /// Albedo per channel, 0 to 1; values of a texture outside that range are clamped.
-        reflectance: Input<Rgb>,
-    },
-    /// Lambertian reflection and transmission of a thin sheet.
-    DiffuseTransmission {
-        /// Albedo of reflection, to the side that the light comes from, 0 to 1.
-        reflectance: Input<Rgb>,
-        /// Albedo of transmission, to the other side, 0 to 1.
-        transmittance: Input<Rgb>,
-        /// Factor of both albedos.
-        scale: f64,
-    },
-    /// A metal.
-    Conductor {
-        /// Reflectance of the metal.
-        metal: Metal,
-        /// Roughness of the metal.
-        roughness: Roughness,
-    },
-    /// Glass or water.
-    Dielectric {
-        /// Index of refraction inside over outside, positive.
-        eta: f64,
-        /// Fraction of the light that passes at each crossing, per channel, 0 to 1. An extension of the
-        /// pbrt format: pbrt's dielectrics are untinted.
-        transmittance: Rgb,
-        /// Roughness of the surface.
-        roughness: Roughness,
-    },
-    /// A thin pane of glass, with both of its surfaces.
-    ThinDielectric {
-        /// Index of refraction inside over outside, positive.
-        eta: f64,
-    },
-    /// A Lambertian surface under a coat.
-    CoatedDiffuse {
-        /// Albedo of the surface under the coat, 0 to 1.
-        reflectance: Input<Rgb>,
-        /// The coat.
-        coat: Coat,
-    },
-    /// A metal under a coat.
-    CoatedConductor {
-        /// Reflectance of the metal; optical constants are relative to the coat's index.
-        metal: Metal,
-        /// Roughness of the metal.
-        roughness: Roughness,
-        /// The coat.
-        coat: Coat,
-    },
-    /// A random choice between two other materials at each point.
-    Mix {
-        /// Indices into [`Scene::materials`].
-        materials: [usize; 2],
-        /// Probability of the second material, 0 to 1.
-        amount: Input<f64>,
-    },
-    /// No surface: light passes unchanged. The scene leaves out shapes of this material.
-    Interface,
-}
-
 /// One surface of the scene.
 #[derive(Clone, Debug)]
 pub struct Shape {
@@ -411,81 +292,4 @@ pub struct EmissionImage {
     pub texture: usize,
     /// Mean of the image's pixels.
     pub mean: Rgb,
-}
-
-/// An image that gives the light in each direction: a texel has one colour, as in pbrt.
-#[derive(Clone, Debug, PartialEq)]
-pub struct LightImage {
-    /// Pixels: finite, 0 or more, and not all black. The first row is the top one, v = 0.
-    pub pixels: Arc<Image>,
-    /// Transform of directions from the image's space to world space; its columns are orthogonal and of
-    /// unit length.
-    pub world_from_image: DMat3,
-}
-
-/// A light that is not a surface.
-#[derive(Clone, Debug, PartialEq)]
-pub enum Light {
-    /// Emits the same intensity in all directions from a point.
-    Point {
-        /// Position in world space.
-        position: DVec3,
-        /// Radiant intensity, W/sr; scale and power included.
-        intensity: Rgb,
-    },
-    /// A point that emits within a cone.
-    Spot {
-        /// Position in world space.
-        position: DVec3,
-        /// Axis of the cone, unit length, world space.
-        direction: DVec3,
-        /// Radiant intensity on the axis, W/sr; scale and power included.
-        intensity: Rgb,
-        /// 1 minus the cosine of the angle at which the smooth falloff starts.
-        falloff_start: f64,
-        /// 1 minus the cosine of the angle beyond which the light emits nothing.
-        falloff_end: f64,
-    },
-    /// Parallel light from infinitely far away.
-    Distant {
-        /// Direction in which the light travels, unit length, world space.
-        direction: DVec3,
-        /// Irradiance on a surface that faces the light, W/m².
-        irradiance: Rgb,
-    },
-    /// A point whose intensity depends on the direction, by the equal-area map of
-    /// [`crate::geometry::equal_area`].
-    Goniometric {
-        /// Position in world space.
-        position: DVec3,
-        /// Grey image whose pixels multiply the intensity.
-        image: LightImage,
-        /// Radiant intensity before the image's factor, W/sr; scale and power included.
-        intensity: Rgb,
-    },
-    /// A point that projects an image, which fills a window on the plane z = 1 of the image's space; u
-    /// grows with x, v with y.
-    Projection {
-        /// Position in world space.
-        position: DVec3,
-        /// Image whose pixels multiply the intensity.
-        image: LightImage,
-        /// Radiant intensity before the image's factor, W/sr; scale and power included.
-        intensity: Rgb,
-        /// Half the width and height of the window.
-        half_extent: DVec2,
-    },
-    /// Radiance from infinitely far away that depends on the direction, by the equal-area map of
-    /// [`crate::geometry::equal_area`].
-    Sky {
-        /// Image whose pixels multiply the radiance, by the direction to the sky.
-        image: LightImage,
-        /// Radiance before the image's factor, W/(m² sr); scale and illuminance included.
-        radiance: Rgb,
-    },
-    /// The same radiance from every direction.
-    Infinite {
-        /// Radiance, W/(m² sr).
-        radiance: Rgb,
-    },
 }

@@ -6,8 +6,23 @@ use glam::{DVec2, DVec3};
 
 use super::{Packer, RenderSpace, light_image, mean};
 use crate::gpu_scene::alias;
-use crate::kernels::{self, AliasEntry, DISTANT, GONIOMETRIC, INFINITE, NONE, POINT, PROJECTION, SKY, SPOT};
+use crate::kernels::{self, AREA, AliasEntry, DISTANT, GONIOMETRIC, INFINITE, NONE, POINT, PROJECTION, SKY, SPOT};
 use crate::scene::{Light, LightImage, Rgb};
+
+/// Returns the name of a kind of light, as the kernels number it.
+pub(crate) fn light_kind(kind: u32) -> &'static str {
+    match kind {
+        POINT => "point",
+        SPOT => "spot",
+        DISTANT => "distant",
+        INFINITE => "infinite",
+        AREA => "area",
+        SKY => "sky",
+        GONIOMETRIC => "goniometric",
+        PROJECTION => "projection",
+        _ => "other",
+    }
+}
 
 impl Packer {
     /// Adds all lights that are not surfaces, skies first.

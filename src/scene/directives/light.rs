@@ -119,13 +119,7 @@ pub(in crate::scene) fn light(
         }
     };
     let emission = emission(&light);
-    let position = match light {
-        Light::Point { position, .. }
-        | Light::Spot { position, .. }
-        | Light::Goniometric { position, .. }
-        | Light::Projection { position, .. } => position,
-        Light::Distant { .. } | Light::Infinite { .. } | Light::Sky { .. } => DVec3::ZERO,
-    };
+    let position = light.position().unwrap_or_default();
     if !emission.is_finite() || !position.is_finite() {
         return Err(location.invalid(format!(
             "the {name} light's emission {emission} or position {position} overflows; \

@@ -7,7 +7,8 @@ use std::sync::Arc;
 
 use glam::DVec3;
 
-use crate::scene::model::{AreaLight, Coat, Geometry, Input, Light, Material, Roughness, Scene, Shape};
+use crate::scene::model::material::Lobes;
+use crate::scene::model::{AreaLight, Geometry, Input, Light, Material, Scene, Shape};
 
 /// Maximum number of names that the warning lists per kind.
 const NAMED: usize = 3;
@@ -40,20 +41,16 @@ pub(in crate::scene) fn warning(scene: &Scene, names: &BTreeMap<usize, Arc<str>>
 
 /// Returns descriptions of the lights that no ray meets.
 fn lamps(scene: &Scene) -> Vec<String> {
-    let at = |kind: &str, p: &DVec3| format!("the {kind} light at {} {} {}", p.x, p.y, p.z);
     let mut lamps = Vec::new();
     for light in &scene.lights {
-        lamps.push(match light {
-            Light::Point { position, .. } => at("point", position),
-            Light::Spot { position, .. } => at("spot", position),
-            Light::Goniometric { position, .. } => at("goniometric", position),
-            Light::Projection { position, .. } => at("projection", position),
-            Light::Distant { direction, .. } => {
+        lamps.push(match (light, light.position()) {
+            (_, Some(p)) => format!("the {} light at {} {} {}", light.kind(), p.x, p.y, p.z),
+            (Light::Distant { direction, .. }, _) => {
                 // Adding 0 removes the sign of a component that rounds to -0.
                 let d = (*direction * 1e3).round() / 1e3 + 0.0;
                 format!("the distant light along {} {} {}", d.x, d.y, d.z)
             }
-            Light::Sky { .. } | Light::Infinite { .. } => continue,
+            _ => continue,
         });
     }
     let invisible = scene.shapes.iter().filter(|shape| shape.emission.is_some() && !is_there(shape));
@@ -63,43 +60,6 @@ fn lamps(scene: &Scene) -> Vec<String> {
 
 fn is_there(shape: &Shape) -> bool {
     shape.alpha != Input::Constant(0.0)
-}
-
-/// Kinds of lobes of a material other than diffuse ones.
-#[derive(Clone, Copy, Default)]
-struct Lobes {
-    /// Whether the material reflects or refracts into one direction.
-    smooth: bool,
-    /// Whether the material has microfacets.
-    rough: bool,
-}
-
-impl Lobes {
-    fn of(material: &Material) -> Self {
-        match material {
-            Material::Conductor { roughness, .. } | Material::Dielectric { roughness, .. } => Self::by(roughness),
-            Material::ThinDielectric { .. } => Self { smooth: true, rough: false },
-            Material::CoatedDiffuse { coat, .. } => Self::of_coat(coat),
-            Material::CoatedConductor { roughness, coat, .. } => {
-                let (above, below) = (Self::of_coat(coat), Self::by(roughness));
-                Self { smooth: above.smooth || below.smooth, rough: above.rough || below.rough }
-            }
-            // `parts` looks at the materials of a mix one by one.
-            Material::Diffuse { .. }
-            | Material::DiffuseTransmission { .. }
-            | Material::Mix { .. }
-            | Material::Interface => Self::default(),
-        }
-    }
-
-    fn by(roughness: &Roughness) -> Self {
-        Self { smooth: roughness.is_smooth(), rough: !roughness.is_smooth() }
-    }
-
-    /// Returns the lobes of a coat. A coat with a relative index of 1 reflects nothing.
-    fn of_coat(coat: &Coat) -> Self {
-        if coat.eta == 1.0 { Self::default() } else { Self::by(&coat.roughness) }
-    }
 }
 
 /// Shapes with lobes of one kind, and the materials that have these lobes.
@@ -113,7 +73,7 @@ impl Surfaces {
     fn of(scene: &Scene, has: impl Fn(Lobes) -> bool) -> Self {
         let mut surfaces = Self { shapes: Vec::new(), materials: BTreeMap::new() };
         for (index, shape) in scene.shapes.iter().enumerate().filter(|(_, shape)| is_there(shape)) {
-            let parts = parts(scene, shape.material).into_iter().filter(|part| has(Lobes::of(&scene.materials[*part])));
+            let parts = parts(scene, shape.material).into_iter().filter(|part| has(scene.materials[*part].lobes()));
             let mut is_one = false;
             for part in parts {
                 surfaces.materials.entry(part).or_insert(index);
@@ -126,7 +86,7 @@ impl Surfaces {
 
     fn list(&self, scene: &Scene, names: &BTreeMap<usize, Arc<str>>) -> String {
         let name = |(material, shape): (&usize, &usize)| {
-            let kind = kind(&scene.materials[*material]);
+            let kind = scene.materials[*material].kind();
             match names.get(material) {
                 Some(name) => format!("{kind} \"{name}\""),
                 None => format!("the {kind} of the shape at {}", scene.shapes[*shape].location),
@@ -152,17 +112,6 @@ fn parts(scene: &Scene, material: usize) -> BTreeSet<usize> {
     found
 }
 
-fn kind(material: &Material) -> &'static str {
-    match material {
-        Material::Conductor { .. } => "conductor",
-        Material::Dielectric { .. } => "dielectric",
-        Material::ThinDielectric { .. } => "thindielectric",
-        Material::CoatedDiffuse { .. } => "coateddiffuse",
-        Material::CoatedConductor { .. } => "coatedconductor",
-        _ => "material",
-    }
-}
-
 /// Returns true if light that leaves a surface may reach the surface again: it is neither flat nor a whole
 /// sphere with all lamps outside.
 fn lights_itself(shape: &Shape, scene: &Scene) -> bool {
@@ -174,13 +123,7 @@ fn lights_itself(shape: &Shape, scene: &Scene) -> bool {
             let is_whole = *z_min <= -radius && *z_max >= *radius && *phi_max >= std::f64::consts::TAU;
             let is_outside = |p: &DVec3| shape.world_from_object.inverse().transform_point3(*p).length() > *radius;
             let invisible = |shape: &Shape| matches!(shape.emission, Some(AreaLight { .. })) && !is_there(shape);
-            let all_outside = scene.lights.iter().all(|light| match light {
-                Light::Point { position, .. }
-                | Light::Spot { position, .. }
-                | Light::Goniometric { position, .. }
-                | Light::Projection { position, .. } => is_outside(position),
-                Light::Distant { .. } | Light::Sky { .. } | Light::Infinite { .. } => true,
-            });
+            let all_outside = scene.lights.iter().filter_map(Light::position).all(|p| is_outside(&p));
             !is_whole || !all_outside || scene.shapes.iter().any(invisible)
         }
         _ => !shape.is_plane(),
