@@ -9,13 +9,12 @@
 //   the BSDF, 1/sr.
 // Source: Hachisuka and Jensen, "Stochastic Progressive Photon Mapping", 2009, section 3.
 #version 460
-#include "camera/camera.glsl"
-#include "camera/projection.glsl"
 #include "camera/rough_path.glsl"
-#include "geometry/alpha.glsl"
+#include "camera/sample.glsl"
 #include "geometry/contact.glsl"
 #include "geometry/hit.glsl"
 #include "geometry/normal.glsl"
+#include "geometry/query.glsl"
 #include "geometry/quadric.glsl"
 #include "geometry/surface.glsl"
 #include "geometry/surface_point.glsl"
@@ -54,8 +53,6 @@ struct EyePlace {
     uint pad0;
 };
 
-TEXELS(Camera, camera)
-TEXELS(float, filter_table)
 STORED_TEXELS(VisiblePoint, visible_points)
 STORED_TEXELS(vec4, visible_throughputs) // BSDF times throughput; w: length of the path, 0 if there is no point
 UPDATED_TEXELS(vec4, visible_radiances) // W/(m^2 sr)
@@ -70,10 +67,8 @@ layout(push_constant) uniform Push {
     uint spread;         // one of `spread` invocations works; see interruption.glsl
 };
 
-// Pairs of random numbers of an eye path. Scattering takes one pair per bounce from PAIR_LOBE on.
+// Pairs of random numbers of an eye path. The camera takes the first two. Scattering takes one pair per bounce from PAIR_LOBE on.
 // Where surfaces may be rough, it takes three more: one for the microfacet and two for a light.
-const uint PAIR_FILTER = 0u;
-const uint PAIR_LENS = 1u;
 const uint PAIR_LIGHT = 2u;
 const uint PAIR_LIGHT_POINT = 3u;
 const uint PAIR_BSDF = 4u;
@@ -89,47 +84,6 @@ uint pair_of_bounce(uint depth) {
 // Least length of a path, in render units: a length of 0 stands for "no visible point".
 const float SHORTEST_PATH = 1.0e-12;
 
-// Offset of a camera sample from the pixel's centre, in pixels, for axis 0 (x) or 1 (y). Inverts the
-// distribution of the pixel filter's magnitude: filter_table holds the edges of its cells per axis.
-float filter_offset(uint axis, float u) {
-    float scaled = u * float(FILTER_CELLS);
-    uint i = min(uint(scaled), FILTER_CELLS - 1u);
-    uint entry = (FILTER_CELLS + 1u) * axis + i;
-    return mix(filter_table_at(entry), filter_table_at(entry + 1u), scaled - float(i));
-}
-
-// Weight of a camera sample, with a mean of 1 over all samples; negative where the filter is. The
-// weights' tables follow the tables of offsets.
-float filter_weight(uint axis, float u) {
-    uint i = min(uint(u * float(FILTER_CELLS)), FILTER_CELLS - 1u);
-    return filter_table_at((FILTER_CELLS + 1u) * (axis + 2u) + i);
-}
-
-struct CameraSample {
-    Ray ray;
-    float weight; // of the pixel filter
-};
-
-CameraSample sample_camera(uint pixel, Random random) {
-    Camera view = camera_at(0u);
-    vec2 u = random_pair(random, PAIR_FILTER);
-    vec2 offset = vec2(filter_offset(0u, u.x), filter_offset(1u, u.y));
-    vec2 at = vec2(pixel % view.width, pixel / view.width) + 0.5 + offset;
-    vec2 image = at / vec2(view.width, view.height);
-    vec2 lens = vec2(0.0);
-    if (view.lens_radius > 0.0) {
-        lens = sample_disk(random_pair(random, PAIR_LENS));
-    }
-    Ray ray = project(view, view.image_lower + image * view.image_extent, lens);
-    ray = free_ray(transform_point(view.render_from_camera, ray.origin),
-                   normalize(transform_vector(view.render_from_camera, ray.direction)));
-    float weight = 1.0;
-    if (HAS_SIGNED_FILTER) {
-        weight = filter_weight(0u, u.x) * filter_weight(1u, u.y);
-    }
-    return CameraSample(ray, weight);
-}
-
 // An eye path that has met no diffuse surface yet: the state from which it is continued.
 struct EyeState {
     Ray ray;           // its next segment
@@ -141,35 +95,33 @@ struct EyeState {
     vec3 radiance;     // emission met so far, W/(m^2 sr)
 };
 
-// The result of an eye path. Members about its end are undefined where `reached` is 0.
-struct EyePath {
-    vec3 radiance;     // emission that it has met, W/(m^2 sr)
-    Surface visible;   // diffuse surface at its end; the normal is on the side of the path
-    vec3 facing;       // shading normal there, on the side of the path
+// What an eye path found at its end on a diffuse surface.
+struct VisibleEnd {
+    float reached;     // length of the path to there, render units; 0 if it met no diffuse surface yet
+    vec3 position;
+    vec3 normal;       // geometric normal, on the side of the path
+    vec3 facing;       // shading normal, on the side of the path
     vec3 bsdf;         // throughput times the diffuse BSDF there, 1/sr
-    Material material; // of that surface
-    float reached;     // length of the path to there, render units; 0 if it met no diffuse surface
-    bool is_lost;      // left the scene from within a dielectric
-    bool is_immersed;  // ended on a diffuse surface inside a dielectric
+    vec3 irradiance;   // from one light, over the pdf of choosing it, unless it is blocked; W/m^2
+    Ray to_light;      // asks whether it is
 };
 
 EyeState begin_eye_path(Ray ray) {
     return EyeState(ray, vec3(1.0), 1.0, 0.0, no_rough_vertex(), 0u, vec3(0.0));
 }
 
-// Irradiance at a visible point from one light, chosen by power, over the pdf of that choice; W/m^2.
-vec3 sample_direct_irradiance(Surface surface, Material material, vec3 n, Random random) {
+// Samples a light for a visible point, chosen by power: the irradiance, unless the light is blocked.
+void sample_direct_irradiance(inout VisibleEnd end, Surface surface, Material material, Random random) {
     if (HAS_LOCATABLE_LIGHTS) {
         LightSample direct = sample_direct(surface.position, random_pair(random, PAIR_LIGHT).x,
                                            random_pair(random, PAIR_LIGHT_POINT));
-        float cos_surface = max(dot(direct.wi, n), 0.0);
+        float cos_surface = max(dot(direct.wi, end.facing), 0.0);
         float weight = direct.uses_mis ? mis_weight(direct.pdf, cos_surface / PI) : 1.0;
         bool passes = HAS_DIFFUSE_TRANSMISSION && (material.flags & BEHIND) != 0u;
-        bool blocked = occluded(shadow_ray(surface, direct.wi, direct.target, passes));
+        end.to_light = shadow_ray(surface, direct.wi, direct.target, passes);
         weight *= transmittance_to_base(material, cos_surface);
-        return direct.pdf > 0.0 && !blocked ? direct.radiance * (cos_surface * weight / direct.pdf) : vec3(0.0);
+        end.irradiance = direct.pdf > 0.0 ? direct.radiance * (cos_surface * weight / direct.pdf) : vec3(0.0);
     }
-    return vec3(0.0);
 }
 
 // MIS weight of an area light that a BSDF sample of a diffuse surface has met. It is 0 for lights that
@@ -191,156 +143,245 @@ bool samples_bsdf_for_lights(vec3 from) {
     return false;
 }
 
+// What an invocation waits to know.
+const uint FOLLOWS = 0u;     // the hit of the path's next segment
+const uint ASKS_ROUGH = 1u;  // whether light to a rough surface is blocked
+const uint ASKS_POINT = 2u;  // whether light to the visible point is blocked
+
+// The paths of an invocation's pixel.
+struct Work {
+    uint pixel;
+    uint seed;           // of the pixel's random numbers
+    uint done;           // number of finished paths
+    vec3 sum;            // radiance of the finished paths
+    Random random;       // of the path that it follows
+    float filter_weight; // of that path
+    EyeState state;
+    VisibleEnd end;
+    uint asks;           // FOLLOWS, ..
+    bool goes_on;        // the path has another segment
+    bool is_lost;        // the path left the scene from within a dielectric
+    bool is_immersed;    // it ended on a diffuse surface inside a dielectric
+    vec3 rough_radiance; // from one light by way of a rough surface, unless it is blocked; W/(m^2 sr)
+    Ray to_light;        // from there
+    EyeState start;      // IS_RESUMABLE: the state before the last segment
+    bool advanced;       // IS_RESUMABLE: this dispatch has finished a segment
+};
+
+#include "geometry/trace.glsl"
+
 // Adds the radiance from infinitely far away to a path whose ray leaves the scene.
-void meet_infinity(inout EyePath path, inout EyeState state) {
-    vec3 w = state.ray.direction;
-    float pdf = path.reached > 0.0 ? max(dot(w, path.facing), 0.0) / PI : escape_pdf(state.rough);
-    state.radiance += state.throughput * radiance_from_infinity(w, pdf);
-    path.is_lost = path.reached == 0.0 && is_in_glass(state.medium_eta);
+void meet_infinity(inout Work work) {
+    vec3 w = work.state.ray.direction;
+    bool has_point = work.end.reached > 0.0;
+    float pdf = has_point ? max(dot(w, work.end.facing), 0.0) / PI : escape_pdf(work.state.rough);
+    work.state.radiance += work.state.throughput * radiance_from_infinity(w, pdf);
+    work.is_lost = !has_point && is_in_glass(work.state.medium_eta);
 }
 
 // Adds the emission of a surface that a path has met.
-void meet_emitter(EyePath path, inout EyeState state, Surface surface) {
-    vec3 w = state.ray.direction;
+void meet_emitter(inout Work work, Surface surface) {
+    vec3 w = work.state.ray.direction;
     Light light = lights_at(surface.light);
-    float weight = emission_mis_weight(state.rough, light, surface, w);
-    if (path.reached > 0.0) {
-        weight = diffuse_mis_weight(light, path.visible.position, path.facing, surface, w);
+    float weight = emission_mis_weight(work.state.rough, light, surface, w);
+    if (work.end.reached > 0.0) {
+        weight = diffuse_mis_weight(light, work.end.position, work.end.facing, surface, w);
     }
-    state.radiance += state.throughput * emitted_radiance(light, surface, -w) * weight;
+    work.state.radiance += work.state.throughput * emitted_radiance(light, surface, -w) * weight;
 }
 
-// Ends a path on a diffuse surface, its visible point.
-void reach_diffuse(inout EyePath path, EyeState state, Surface surface, Material material) {
-    vec3 wo = -state.ray.direction;
-    path.is_immersed = is_in_glass(state.medium_eta);
+// Makes a diffuse surface the visible point of a path, and turns its normal to the side of the path.
+void reach_diffuse(inout Work work, inout Surface surface, Material material) {
+    vec3 wo = -work.state.ray.direction;
+    work.is_immersed = is_in_glass(work.state.medium_eta);
     // The geometric normal decides the side: by the shading normal, the eye could see through.
     bool front = dot(wo, surface.normal) >= 0.0;
     if (HAS_DIFFUSE_TRANSMISSION) {
         front = front != ((material.flags & BEHIND) != 0u);
     }
-    path.facing = front ? surface.shading_normal : -surface.shading_normal;
     surface.normal = front ? surface.normal : -surface.normal;
-    path.bsdf = state.throughput * material.color / PI;
-    path.visible = surface;
-    path.material = material;
-    path.reached = max(state.travelled, SHORTEST_PATH);
+    work.end.facing = front ? surface.shading_normal : -surface.shading_normal;
+    work.end.position = surface.position;
+    work.end.normal = surface.normal;
+    work.end.bsdf = work.state.throughput * material.color / PI;
+    work.end.reached = max(work.state.travelled, SHORTEST_PATH);
+    work.end.irradiance = vec3(0.0);
+    if (DIRECT_NEE) {
+        sample_direct_irradiance(work.end, surface, material, work.random);
+    }
 }
 
-// Follows a path to the first diffuse surface. From there one sample of the BSDF looks for lights:
-// the better technique for large lights, and the only one for constant infinite lights, which a
-// cosine lobe samples perfectly (Veach 1997, chapter 9).
+// Samples the direction in which a path goes on from a surface that is not diffuse, and a light for it.
+Scatter leave_specular(inout Work work, Surface surface, Material material, float u_lobe, uint pair) {
+    vec3 wo = -work.state.ray.direction;
+    vec2 u_facet = is_rough(material) ? random_pair(work.random, pair + 1u) : vec2(0.0);
+    Scatter scattered = scatter_specular(material, wo, surface.shading_normal, surface.tangent, u_lobe, u_facet, RADIANCE);
+    if (HAS_ROUGH) {
+        work.rough_radiance = work.state.throughput * direct_light_on_rough(surface, material, wo, work.random, pair + 2u, work.to_light);
+        work.asks = work.rough_radiance != vec3(0.0) ? ASKS_ROUGH : FOLLOWS;
+    }
+    work.state.rough = rough_vertex(surface, material, wo, scattered.wi);
+    return scattered;
+}
+
+// Goes on from the end of a segment. Returns whether the path has another one.
 //
-// Where the kernel is resumable, `start` becomes the state before the last segment that the driver
-// did not end early.
-EyePath trace_eye_path(inout EyeState start, Random random) {
-    EyePath path;
-    path.reached = 0.0;
-    path.is_lost = false;
-    path.is_immersed = false;
-    EyeState state = start;
-    for (; state.depth < scene.max_depth || path.reached > 0.0; state.depth++) {
-        if (IS_RESUMABLE) {
-            if (interrupted()) {
-                break;
-            }
-            if (path.reached == 0.0) {
-                start = state;
-            }
-        }
-        Hit hit = intersect(state.ray);
-        if (hit.primitive == NONE) {
-            meet_infinity(path, state);
-            break;
-        }
-        state.travelled += hit.t;
-        Surface surface = surface_at(state.ray, hit);
-        Material material = material_at(surface);
-        vec3 wo = -state.ray.direction;
-        if (HAS_AREA_LIGHTS && surface.light != NONE) {
-            meet_emitter(path, state, surface);
-        }
-        if (path.reached > 0.0) {
-            break;
-        }
-        Scatter scattered = Scatter(wo, vec3(0.0), 1.0);
-        uint pair = pair_of_bounce(state.depth);
-        float u_lobe = random_pair(random, pair).x;
-        if (HAS_LAYERS) {
-            material = choose_lobe(material, abs(dot(wo, surface.shading_normal)), u_lobe);
-        }
-        state.rough = no_rough_vertex();
-        if (is_specular(material)) {
-            vec2 u_facet = is_rough(material) ? random_pair(random, pair + 1u) : vec2(0.0);
-            scattered = scatter_specular(material, wo, surface.shading_normal, surface.tangent, u_lobe, u_facet, RADIANCE);
-            state.radiance += state.throughput * direct_light_on_rough(surface, material, wo, random, pair + 2u);
-            state.rough = rough_vertex(surface, material, wo, scattered.wi);
-        } else {
-            reach_diffuse(path, state, surface, material);
-            surface = path.visible;
-            if (!samples_bsdf_for_lights(surface.position)) {
-                break;
-            }
-            scattered.wi = sample_cosine(random_pair(random, PAIR_BSDF), path.facing);
-            scattered.weight = material.color * transmittance_to_base(material, dot(scattered.wi, path.facing));
-        }
-        state.throughput *= scattered.weight;
-        if (HAS_ROUGH) {
-            if (state.throughput == vec3(0.0)) {
-                break; // the microfacet sends the path into the surface
-            }
-        }
-        state.medium_eta *= scattered.eta;
-        state.ray = spawn_ray(surface, scattered.wi, crosses_surface(surface, wo, scattered.wi));
+// A path ends on the first diffuse surface. From there one sample of the BSDF looks for lights: the better
+// technique for large lights, and the only one for constant infinite lights, which a cosine lobe samples
+// perfectly (Veach 1997, chapter 9).
+bool follow(inout Work work, Hit hit) {
+    if (hit.primitive == NONE) {
+        meet_infinity(work);
+        return false;
     }
-    path.radiance = state.radiance;
-    return path;
-}
-
-// Traces one path of a pixel, with the pixel filter's weight and next-event estimation at its end.
-EyePath sample_eye_path(inout EyeState start, float filter_weight, Random random) {
-    EyePath path = trace_eye_path(start, random);
-    if (HAS_SIGNED_FILTER) {
-        path.radiance *= filter_weight;
-        path.bsdf *= filter_weight;
+    work.state.travelled += hit.t;
+    Surface surface = surface_at(work.state.ray, hit);
+    Material material = material_at(surface);
+    vec3 wo = -work.state.ray.direction;
+    if (HAS_AREA_LIGHTS && surface.light != NONE) {
+        meet_emitter(work, surface);
     }
-    if (DIRECT_NEE && path.reached > 0.0) {
-        path.radiance += path.bsdf * sample_direct_irradiance(path.visible, path.material, path.facing, random);
+    if (work.end.reached > 0.0) {
+        return false;
     }
-    return path;
+    Scatter scattered = Scatter(wo, vec3(0.0), 1.0);
+    uint pair = pair_of_bounce(work.state.depth);
+    float u_lobe = random_pair(work.random, pair).x;
+    if (HAS_LAYERS) {
+        material = choose_lobe(material, abs(dot(wo, surface.shading_normal)), u_lobe);
+    }
+    work.state.rough = no_rough_vertex();
+    if (is_specular(material)) {
+        scattered = leave_specular(work, surface, material, u_lobe, pair);
+    } else {
+        reach_diffuse(work, surface, material);
+        if (!samples_bsdf_for_lights(surface.position)) {
+            return false;
+        }
+        scattered.wi = sample_cosine(random_pair(work.random, PAIR_BSDF), work.end.facing);
+        scattered.weight = material.color * transmittance_to_base(material, dot(scattered.wi, work.end.facing));
+    }
+    work.state.throughput *= scattered.weight;
+    work.state.medium_eta *= scattered.eta;
+    work.state.ray = spawn_ray(surface, scattered.wi, crosses_surface(surface, wo, scattered.wi));
+    work.state.depth++;
+    // A throughput of 0: the microfacet sends the path into the surface.
+    bool is_dead = HAS_ROUGH && work.state.throughput == vec3(0.0);
+    return !is_dead && (work.state.depth < scene.max_depth || work.end.reached > 0.0);
 }
 
 // Counts what a path has met. A radiance that is not finite becomes 0, and is counted.
-void count_eye_path(inout EyePath path) {
-    if (!is_finite(path.radiance)) {
-        path.radiance = vec3(0.0);
+vec3 count_eye_path(Work work, vec3 radiance) {
+    if (!is_finite(radiance)) {
+        radiance = vec3(0.0);
         atomicAdd(counters.value.non_finite, 1u);
     }
-    if (path.is_lost) {
+    if (work.is_lost) {
         atomicAdd(counters.value.eye_lost_in_glass, 1u);
     }
-    if (path.is_immersed) {
+    if (work.is_immersed) {
         atomicAdd(counters.value.immersed, 1u);
     }
+    return radiance;
 }
 
 // Stores the pixel's mean radiance, and where its last path ended.
-void store_pixel(uint pixel, vec3 sum, EyePath last) {
-    store_visible_radiances(pixel, vec4(sum / float(paths), 0.0));
+void store_pixel(Work work) {
+    uint pixel = work.pixel;
+    VisibleEnd last = work.end;
+    store_visible_radiances(pixel, vec4(work.sum / float(paths), 0.0));
     store_visible_throughputs(pixel, last.reached > 0.0 ? vec4(last.bsdf, last.reached) : vec4(0.0));
     if (last.reached > 0.0) {
-        store_visible_points(pixel, VisiblePoint(last.visible.position, pack_normal(last.visible.normal)));
+        store_visible_points(pixel, VisiblePoint(last.position, pack_normal(last.normal)));
     }
 }
 
-// How far an invocation has come with its pixel's paths.
-struct Progress {
-    vec3 sum;     // radiance of the finished paths
-    uint done;    // number of finished paths
-    EyePath last; // the last path traced
-    EyePlace place; // state of the path to be continued; depth 0 if the next path is to begin
-    bool advanced;  // this dispatch has finished a segment
-};
+// Adds a path that has ended to the pixel's sum. `is_lit`: nothing blocks the light to the visible point.
+// The pixel filter weighs all of it.
+vec3 radiance_of(inout Work work, bool is_lit) {
+    vec3 radiance = work.state.radiance;
+    if (HAS_SIGNED_FILTER) {
+        radiance *= work.filter_weight;
+        work.end.bsdf *= work.filter_weight;
+    }
+    if (DIRECT_NEE && work.end.reached > 0.0) {
+        radiance += work.end.bsdf * (is_lit ? work.end.irradiance : vec3(0.0));
+    }
+    return radiance;
+}
+
+// Begins the next path of the pixel.
+void begin_path(inout Work work) {
+    work.random = Random(work.seed, turn * paths + work.done);
+    CameraSample camera_sample = sample_camera(work.pixel, work.random);
+    work.filter_weight = camera_sample.weight;
+    work.state = begin_eye_path(camera_sample.ray);
+    work.start = work.state;
+    work.end.reached = 0.0;
+    work.asks = FOLLOWS;
+    work.is_lost = false;
+    work.is_immersed = false;
+}
+
+// Takes the answer that the path waits for. Returns whether the path goes on.
+bool take_answer(inout Work work, Hit hit) {
+    bool is_lit = hit.primitive == NONE;
+    uint asked = work.asks;
+    work.asks = FOLLOWS;
+    if (asked == FOLLOWS) {
+        work.goes_on = follow(work, hit);
+    }
+    if (HAS_ROUGH && asked == ASKS_ROUGH) {
+        work.state.radiance += is_lit ? work.rough_radiance : vec3(0.0);
+    }
+    if (work.asks == ASKS_ROUGH || (work.goes_on && asked != ASKS_POINT)) {
+        return true;
+    }
+    // The path has ended but for the light to its visible point.
+    bool asks_point = asked != ASKS_POINT && work.end.reached > 0.0 && work.end.irradiance != vec3(0.0);
+    if (DIRECT_NEE && asks_point) {
+        work.asks = ASKS_POINT;
+        return true;
+    }
+    work.sum += count_eye_path(work, radiance_of(work, is_lit));
+    work.done++;
+    return false;
+}
+
+// Takes an answer and asks the next question of the pixel's paths. Stores the pixel once all are done.
+bool next_query(inout Work work, inout Query query, Hit hit) {
+    Work next = work;
+    if (!take_answer(next, hit)) {
+        next.advanced = true;
+        if (next.done == paths) {
+            if (IS_RESUMABLE) {
+                if (interrupted()) {
+                    return true;
+                }
+            }
+            next.start.depth = 0u;
+            work = next;
+            return false;
+        }
+        begin_path(next);
+    }
+    query = nearest_hit(next.state.ray);
+    if (next.asks == ASKS_POINT) {
+        query = blocks(next.end.to_light);
+    } else if (HAS_ROUGH && next.asks == ASKS_ROUGH) {
+        query = blocks(next.to_light);
+    } else if (next.end.reached == 0.0) {
+        next.advanced = next.advanced || next.state.depth > next.start.depth;
+        next.start = next.state;
+    }
+    if (IS_RESUMABLE) {
+        if (interrupted()) {
+            return true; // the driver ended this segment early: it does not count
+        }
+    }
+    work = next;
+    return true;
+}
 
 EyeState state_of(EyePlace place) {
     Ray ray = saved_ray(place.origin, place.direction, place.begin, place.contacts);
@@ -354,93 +395,78 @@ EyePlace place_of(EyeState state) {
 }
 
 // Leaves out a path that the driver cannot follow even where the invocation is alone.
-void cut_path(inout Progress progress) {
-    progress.last.reached = 0.0;
-    progress.place.depth = 0u;
-    progress.done++;
-    progress.advanced = true;
+void cut_path(inout Work work) {
+    work.end.reached = 0.0;
+    work.start.depth = 0u;
+    work.done++;
+    work.advanced = true;
     atomicAdd(counters.value.cut, 1u);
 }
 
 // Stores the place from which the next dispatch goes on.
-void store_place(uint number, Progress progress) {
-    EyePlace place = progress.place;
-    place.path = progress.done;
-    place.state = progress.done == paths ? FINISHED : progress.advanced ? UNFINISHED : STUCK;
+void store_place(uint number, Work work) {
+    EyePlace place = place_of(work.start);
+    place.path = work.done;
+    place.state = work.done == paths ? FINISHED : work.advanced ? UNFINISHED : STUCK;
     places.data[number] = place;
     atomicAdd(counters.value.unfinished, place.state == UNFINISHED ? 1u : 0u);
     atomicAdd(counters.value.stuck, place.state == STUCK ? 1u : 0u);
 }
 
-// Traces the paths of a pixel that are not done yet.
-void trace_paths(uint pixel, inout Progress progress) {
-    uint seed = hash(seed_of_half(scene.seed, half_of_rounds), pixel);
-    uint first_depth = progress.place.depth;
-    [[dont_unroll]] for (uint i = progress.done; i < paths; i++) {
-        Random random = Random(seed, turn * paths + i);
-        CameraSample camera_sample = sample_camera(pixel, random);
-        EyeState start = begin_eye_path(camera_sample.ray);
-        if (IS_RESUMABLE && progress.place.depth > 0u) {
-            start = state_of(progress.place);
-        }
-        progress.last = sample_eye_path(start, camera_sample.weight, random);
-        if (IS_RESUMABLE) {
-            progress.place = place_of(start);
-            if (interrupted()) {
-                break; // the driver ended the last segment early: it does not count
-            }
-            progress.advanced = true;
-            progress.place.depth = 0u;
-        }
-        count_eye_path(progress.last);
-        progress.sum += progress.last.radiance;
-        progress.done = i + 1u;
+// Goes on from the place of an invocation. Returns false if the invocation has nothing to do in this
+// dispatch.
+bool resume(uint number, inout Work work) {
+    EyePlace place = places.data[number];
+    if (place.state != (spread > 1u ? STUCK : UNFINISHED)) {
+        return false;
     }
-    if (IS_RESUMABLE) {
-        progress.advanced = progress.advanced || progress.place.depth != first_depth;
+    work.sum = visible_radiances_at(work.pixel).rgb;
+    work.done = place.path;
+    begin_path(work);
+    if (place.depth > 0u) {
+        work.state = state_of(place);
+        work.start = work.state;
     }
+    return true;
 }
 
 void main() {
     uint number = invocation_index();
+    // Of `spread` invocations one works, so that it has the rounds of loops to itself.
+    bool works = true;
     if (IS_RESUMABLE) {
-        if (number % spread != 0u) {
-            return; // so that another invocation has the rounds of loops to itself
-        }
+        works = number % spread == 0u;
         number /= spread;
     }
-    uint pixel = pixel_of(offset + number, camera_at(0u).width, camera_at(0u).height);
-    if (pixel == NONE) {
+    Work work;
+    work.pixel = pixel_of(offset + number, camera_at(0u).width, camera_at(0u).height);
+    work.seed = hash(seed_of_half(scene.seed, half_of_rounds), work.pixel);
+    work.done = 0u;
+    work.sum = vec3(0.0);
+    work.advanced = false;
+    works = works && work.pixel != NONE;
+    if (works) {
+        if (IS_RESUMABLE && resumed != 0u) {
+            works = resume(number, work);
+        } else {
+            begin_path(work);
+        }
+    }
+    trace_queries(work, nearest_hit(work.state.ray), works);
+    if (!works) {
         return;
     }
-    Progress progress;
-    progress.sum = vec3(0.0);
-    progress.done = 0u;
-    progress.last.reached = 0.0;
     if (IS_RESUMABLE) {
-        progress.place = place_of(begin_eye_path(free_ray(vec3(0.0), vec3(0.0))));
-        progress.advanced = false;
-    }
-    if (IS_RESUMABLE && resumed != 0u) {
-        progress.place = places.data[number];
-        if (progress.place.state != (spread > 1u ? STUCK : UNFINISHED)) {
-            return;
+        if (!work.advanced && spread > 1u) {
+            cut_path(work);
         }
-        progress.sum = visible_radiances_at(pixel).rgb;
-        progress.done = progress.place.path;
-    }
-    trace_paths(pixel, progress);
-    if (IS_RESUMABLE) {
-        if (!progress.advanced && spread > 1u) {
-            cut_path(progress);
-        }
-        store_place(number, progress);
-        if (progress.done < paths) {
-            store_visible_radiances(pixel, vec4(progress.sum, 0.0));
+        store_place(number, work);
+        if (work.done < paths) {
+            store_visible_radiances(work.pixel, vec4(work.sum, 0.0));
             return;
         }
     }
-    store_pixel(pixel, progress.sum, progress.last);
+    store_pixel(work);
     if (IS_RESUMABLE) {
         return;
     }

@@ -7,10 +7,10 @@
 // Units: lengths in render units; weights are flux over the mean flux of a photon, per channel.
 // Source: Jensen, "Global Illumination using Photon Maps", 1996.
 #version 460
-#include "geometry/alpha.glsl"
 #include "geometry/contact.glsl"
 #include "geometry/hit.glsl"
 #include "geometry/normal.glsl"
+#include "geometry/query.glsl"
 #include "geometry/surface.glsl"
 #include "geometry/surface_point.glsl"
 #include "kernel/counters.glsl"
@@ -181,10 +181,9 @@ bool bounce(inout Path path, Surface surface, Material material) {
     return true;
 }
 
-// Traces one segment of a path, and returns ALIVE or how the path ends. The first surface records no
+// Goes on from the end of a segment, and returns ALIVE or how the path ends. The first surface records no
 // photon, since the eye pass samples direct light; it does if photons are to carry all light.
-uint advance(inout Path path, inout Segment segment) {
-    Hit hit = intersect(path.ray);
+uint advance(inout Path path, Hit hit, inout Segment segment) {
     if (hit.primitive == NONE) {
         return is_in_glass(path.medium_eta) ? LOST_IN_GLASS : ESCAPED;
     }
@@ -219,16 +218,10 @@ bool is_finite(Path path) {
     return all(lessThan(size, vec3(INFINITY_T)));
 }
 
-// Traces one segment of a path. A path of weight 0, from where an image on a lamp is black, ends at once.
-Segment trace_segment(inout Path path) {
-    Segment segment;
-    segment.state = NOT_FINITE;
-    segment.is_immersed = false;
-    segment.has_record = false;
-    if (is_finite(path)) {
-        segment.state = largest_channel(path.weight) > 0.0 ? advance(path, segment) : ABSORBED;
-    }
-    return segment;
+// How a path ends before its next segment, or ALIVE. A path of weight 0, from where an image on a lamp is
+// black, is absorbed.
+uint fate(Path path) {
+    return !is_finite(path) ? NOT_FINITE : largest_channel(path.weight) > 0.0 ? ALIVE : ABSORBED;
 }
 
 Path path_of(PhotonPlace place) {
@@ -236,101 +229,147 @@ Path path_of(PhotonPlace place) {
     return Path(ray, place.weight, place.depth, place.medium_eta, random_of(place.photon - stride));
 }
 
+// How many paths have ended in which way.
+struct Ends {
+    uint deposited;
+    uint absorbed;
+    uint escaped;
+    uint truncated;
+    uint lost_in_glass;
+    uint non_finite;
+};
+
+void count_end(inout Ends ends, uint state) {
+    ends.deposited += state == DEPOSITED ? 1u : 0u;
+    ends.absorbed += state == ABSORBED ? 1u : 0u;
+    ends.escaped += state == ESCAPED ? 1u : 0u;
+    ends.truncated += state == TRUNCATED ? 1u : 0u;
+    ends.lost_in_glass += state == LOST_IN_GLASS ? 1u : 0u;
+    ends.non_finite += state == NOT_FINITE ? 1u : 0u;
+}
+
+// The photons of an invocation.
+struct Work {
+    Path path;       // that it follows
+    bool alive;      // there is such a path
+    uint photon;     // the next one to begin
+    Ends ends;       // of paths that have ended
+    uint emitted;    // number of paths begun
+    uint immersed;   // number of paths that met a diffuse surface inside a dielectric
+    bool advanced;   // IS_RESUMABLE: this dispatch has finished a segment
+};
+
+#include "geometry/trace.glsl"
+
+// Finishes the segment whose hit is known, if there is one, and asks for that of the next segment: of the
+// same path or, where that has ended, of the next photon's.
+bool next_query(inout Work work, inout Query query, Hit hit) {
+    Work next = work;
+    Segment segment = Segment(ALIVE, false, false, PhotonRecord(vec3(0.0), 0u, vec3(0.0), 0u));
+    if (next.alive) {
+        segment.state = advance(next.path, hit, segment);
+        segment.state = segment.state == ALIVE ? fate(next.path) : segment.state;
+        next.alive = segment.state == ALIVE;
+        next.immersed += segment.is_immersed ? 1u : 0u;
+        count_end(next.ends, segment.state);
+        next.advanced = true;
+    }
+    if (!next.alive && next.photon < end) {
+        next.path = start_path(next.photon);
+        next.photon += stride;
+        next.emitted++;
+        uint state = fate(next.path);
+        next.alive = state == ALIVE;
+        count_end(next.ends, state);
+    }
+    if (IS_RESUMABLE) {
+        if (interrupted()) {
+            return true; // the driver ended this segment early: it does not count
+        }
+        if (segment.has_record) {
+            store_record(segment.photon);
+        }
+    }
+    work = next;
+    query = no_query();
+    if (work.alive) {
+        query = nearest_hit(work.path.ray);
+    }
+    return work.alive || work.photon < end;
+}
+
 // Goes on from the place of an invocation. Returns false if the invocation has nothing to do in this
 // dispatch.
-bool resume(uint number, inout uint photon, inout bool alive, inout Path path) {
+bool resume(uint number, inout Work work, inout Query query) {
     PhotonPlace place = places.data[number];
-    photon = place.photon;
-    alive = place.alive != 0u;
-    path = path_of(place);
+    work.photon = place.photon;
+    work.alive = place.alive != 0u;
+    work.path = path_of(place);
+    if (work.alive) {
+        query = nearest_hit(work.path.ray);
+    }
     return place.state == (spread > 1u ? STUCK : UNFINISHED);
 }
 
 // Cuts a path that the driver cannot follow even where the invocation is alone.
-void cut_path(inout uint photon, inout bool alive, inout uint emitted) {
-    photon += alive ? 0u : stride;
-    emitted += alive ? 0u : 1u;
-    alive = false;
+void cut_path(inout Work work) {
+    work.photon += work.alive ? 0u : stride;
+    work.emitted += work.alive ? 0u : 1u;
+    work.alive = false;
+    work.advanced = true;
+    count_end(work.ends, TRUNCATED);
     atomicAdd(counters.value.cut, 1u);
 }
 
 // Stores the place from which the next dispatch goes on.
-void store_place(uint number, Path path, uint photon, bool alive, bool advanced) {
-    uint state = alive || photon < end ? (advanced ? UNFINISHED : STUCK) : FINISHED;
-    places.data[number] = PhotonPlace(path.ray.origin, path.medium_eta, path.ray.direction, path.depth, path.weight, photon,
-                                      state, alive ? 1u : 0u, begin_of(path.ray), contacts_of(path.ray));
+void store_place(uint number, Work work) {
+    uint state = work.alive || work.photon < end ? (work.advanced ? UNFINISHED : STUCK) : FINISHED;
+    Path path = work.path;
+    places.data[number] = PhotonPlace(path.ray.origin, path.medium_eta, path.ray.direction, path.depth, path.weight,
+                                      work.photon, state, work.alive ? 1u : 0u, begin_of(path.ray), contacts_of(path.ray));
     atomicAdd(counters.value.unfinished, state == UNFINISHED ? 1u : 0u);
     atomicAdd(counters.value.stuck, state == STUCK ? 1u : 0u);
 }
 
-void add_counts(uint ends[ALIVE], uint emitted, uint immersed) {
-    atomicAdd(counters.value.deposited, ends[DEPOSITED]);
-    atomicAdd(counters.value.absorbed, ends[ABSORBED]);
-    atomicAdd(counters.value.escaped, ends[ESCAPED]);
-    atomicAdd(counters.value.truncated, ends[TRUNCATED]);
-    atomicAdd(counters.value.lost_in_glass, ends[LOST_IN_GLASS]);
-    atomicAdd(counters.value.non_finite, ends[NOT_FINITE]);
-    atomicAdd(counters.value.immersed, immersed);
-    atomicAdd(counters.value.emitted, emitted);
+void add_counts(Work work) {
+    atomicAdd(counters.value.deposited, work.ends.deposited);
+    atomicAdd(counters.value.absorbed, work.ends.absorbed);
+    atomicAdd(counters.value.escaped, work.ends.escaped);
+    atomicAdd(counters.value.truncated, work.ends.truncated);
+    atomicAdd(counters.value.lost_in_glass, work.ends.lost_in_glass);
+    atomicAdd(counters.value.non_finite, work.ends.non_finite);
+    atomicAdd(counters.value.immersed, work.immersed);
+    atomicAdd(counters.value.emitted, work.emitted);
 }
 
 void main() {
     uint number = invocation_index();
+    // Of `spread` invocations one works, so that it has the rounds of loops to itself.
+    bool works = true;
     if (IS_RESUMABLE) {
-        if (number % spread != 0u) {
-            return; // so that another invocation has the rounds of loops to itself
-        }
+        works = number % spread == 0u;
         number /= spread;
     }
-    uint invocation = offset + number;
-    if (invocation >= stride) {
-        return; // other invocations take all photons
-    }
-    uint photon = first + invocation; // the next one to begin
-    uint ends[ALIVE] = uint[ALIVE](0u, 0u, 0u, 0u, 0u, 0u);
-    uint emitted = 0u;
-    uint immersed = 0u;
-    bool alive = false;
-    Path path;
-    bool advanced = false; // IS_RESUMABLE: this dispatch has finished a segment
+    works = works && offset + number < stride; // other invocations take all photons
+    Path none = Path(free_ray(vec3(0.0), vec3(0.0)), vec3(0.0), 0u, 1.0, Random(0u, 0u));
+    Work work = Work(none, false, first + offset + number, Ends(0u, 0u, 0u, 0u, 0u, 0u), 0u, 0u, false);
+    Query query = no_query();
     if (IS_RESUMABLE) {
-        if (resumed != 0u && !resume(number, photon, alive, path)) {
-            return;
+        if (works && resumed != 0u) {
+            works = resume(number, work, query);
         }
     }
-    while (alive || photon < end) {
-        Path next = path;
-        if (!alive) {
-            next = start_path(photon);
-        }
-        Segment segment = trace_segment(next);
-        if (IS_RESUMABLE) {
-            if (interrupted()) {
-                break; // the driver ended this segment early: it does not count
-            }
-            advanced = true;
-            if (segment.has_record) {
-                store_record(segment.photon);
-            }
-        }
-        path = next;
-        photon += alive ? 0u : stride;
-        emitted += alive ? 0u : 1u;
-        immersed += segment.is_immersed ? 1u : 0u;
-        alive = segment.state == ALIVE;
-        if (!alive) {
-            ends[segment.state]++;
-        }
+    trace_queries(work, query, works && (work.alive || work.photon < end));
+    if (!works) {
+        return;
     }
     if (IS_RESUMABLE) {
-        if (!advanced && spread > 1u) {
-            cut_path(photon, alive, emitted);
-            ends[TRUNCATED]++;
-            advanced = true;
+        if (!work.advanced && spread > 1u) {
+            cut_path(work);
         }
-        store_place(number, path, photon, alive, advanced);
+        store_place(number, work);
     }
-    add_counts(ends, emitted, immersed);
+    add_counts(work);
     if (IS_RESUMABLE) {
         return;
     }

@@ -157,7 +157,7 @@ impl Contents {
                 material: packed.material_features,
                 camera: view.features(),
                 render: options.features(&resolved),
-                pass: PassFeatures { is_resumable: false },
+                pass: PassFeatures { is_resumable: false, is_queue: false },
             }),
             memory: Memory { scene: memory.scene, buffers: memory.buffers },
         })

@@ -1,8 +1,11 @@
-//! Bounding volume hierarchies over primitives.
+//! Bounding volume hierarchies over primitives: binary ones, which [`wide`] turns into those of the device.
+
+mod wide;
+
+pub use wide::Wide;
 
 use std::hash::{DefaultHasher, Hash, Hasher};
 
-use bytemuck::Zeroable;
 use glam::Vec3A;
 use obvhs::BvhBuildParams;
 use obvhs::aabb::Aabb;
@@ -12,16 +15,38 @@ use obvhs::bvh2::node::Bvh2Node;
 use obvhs::bvh2::reinsertion::ReinsertionOptimizer;
 use obvhs::ploc::PlocBuilder;
 
-use crate::kernels::{BvhPair, COUNT_SHIFT, FIRST_MASK, MAX_LEAF_COUNT};
+use crate::kernels::{COUNT_SHIFT, FIRST_MASK, MAX_LEAF_COUNT};
 
 /// Padding of boxes on each side: the resolution of f32 at the size of render space. A ray in the plane of
 /// a face must not miss the box, flat or not.
 pub const PADDING: f32 = f32::EPSILON;
 
-/// A hierarchy as the GPU reads it.
+/// A child of an inner node.
+#[derive(Clone, Copy, Debug)]
+pub struct Child {
+    /// A box that contains what is below the child, with a padding. A box that no ray enters is inverted.
+    pub bounds: Aabb,
+    /// A leaf's number of primitives in the bits from [`COUNT_SHIFT`] on, and the index of its first one; for
+    /// an inner node, the index of the pair of its children.
+    pub reference: u32,
+}
+
+impl Child {
+    /// Returns the number of primitives of a leaf, 0 for an inner node.
+    pub fn count(&self) -> u32 {
+        self.reference >> COUNT_SHIFT
+    }
+
+    /// Returns the index of a leaf's first primitive, or that of an inner node's pair.
+    pub fn first(&self) -> u32 {
+        self.reference & FIRST_MASK
+    }
+}
+
+/// A binary hierarchy.
 pub struct Bvh {
     /// Pairs of children, one per inner node; the root's pair is the first.
-    pub pairs: Vec<BvhPair>,
+    pub pairs: Vec<[Child; 2]>,
     /// References to primitives, in the order of the leaves.
     pub primitives: Vec<u32>,
     /// Maximum number of nodes on a path from a root to a leaf, both included.
@@ -32,15 +57,11 @@ impl Bvh {
     /// Appends another hierarchy, and returns the index of the pair of its root's children.
     pub fn append(&mut self, other: Bvh) -> u32 {
         let (first_pair, first_place) = (self.pairs.len() as u32, self.primitives.len() as u32);
-        let moved = |w: f32| {
-            let node = w.to_bits();
-            f32::from_bits(node + if node >> COUNT_SHIFT == 0 { first_pair } else { first_place })
+        let moved = |child: Child| {
+            let by = if child.count() == 0 { first_pair } else { first_place };
+            Child { reference: child.reference + by, ..child }
         };
-        self.pairs.extend(other.pairs.into_iter().map(|mut pair| {
-            pair.left_lower[3] = moved(pair.left_lower[3]);
-            pair.right_lower[3] = moved(pair.right_lower[3]);
-            pair
-        }));
+        self.pairs.extend(other.pairs.into_iter().map(|pair| pair.map(moved)));
         self.primitives.extend(other.primitives);
         first_pair
     }
@@ -49,18 +70,15 @@ impl Bvh {
     pub fn visit(&self, root: u32, bounds: &Aabb, visit: &mut impl FnMut(u32)) {
         let mut pending = vec![root];
         while let Some(index) = pending.pop() {
-            let pair: &BvhPair = &self.pairs[index as usize];
-            for (lower, upper) in [(pair.left_lower, pair.left_upper), (pair.right_lower, pair.right_upper)] {
-                let corner = |corner: [f32; 4]| Vec3A::new(corner[0], corner[1], corner[2]);
-                if corner(lower).cmpgt(bounds.max).any() || corner(upper).cmplt(bounds.min).any() {
+            for child in &self.pairs[index as usize] {
+                if child.bounds.min.cmpgt(bounds.max).any() || child.bounds.max.cmplt(bounds.min).any() {
                     continue;
                 }
-                let child = lower[3].to_bits();
-                let (first, count) = (child & FIRST_MASK, child >> COUNT_SHIFT);
-                if count == 0 {
-                    pending.push(child);
+                let first = child.first();
+                if child.count() == 0 {
+                    pending.push(first);
                 }
-                (first..first + count).for_each(|place| visit(self.primitives[place as usize]));
+                (first..first + child.count()).for_each(|place| visit(self.primitives[place as usize]));
             }
         }
     }
@@ -71,15 +89,11 @@ impl Bvh {
         let mut boxes = Vec::new();
         let mut pending = vec![(0, 1)];
         while let Some((index, level)) = pending.pop() {
-            let pair: &BvhPair = &self.pairs[index as usize];
-            for (lower, upper) in [(pair.left_lower, pair.left_upper), (pair.right_lower, pair.right_upper)] {
-                let corner = |corner: [f32; 4]| Vec3A::new(corner[0], corner[1], corner[2]);
-                let bounds = Aabb::new(corner(lower), corner(upper));
-                let child = lower[3].to_bits();
-                if level < levels && child >> COUNT_SHIFT == 0 {
-                    pending.push((child, level + 1));
-                } else if bounds.valid() {
-                    boxes.push(bounds);
+            for child in &self.pairs[index as usize] {
+                if level < levels && child.count() == 0 {
+                    pending.push((child.first(), level + 1));
+                } else if child.bounds.valid() {
+                    boxes.push(child.bounds);
                 }
             }
         }
@@ -154,7 +168,7 @@ fn clusters(boxes: &[Aabb]) -> Bvh2 {
 }
 
 /// Returns the pairs of children. The nodes 2i + 1 and 2i + 2 behind the root are pair i.
-fn pairs(bvh: &Bvh2) -> Vec<BvhPair> {
+fn pairs(bvh: &Bvh2) -> Vec<[Child; 2]> {
     let nodes = &bvh.nodes;
     if nodes[0].prim_count > 0 {
         // The root is a leaf: its sibling is a box that no ray enters.
@@ -163,26 +177,20 @@ fn pairs(bvh: &Bvh2) -> Vec<BvhPair> {
     }
     // Optimisation may have moved the root's pair to any place: the pair is swapped with the first.
     let first = pair_index(&nodes[0]);
-    let mut pairs: Vec<BvhPair> =
+    let mut pairs: Vec<[Child; 2]> =
         nodes[1..].chunks_exact(2).map(|children| pair(&children[0], &children[1], first)).collect();
     pairs.swap(0, first as usize);
     pairs
 }
 
-fn pair(left: &Bvh2Node, right: &Bvh2Node, first: u32) -> BvhPair {
-    pair_of([(left.aabb, reference(left, first)), (right.aabb, reference(right, first))])
+fn pair(left: &Bvh2Node, right: &Bvh2Node, first: u32) -> [Child; 2] {
+    [left, right].map(|node| child(node.aabb, reference(node, first)))
 }
 
-/// Returns the pair of two children, from their boxes and their references.
-fn pair_of([(left, left_bits), (right, right_bits)]: [(Aabb, u32); 2]) -> BvhPair {
-    let corner = |corner: Vec3A, bits: u32| [corner.x, corner.y, corner.z, f32::from_bits(bits)];
+/// Returns a child with a padded box.
+fn child(bounds: Aabb, reference: u32) -> Child {
     let padding = Vec3A::splat(PADDING);
-    BvhPair {
-        left_lower: corner(left.min - padding, left_bits),
-        left_upper: corner(left.max + padding, 0),
-        right_lower: corner(right.min - padding, right_bits),
-        right_upper: corner(right.max + padding, 0),
-    }
+    Child { bounds: Aabb::new(bounds.min - padding, bounds.max + padding), reference }
 }
 
 /// Returns the reference to a node in its parent, with the pairs 0 and `first` swapped.
@@ -217,12 +225,12 @@ fn depth(bvh: &Bvh2) -> usize {
 /// Builder of a hierarchy by halving along the longest axis: slower to traverse, but shallow.
 struct Halving<'a> {
     boxes: &'a [Aabb],
-    pairs: Vec<BvhPair>,
+    pairs: Vec<[Child; 2]>,
 }
 
 impl Halving<'_> {
     /// Returns pairs, order of primitives and depth; for more boxes than fit in a leaf.
-    fn of(boxes: &[Aabb]) -> (Vec<BvhPair>, Vec<u32>, usize) {
+    fn of(boxes: &[Aabb]) -> (Vec<[Child; 2]>, Vec<u32>, usize) {
         let mut order: Vec<u32> = (0..boxes.len() as u32).collect();
         let mut halving = Halving { boxes, pairs: Vec::new() };
         let (_, _, depth) = halving.node(&mut order, 0);
@@ -244,11 +252,11 @@ impl Halving<'_> {
         let middle = part.len() / 2;
         part.select_nth_unstable_by(middle, |a, b| place(a).total_cmp(&place(b)));
         let index = self.pairs.len();
-        self.pairs.push(BvhPair::zeroed());
+        self.pairs.push([child(Aabb::empty(), 0); 2]);
         let (before, after) = part.split_at_mut(middle);
         let (left, left_bits, left_depth) = self.node(before, first);
         let (right, right_bits, right_depth) = self.node(after, first + middle as u32);
-        self.pairs[index] = pair_of([(left, left_bits), (right, right_bits)]);
+        self.pairs[index] = [child(left, left_bits), child(right, right_bits)];
         (bounds, index as u32, 1 + left_depth.max(right_depth))
     }
 }
@@ -258,7 +266,6 @@ mod tests {
     use proptest::prelude::*;
 
     use super::*;
-    use crate::kernels::FIRST_MASK;
 
     /// Returns the number of times that a walk from the first pair reaches each box; checks that boxes
     /// contain the boxes below them.
@@ -266,15 +273,13 @@ mod tests {
         let mut visits = vec![0; boxes.len()];
         let mut pending = vec![(0, Vec3A::splat(f32::NEG_INFINITY), Vec3A::splat(f32::INFINITY))];
         while let Some((index, lower, upper)) = pending.pop() {
-            let BvhPair { left_lower, left_upper, right_lower, right_upper } = bvh.pairs[index as usize];
-            for (low, high) in [(left_lower, left_upper), (right_lower, right_upper)] {
-                let corner = |corner: [f32; 4]| Vec3A::new(corner[0], corner[1], corner[2]);
-                let (low, high, node) = (corner(low), corner(high), low[3].to_bits());
+            for child in &bvh.pairs[index as usize] {
+                let (low, high) = (child.bounds.min, child.bounds.max);
                 if low.cmpgt(high).any() {
                     continue; // no ray enters
                 }
                 assert!(low.cmpge(lower).all() && high.cmple(upper).all());
-                let (first, count) = (node & FIRST_MASK, node >> COUNT_SHIFT);
+                let (first, count) = (child.first(), child.count());
                 if count == 0 {
                     pending.push((first, low, high));
                 }

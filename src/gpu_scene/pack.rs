@@ -167,6 +167,7 @@ pub fn pack(scene: &Scene, solver: RevolutionSolver) -> Result<PackedScene, Pack
     packer.dress(scene, &mut placed)?;
     let bvh = packer.add_surfaces(&placed)?;
     let contacts = packer.find_contacts(&placed, &bvh);
+    let wide = packer.widen(&bvh)?;
     let mean_power: f64 = packer.powers.iter().sum();
     packer.check_brightness(mean_power)?;
     let (emission_table, direct_table) = packer.choose_lights();
@@ -180,8 +181,9 @@ pub fn pack(scene: &Scene, solver: RevolutionSolver) -> Result<PackedScene, Pack
         material_features: specialize(&packer.materials),
         contacts,
         arrays: SceneArrays {
-            bvh_pairs: bvh.pairs,
-            primitives: bvh.primitives,
+            bvh_planes: wide.planes,
+            bvh_children: wide.children,
+            primitives: wide.primitives,
             triangles: packer.triangles,
             triangle_normals: packer.triangle_normals,
             triangle_uvs: packer.triangle_uvs,

@@ -96,7 +96,7 @@ impl Base {
                 material: self.material_features,
                 camera: view.features(),
                 render: options.features(resolved),
-                pass: PassFeatures { is_resumable: false },
+                pass: PassFeatures { is_resumable: false, is_queue: false },
             },
             // The gather pass of the grid needs shuffles within a subgroup; the pass of the tree runs on any
             // device.

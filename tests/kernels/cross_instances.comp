@@ -1,8 +1,8 @@
 // cross_instances: traces rays to surfaces through the hierarchy, and second rays that leave from there.
 #version 460
-#include "geometry/alpha.glsl"
 #include "geometry/contact.glsl"
 #include "geometry/hit.glsl"
+#include "geometry/query.glsl"
 #include "geometry/surface.glsl"
 #include "geometry/surface_point.glsl"
 #include "kernel/invocation.glsl"
@@ -29,22 +29,38 @@ struct Crossing {
 BUFFER(CrossingRay, rays)
 UPDATED_BUFFER(Crossing, crossings)
 
-void main() {
-    uint i = invocation_index();
-    if (i >= rays.data.length()) {
-        return;
+struct Work {
+    uint number;
+    bool leaves; // the second ray is traced
+};
+
+#include "geometry/trace.glsl"
+
+bool next_query(inout Work work, inout Query query, Hit hit) {
+    uint i = work.number;
+    if (work.leaves) {
+        crossings.data[i].t_again = hit.primitive == NONE ? -1.0 : hit.t;
+        return false;
     }
-    Ray ray = free_ray(rays.data[i].origin, rays.data[i].direction);
-    Hit hit = intersect(ray);
     if (hit.primitive == NONE) {
         crossings.data[i] = Crossing(vec3(0.0), -1.0, vec3(0.0), 0.0, vec3(0.0), -1.0);
-        return;
+        return false;
     }
-    Surface surface = surface_at(ray, hit);
+    Surface surface = surface_at(query.ray, hit);
     vec3 leaving = rays.data[i].leaving;
     leaving = dot(leaving, surface.normal) < 0.0 ? -leaving : leaving;
-    Hit again = intersect(free_ray(offset_origin(surface, leaving), leaving));
-    float t_again = again.primitive == NONE ? -1.0 : again.t;
-    crossings.data[i] =
-        Crossing(surface.position, hit.t, surface.normal, surface.error, surface.shading_normal, t_again);
+    crossings.data[i] = Crossing(surface.position, hit.t, surface.normal, surface.error, surface.shading_normal, -1.0);
+    work.leaves = true;
+    query = nearest_hit(free_ray(offset_origin(surface, leaving), leaving));
+    return true;
+}
+
+void main() {
+    Work work = Work(invocation_index(), false);
+    bool has_ray = work.number < rays.data.length();
+    Query query = no_query();
+    if (has_ray) {
+        query = nearest_hit(free_ray(rays.data[work.number].origin, rays.data[work.number].direction));
+    }
+    trace_queries(work, query, has_ray);
 }

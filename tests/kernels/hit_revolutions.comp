@@ -2,7 +2,7 @@
 #version 460
 #include "geometry/contact.glsl"
 #include "geometry/hit.glsl"
-#include "geometry/intersect.glsl"
+#include "geometry/query.glsl"
 #include "geometry/quadric.glsl"
 #include "geometry/surface.glsl"
 #include "geometry/surface_point.glsl"
@@ -36,17 +36,19 @@ struct Met {
 BUFFER(BodyRay, rays)
 UPDATED_BUFFER(Met, met)
 
-void main() {
-    uint i = invocation_index();
-    if (i >= rays.data.length()) {
-        return;
-    }
-    Ray ray = free_ray(rays.data[i].origin, rays.data[i].direction);
-    Hit hit = traverse(ray, INFINITY_T, false);
+struct Work {
+    uint number;
+};
+
+#include "geometry/trace.glsl"
+
+bool next_query(inout Work work, inout Query query, Hit hit) {
+    uint i = work.number;
     if (hit.primitive == NONE) {
         met.data[i] = Met(vec3(0.0), 0.0, vec3(0.0), -1.0, vec2(0.0), 0.0, NONE, vec3(0.0), 0u, vec3(0.0), 0.0);
-        return;
+        return false;
     }
+    Ray ray = query.ray;
     Surface surface = surface_at(ray, hit);
     uint piece = hit.primitive & INDEX_MASK;
     uint body = revolution_pieces_at(piece).body;
@@ -57,4 +59,15 @@ void main() {
     met.data[i] = Met(surface.position, surface.error, surface.normal, hit.t,
                       revolution_uv(piece, hit.barycentric.x, around), hit.barycentric.x, hit.primitive,
                       offset_origin(surface, scattered.wi), scattered.eta != 1.0 ? 1u : 0u, scattered.wi, 0.0);
+    return false;
+}
+
+void main() {
+    Work work = Work(invocation_index());
+    bool has_ray = work.number < rays.data.length();
+    Query query = no_query();
+    if (has_ray) {
+        query = nearest_hit(free_ray(rays.data[work.number].origin, rays.data[work.number].direction));
+    }
+    trace_queries(work, query, has_ray);
 }

@@ -2,7 +2,7 @@
 #version 460
 #include "geometry/contact.glsl"
 #include "geometry/hit.glsl"
-#include "geometry/intersect.glsl"
+#include "geometry/query.glsl"
 #include "kernel/invocation.glsl"
 
 struct TracedRay {
@@ -22,13 +22,41 @@ BUFFER(TracedRay, rays)
 UPDATED_BUFFER(TracedHit, hits)
 UPDATED_BUFFER(uint, any_hits)
 
-void main() {
-    uint i = invocation_index();
-    if (i >= rays.data.length()) {
-        return;
+// Rays number, number + stride, and so on; of each first the nearest hit, then any hit.
+struct Work {
+    uint number;
+    uint stride;
+    bool any_hit;
+};
+
+#include "geometry/trace.glsl"
+
+Query query_of_ray(Work work) {
+    Ray ray = free_ray(rays.data[work.number].origin, rays.data[work.number].direction);
+    return query_of(ray, rays.data[work.number].t_max, work.any_hit);
+}
+
+bool next_query(inout Work work, inout Query query, Hit hit) {
+    if (work.any_hit) {
+        any_hits.data[work.number] = hit.primitive;
+        work.number += work.stride;
+    } else {
+        hits.data[work.number] = TracedHit(hit.barycentric, hit.t, hit.primitive);
     }
-    Ray ray = free_ray(rays.data[i].origin, rays.data[i].direction);
-    Hit hit = traverse(ray, rays.data[i].t_max, false);
-    hits.data[i] = TracedHit(hit.barycentric, hit.t, hit.primitive);
-    any_hits.data[i] = traverse(ray, rays.data[i].t_max, true).primitive;
+    work.any_hit = !work.any_hit;
+    bool has_ray = work.number < rays.data.length();
+    if (has_ray) {
+        query = query_of_ray(work);
+    }
+    return has_ray;
+}
+
+void main() {
+    Work work = Work(invocation_index(), gl_NumWorkGroups.x * gl_NumWorkGroups.y * gl_WorkGroupSize.x, false);
+    bool has_ray = work.number < rays.data.length();
+    Query query = no_query();
+    if (has_ray) {
+        query = query_of_ray(work);
+    }
+    trace_queries(work, query, has_ray);
 }

@@ -5,7 +5,8 @@ use std::path::Path;
 
 use crate::fixture::Fixture;
 use crate::generated::{
-    BvhPair, COUNT_SHIFT, GpuScene, MAX_LEAF_COUNT, Material, NONE, Quadric, SPHERE, SceneArrays, SceneInfo, Triangle,
+    BVH_PLANES, COUNT_SHIFT, GpuScene, MAX_LEAF_COUNT, Material, NONE, Quadric, SPHERE, SceneArrays, SceneInfo,
+    Triangle,
 };
 use bytemuck::Zeroable;
 use glam::{DAffine3, DMat3, DVec3};
@@ -60,24 +61,28 @@ impl World {
         (world, packed)
     }
 
-    /// The same with boxes that every ray enters: it meets every primitive. Each pair has
-    /// a leaf on the left and the next pair on the right.
+    /// The same with boxes that every ray enters: it meets every primitive. Each node has a leaf and the next
+    /// node.
     pub fn without_hierarchy(&self) -> Self {
-        let leaf = |i: u32| {
-            let first = i * MAX_LEAF_COUNT;
-            let left = (self.primitives.len() as u32).saturating_sub(first).min(MAX_LEAF_COUNT);
-            left << COUNT_SHIFT | first
-        };
         let last = (self.primitives.len() as u32).div_ceil(MAX_LEAF_COUNT) - 1;
-        let lower = |reference: u32| [-1e9, -1e9, -1e9, f32::from_bits(reference)];
-        let pair = |i: u32| BvhPair {
-            left_lower: lower(leaf(i)),
-            left_upper: [1e9, 1e9, 1e9, 0.0],
-            // The last pair has its leaf twice.
-            right_lower: lower(if i < last { i + 1 } else { leaf(i) }),
-            right_upper: [1e9, 1e9, 1e9, 0.0],
+        let node = |i: u32| {
+            let first = i * MAX_LEAF_COUNT;
+            let count = (self.primitives.len() as u32 - first).min(MAX_LEAF_COUNT);
+            [count << COUNT_SHIFT | first, if i < last { i + 1 } else { NONE }, NONE, NONE]
         };
-        let arrays = SceneArrays { bvh_pairs: (0..=last).map(pair).collect(), ..self.arrays.clone() };
+        let planes = |i: u32| {
+            // No ray enters a box that is inverted.
+            let next = if i < last { 1e9 } else { -3e38 };
+            (0..BVH_PLANES).map(move |plane| {
+                let far = if plane < 3 { -1.0 } else { 1.0 };
+                [far * 1e9, far * next, -far * 3e38, -far * 3e38]
+            })
+        };
+        let arrays = SceneArrays {
+            bvh_children: (0..=last).map(node).collect(),
+            bvh_planes: (0..=last).flat_map(planes).collect(),
+            ..self.arrays.clone()
+        };
         Self { arrays, ..*self }
     }
 

@@ -1,6 +1,6 @@
 // Eye paths on rough surfaces, which record no photons: next-event estimation and BSDF sampling find
 // direct light there, combined by MIS.
-#include "geometry/alpha.glsl"
+#include "geometry/contact.glsl"
 #include "geometry/surface.glsl"
 #include "geometry/surface_point.glsl"
 #include "light/light.glsl"
@@ -24,16 +24,17 @@ RoughVertex no_rough_vertex() {
 }
 
 // Radiance that a rough surface reflects or transmits towards wo from one light, over the pdf of
-// choosing that light; W/(m^2 sr).
-vec3 direct_light_on_rough(Surface surface, Material material, vec3 wo, Random random, uint pair) {
+// choosing that light, unless something blocks `to_light`; W/(m^2 sr).
+vec3 direct_light_on_rough(Surface surface, Material material, vec3 wo, Random random, uint pair, out Ray to_light) {
+    to_light = free_ray(vec3(0.0), vec3(0.0));
     if (HAS_ROUGH) {
         if (HAS_LOCATABLE_LIGHTS) {
             LightSample direct = sample_direct(surface.position, random_pair(random, pair).x,
                                                random_pair(random, pair + 1u));
             BsdfValue bsdf = evaluate_bsdf(material, wo, direct.wi, surface.shading_normal, surface.tangent, RADIANCE);
             float weight = direct.hittable ? mis_weight(direct.pdf, bsdf.pdf) : 1.0;
-            bool blocked = occluded(shadow_ray(surface, direct.wi, direct.target, false));
-            bool lit = is_rough(material) && direct.pdf > 0.0 && bsdf.pdf > 0.0 && !blocked;
+            to_light = shadow_ray(surface, direct.wi, direct.target, false);
+            bool lit = is_rough(material) && direct.pdf > 0.0 && bsdf.pdf > 0.0;
             return lit ? direct.radiance * bsdf.value * (weight / direct.pdf) : vec3(0.0);
         }
     }

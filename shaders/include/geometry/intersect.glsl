@@ -1,4 +1,4 @@
-// Intersects rays with the scene: one bounding volume hierarchy over all kinds of primitives.
+// Intersects rays with primitives.
 #include "geometry/contact.glsl"
 #include "geometry/hit.glsl"
 #include "geometry/instance.glsl"
@@ -35,12 +35,29 @@ vec3 permute_axes(Shear shear, vec3 v) {
     return shear.along_z ? v : shear.along_y ? v.zxy : v.yzx;
 }
 
+// A hit at t_max that nothing has yet.
+Hit no_hit(float t_max) {
+    return Hit(t_max, NONE, vec2(0.0), NONE);
+}
+
+// Whether a primitive that a ray meets at t becomes its hit: it is nearer than the hit so far, or as near
+// and of a lower number, so that the order of tests does not matter. (NONE + 1 is 0: no primitive is as near
+// as t_max.)
+bool is_nearer(float t, uint primitive, uint instance, Hit hit) {
+    bool is_first = primitive < hit.primitive + 1u;
+    if (HAS_INSTANCES) {
+        is_first = hit.primitive != NONE && (instance < hit.instance || (instance == hit.instance && is_first));
+    }
+    return t < hit.t || (t == hit.t && is_first);
+}
+
 // Intersects a triangle without gaps at its edges (Woop and others, "Watertight Ray/Triangle
 // Intersection", JCGT 2013). A vertex is sheared to the same point in all of its triangles, and the
 // sign of an edge function is right or 0, since rounding keeps the order of the two products: no ray
 // slips through an edge or a vertex of a closed mesh. `precise` forbids fused multiply-adds, which
 // would break both.
-bool intersect_triangle(Triangle triangle, Ray ray, Shear shear, inout Hit hit) {
+// `primitive` is the reference to the triangle, `instance` what contains it.
+bool intersect_triangle(Triangle triangle, Ray ray, Shear shear, uint primitive, uint instance, inout Hit hit) {
     vec3 v0 = permute_axes(shear, triangle.p0 - ray.origin);
     vec3 v1 = permute_axes(shear, triangle.p1 - ray.origin);
     vec3 v2 = permute_axes(shear, triangle.p2 - ray.origin);
@@ -63,18 +80,36 @@ bool intersect_triangle(Triangle triangle, Ray ray, Shear shear, inout Hit hit) 
     float to_p2 = clamp((a.x * ab.y - a.y * ab.x) * per_area, 0.0, 1.0 - to_p1);
     float t = (v0.z + to_p1 * (v1.z - v0.z) + to_p2 * (v2.z - v0.z)) * shear.inverse;
     bool leaves = (area > 0.0) == (shear.inverse > 0.0);
-    if (!(inside && area != 0.0 && may_meet(ray, triangle.material, leaves, t) && t < hit.t)) {
-        return false;
+    bool found = inside && area != 0.0 && may_meet(ray, triangle.material, leaves, t)
+              && is_nearer(t, primitive, instance, hit);
+    if (found) {
+        hit = Hit(t, primitive, vec2(to_p1, to_p2), instance);
     }
-    hit.t = t;
-    hit.barycentric = vec2(to_p1, to_p2);
-    return true;
+    return found;
 }
 
-bool intersect_quadric(uint index, bool sphere, Ray ray, inout Hit hit) {
-    Quadric quadric = quadrics_at(index);
+// The t below which another hit would be the hit of a ray, or as near.
+float limit_of(Hit hit) {
+    return hit.primitive != NONE && hit.t > 0.0 ? uintBitsToFloat(floatBitsToUint(hit.t) + 1u) : hit.t;
+}
+
+// Makes a primitive the hit of a ray, if it is nearer.
+bool accept(float t, uint primitive, vec2 barycentric, uint instance, inout Hit hit) {
+    bool found = is_nearer(t, primitive, instance, hit);
+    if (found) {
+        hit = Hit(t, primitive, barycentric, instance);
+    }
+    return found;
+}
+
+// Intersects a sphere or a disk.
+bool intersect_quadric(uint primitive, Ray ray, uint instance, inout Hit hit) {
+    Quadric quadric = quadrics_at(primitive & INDEX_MASK);
     Ray local = ray_in(quadric.object_from_render, ray);
-    return sphere ? intersect_sphere(quadric, local, hit.t) : intersect_disk(quadric, local, hit.t);
+    float t = limit_of(hit);
+    bool sphere = is_sphere(primitive >> KIND_SHIFT);
+    bool meets = sphere ? intersect_sphere(quadric, local, t) : intersect_disk(quadric, local, t);
+    return meets && accept(t, primitive, vec2(0.0), instance, hit);
 }
 
 // Whether a primitive reference in the hierarchy is a body of revolution for the solver that renders.
@@ -86,21 +121,19 @@ bool is_body(uint primitive) {
     return is_revolution(kind);
 }
 
-// Tests a primitive that is not such a body. For the classical solver that is also a segment of a
-// profile.
-bool test_primitive(uint primitive, Ray ray, Shear shear, inout Hit hit) {
+// Tests a primitive that is no such body; `instance` contains it. For the classical solver that is also a
+// segment of a profile.
+bool test_primitive(uint primitive, Ray ray, Shear shear, uint instance, inout Hit hit) {
     uint kind = primitive >> KIND_SHIFT;
     uint index = primitive & INDEX_MASK;
     bool found = false;
     if (is_triangle(kind)) {
-        found = intersect_triangle(triangles_at(index), ray, shear, hit);
+        found = intersect_triangle(triangles_at(index), ray, shear, primitive, instance, hit);
     } else if (REVOLUTION_NEWTON && is_revolution(kind)) {
-        found = meet_segment(index, ray, hit, primitive);
+        found = meet_segment(index, ray, hit, hit.primitive);
+        hit.instance = found ? instance : hit.instance;
     } else if (HAS_QUADRICS) {
-        found = intersect_quadric(index, is_sphere(kind), ray, hit);
-    }
-    if (found) {
-        hit.primitive = primitive;
+        found = intersect_quadric(primitive, ray, instance, hit);
     }
     return found;
 }
@@ -109,7 +142,7 @@ bool test_primitive(uint primitive, Ray ray, Shear shear, inout Hit hit) {
 bool intersect_primitive(uint primitive, Ray ray, Shear shear, inout Hit hit) {
     uint index = primitive & INDEX_MASK;
     if (!is_body(primitive)) {
-        return test_primitive(primitive, ray, shear, hit);
+        return test_primitive(primitive, ray, shear, NONE, hit);
     }
     RevolutionRay body_ray = revolution_ray(revolution_pieces_at(index).body, ray);
     bool found = intersect_revolution(index, body_ray, begin_of(ray), hit.t, hit.barycentric.x);
@@ -119,34 +152,16 @@ bool intersect_primitive(uint primitive, Ray ray, Shear shear, inout Hit hit) {
     return found;
 }
 
-// Returns the t at which a ray enters a box, or INFINITY_T if it misses the box. The far side is
-// widened by the rounding error of three operations (Ize, "Robust BVH Ray Traversal", 2013).
-float intersect_box(vec3 lower, vec3 upper, Ray ray, vec3 inverse, float t_max) {
-    vec3 a = (lower - ray.origin) * inverse;
-    vec3 b = (upper - ray.origin) * inverse;
-    vec3 near = min(a, b);
-    vec3 far = max(a, b);
-    if (HAS_CONTACTS) {
-        far += abs(far) * (8.0 * ROUNDING);
-    } else {
-        far *= 1.0 + 8.0 * ROUNDING;
-    }
-    float t_near = max(max(near.x, near.y), max(near.z, begin_of(ray)));
-    float t_far = min(min(far.x, far.y), min(far.z, t_max));
-    return t_near <= t_far ? t_near : INFINITY_T;
-}
-
 // Tests all pieces of a body of revolution.
-bool test_body(uint body, Ray ray, bool any_hit, inout Hit hit) {
+bool test_body(uint body, Ray ray, bool any_hit, uint instance, inout Hit hit) {
     RevolutionRay body_ray = revolution_ray(body, ray);
     uint first = revolutions_at(body).first_piece;
-    Pieces candidates = pieces_met(body_ray, first, revolutions_at(body).piece_count, begin_of(ray), hit.t);
+    float t = limit_of(hit);
+    Pieces candidates = pieces_met(body_ray, first, revolutions_at(body).piece_count, begin_of(ray), t);
     uint piece;
-    bool found = intersect_pieces(candidates, body_ray, begin_of(ray), any_hit, hit.t, hit.barycentric.x, piece);
-    if (found) {
-        hit.primitive = REVOLUTION << KIND_SHIFT | piece;
-    }
-    return found;
+    float x;
+    bool meets = intersect_pieces(candidates, body_ray, begin_of(ray), any_hit, t, x, piece);
+    return meets && accept(t, REVOLUTION << KIND_SHIFT | piece, vec2(x, 0.0), instance, hit);
 }
 
 // 1 over the direction. Components of 0 become tiny, so that no slab test computes 0 times infinity.
@@ -154,158 +169,54 @@ vec3 inverse_direction(Ray ray) {
     return 1.0 / mix(ray.direction, vec3(1.0e-20), equal(ray.direction, vec3(0.0)));
 }
 
+// Widens the t at which a ray leaves a box by the rounding error of three operations (Ize, "Robust BVH Ray
+// Traversal", 2013).
+float widen(float t) {
+    if (HAS_CONTACTS) {
+        return t + abs(t) * (8.0 * ROUNDING);
+    }
+    return t * (1.0 + 8.0 * ROUNDING);
+}
+
+// Whether a ray enters a box before t_max.
+bool enters_box(vec3 lower, vec3 upper, Ray ray, vec3 inverse, float t_max) {
+    vec3 a = (lower - ray.origin) * inverse;
+    vec3 b = (upper - ray.origin) * inverse;
+    vec3 near = min(a, b);
+    vec3 far = max(a, b);
+    float t_near = max(max(near.x, near.y), max(near.z, begin_of(ray)));
+    return t_near <= min(widen(min(min(far.x, far.y), far.z)), t_max);
+}
+
 // Tests all bodies. Each lane visits only those whose boxes it enters, without waiting for other lanes.
 void test_all_bodies(Ray ray, bool any_hit, inout Hit hit) {
     vec3 inverse = inverse_direction(ray);
     uint bodies = 0u;
     for (uint i = 0u; i < FLAT_REVOLUTIONS; i++) {
-        if (intersect_box(revolutions_at(i).lower, revolutions_at(i).upper, ray, inverse, hit.t) < INFINITY_T) {
+        if (enters_box(revolutions_at(i).lower, revolutions_at(i).upper, ray, inverse, hit.t)) {
             bodies |= 1u << i;
         }
     }
     while (bodies != 0u && !(any_hit && hit.primitive != NONE)) {
         uint body = findLSB(bodies);
         bodies &= bodies - 1u;
-        test_body(body, ray, any_hit, hit);
+        test_body(body, ray, any_hit, NONE, hit);
     }
 }
 
-// As traverse, but without a hierarchy, for scenes of a few primitives: every lane tests all of them,
-// so that lanes do not diverge.
+// Intersects a ray with all primitives, in scenes of a few: every lane tests the same ones, so that lanes
+// do not diverge.
 Hit test_all(Ray ray, float t_max, bool any_hit) {
-    Hit hit = Hit(t_max, NONE, vec2(0.0), NONE);
+    Hit hit = no_hit(t_max);
     Shear shear = shear_of(ray.direction);
     for (uint i = 0u; i < FLAT_TRIANGLES; i++) {
-        if (intersect_triangle(triangles_at(i), ray, shear, hit)) {
-            hit.primitive = TRIANGLE << KIND_SHIFT | i;
-        }
+        intersect_triangle(triangles_at(i), ray, shear, TRIANGLE << KIND_SHIFT | i, NONE, hit);
     }
     for (uint i = 0u; i < FLAT_QUADRICS; i++) {
-        uint kind = quadrics_at(i).kind;
-        if (intersect_quadric(i, is_sphere(kind), ray, hit)) {
-            hit.primitive = kind << KIND_SHIFT | i;
-        }
+        intersect_quadric(quadrics_at(i).kind << KIND_SHIFT | i, ray, NONE, hit);
     }
     if (HAS_REVOLUTIONS) {
         test_all_bodies(ray, any_hit, hit);
-    }
-    return hit;
-}
-
-// The space that a ray is traced in: render space, or that of an instance's object.
-struct Space {
-    Ray ray;       // in that space
-    Shear shear;   // of the ray
-    vec3 inverse;  // of the ray's direction
-    uint instance; // NONE for render space
-};
-
-// Takes a ray in render space into an instance, or leaves it there for NONE.
-Space enter_space(uint instance, Ray ray) {
-    Ray local = ray;
-    if (HAS_INSTANCES && instance != NONE) {
-        local = ray_into_instance(instance, ray);
-    }
-    return Space(local, shear_of(local.direction), inverse_direction(local), instance);
-}
-
-// The children of an inner node in the order in which a ray enters their boxes. A t is INFINITY_T if
-// the ray misses that box.
-struct Children {
-    uint near;
-    uint far;
-    float t_near;
-    float t_far;
-};
-
-Children sort_children(uint node, Space space, float t_max) {
-    BvhPair pair = bvh_pairs_at(node);
-    float t_left = intersect_box(pair.left_lower.xyz, pair.left_upper.xyz, space.ray, space.inverse, t_max);
-    float t_right = intersect_box(pair.right_lower.xyz, pair.right_upper.xyz, space.ray, space.inverse, t_max);
-    uint left = floatBitsToUint(pair.left_lower.w);
-    uint right = floatBitsToUint(pair.right_lower.w);
-    bool left_first = t_left <= t_right;
-    return Children(left_first ? left : right, left_first ? right : left, min(t_left, t_right), max(t_left, t_right));
-}
-
-// The primitives of a leaf that are still to be tested, and the body or instance found among them.
-struct Leaf {
-    uint first;
-    uint end;
-    uint body;     // index into revolutions, or NONE
-    uint instance; // index into instances, or NONE
-};
-
-// Tests the primitives of a leaf up to a body or an instance, or with any_hit up to a hit: all lanes
-// then test bodies together.
-void test_leaf(inout Leaf leaf, Space space, bool any_hit, inout Hit hit) {
-    bool found = false;
-    for (; leaf.first < leaf.end && leaf.body == NONE && leaf.instance == NONE && !(any_hit && found); leaf.first++) {
-        uint primitive = primitives_at(leaf.first);
-        if (is_instance(primitive >> KIND_SHIFT)) {
-            leaf.instance = primitive & INDEX_MASK;
-        } else if (is_body(primitive)) {
-            leaf.body = primitive & INDEX_MASK;
-        } else if (test_primitive(primitive, space.ray, space.shear, hit)) {
-            hit.instance = space.instance;
-            found = true;
-        }
-    }
-}
-
-// Traces a ray through the hierarchy. Returns the nearest hit with t < t_max that the ray may meet, or
-// any such hit with any_hit. All lanes visit inner nodes until each has a leaf, then all test
-// primitives (Aila and Laine 2009, "while-while"). The hierarchy of an instance uses the same stack,
-// above an entry LEAVE that ends its traversal.
-Hit traverse(Ray ray, float t_max, bool any_hit) {
-    if (IS_FLAT) {
-        return test_all(ray, t_max, any_hit);
-    }
-    Space space = enter_space(NONE, ray);
-    Hit hit = Hit(t_max, NONE, vec2(0.0), NONE);
-    uint stack[MAX_BVH_DEPTH];
-    uint height = 0u;
-    uint node = 0u;
-    while (node != NONE) {
-        while (node >> COUNT_SHIFT == 0u) {
-            Children children = sort_children(node, space, hit.t);
-            node = children.near;
-            if (children.t_far < INFINITY_T) {
-                stack[height++] = children.far;
-            } else if (children.t_near == INFINITY_T) {
-                node = height > 0u ? stack[--height] : NONE;
-            }
-        }
-        if (node == NONE) {
-            break;
-        }
-        bool leaves = HAS_INSTANCES && node == LEAVE;
-        uint first = node & FIRST_MASK;
-        Leaf leaf = Leaf(first, leaves ? first : first + (node >> COUNT_SHIFT), NONE, NONE);
-        test_leaf(leaf, space, any_hit, hit);
-        if (HAS_REVOLUTIONS && leaf.body != NONE) {
-            if (test_body(leaf.body, space.ray, any_hit, hit)) {
-                hit.instance = space.instance;
-            }
-        }
-        if (any_hit && hit.primitive != NONE) {
-            return hit;
-        }
-        uint rest = (leaf.end - leaf.first) << COUNT_SHIFT | leaf.first;
-        if (HAS_INSTANCES && leaf.instance != NONE) {
-            if (leaf.first < leaf.end) {
-                stack[height++] = rest;
-            }
-            stack[height++] = LEAVE;
-            node = instances_at(leaf.instance).root;
-        } else if (HAS_REVOLUTIONS && leaf.first < leaf.end) {
-            node = rest;
-        } else {
-            node = height > 0u ? stack[--height] : NONE;
-        }
-        if (HAS_INSTANCES && (leaves || leaf.instance != NONE)) {
-            space = enter_space(leaf.instance, ray);
-        }
     }
     return hit;
 }

@@ -77,4 +77,5 @@ FEATURES RenderFeatures {
 // Of a pass: src/render/passes/path.rs.
 FEATURES PassFeatures {
     bool IS_RESUMABLE = false;          // invocations go on in further dispatches: interruption.glsl
+    bool IS_QUEUE = false;              // the lanes of a subgroup work together on a queue of rays: trace.glsl
 };

@@ -21,22 +21,17 @@ export const uint BOUNDARY_LAYERS = 0xfc000000u; // layers of dielectrics, which
 // The deepest hierarchy that a ray can walk; the host builds no deeper one.
 export const uint MAX_BVH_DEPTH = 64u;
 
-// References to children: a leaf's count of primitives in the bits from this one on, below it the
-// index of its first one; for an inner node count 0 and the index of its pair.
-export const uint COUNT_SHIFT = 28u;
+// Inner nodes of a bounding volume hierarchy have up to WIDTH children, each with a box and a reference:
+// a leaf's count of primitives in the bits from COUNT_SHIFT on, below it the index of its first one; for
+// an inner node count 0 and its index. Where there is no child, the reference is NONE and no ray enters
+// the box. A body of revolution or an instance is alone in its leaf.
+export const uint BVH_WIDTH = 4u;
+export const uint COUNT_SHIFT = 28u;        // of a reference to a child: the number of primitives is above
 export const uint FIRST_MASK = 0x0fffffffu; // the index in a reference to a child
 export const uint MAX_LEAF_COUNT = 15u;     // primitives of a leaf
-// No leaf: the end of the walk through an instance.
-const uint LEAVE = 0xfffffffeu;
-
-// The two children of an inner node of the bounding volume hierarchy. The references are
-// bits in w of the lower corners: drivers load four components in one go.
-struct BvhPair {
-    vec4 left_lower;  // corner of the left child's box; w: the bits of its reference
-    vec4 left_upper;  // w is unused
-    vec4 right_lower; // corner of the right child's box; w: the bits of its reference
-    vec4 right_upper; // w is unused
-};
+export const uint MAX_BVH_NODES = 16777216u; // inner nodes: geometry/traverse.glsl stores them in 24 bits
+// Planes of an inner node: of all children the lower x, y, z, then the upper x, y, z.
+export const uint BVH_PLANES = 6u;
 
 // The front side is where p0, p1, p2 run counter-clockwise.
 struct Triangle {
@@ -86,7 +81,7 @@ struct Quadric {
 struct Instance {
     vec4 object_from_render[3]; // rows
     vec4 render_from_object[3]; // rows
-    uint root;    // pair of the object's hierarchy
+    uint root;    // of the object's hierarchy: an inner node
     float error;  // of a ray's way in and a point's way out, render units
     float growth; // the most by which an error in object space grows
     uint pad;

@@ -16,8 +16,10 @@ TEXELS(SceneInfo, scene_info)
 // A kernel reads it once, at its start: llvmpipe takes nothing out of loops. Nothing writes it later.
 SceneInfo scene = scene_info_at(0u);
 
-// Bounding volume hierarchies; the scene's root is the first pair. None where there is no surface.
-SCENE_TEXELS(derived, BvhPair, bvh_pairs)
+// Bounding volume hierarchies: BVH_PLANES of each inner node, of four children each. The scene's root is
+// the first node. None where there is no surface.
+SCENE_TEXELS(derived, vec4, bvh_planes)
+SCENE_TEXELS(derived, uvec4, bvh_children) // references to the children of inner nodes
 // Primitive references in the order of the leaves.
 SCENE_TEXELS(derived, uint, primitives)
 SCENE_TEXELS(shapes, Triangle, triangles) // of all meshes

@@ -12,9 +12,9 @@ use glam::{DAffine3, DVec3, Vec3A};
 use obvhs::aabb::Aabb;
 
 use super::space::Bounds;
-use super::{PackError, Packer, RenderSpace, rows};
-use crate::gpu_scene::bvh::{Bvh, OBJECT_DEPTH};
-use crate::kernels::{INSTANCE, Instance, KIND_SHIFT, MAX_BVH_DEPTH};
+use super::{PackError, Packer, RenderSpace, RevolutionSolver, rows};
+use crate::gpu_scene::bvh::{Bvh, OBJECT_DEPTH, Wide};
+use crate::kernels::{INSTANCE, Instance, KIND_SHIFT, MAX_BVH_DEPTH, REVOLUTION};
 use crate::scene::{Geometry, Scene, Shape};
 
 /// Maximum number of primitives of all copies of an object that is copied. An object with one instance is
@@ -169,6 +169,26 @@ impl Packer {
         Ok(all)
     }
 
+    /// Turns the hierarchies into those of the device, the scene's first, and the roots of instances with
+    /// them.
+    pub(super) fn widen(&mut self, bvh: &Bvh) -> Result<Wide, PackError> {
+        let mut wide = Wide::default();
+        let newton = self.solver != RevolutionSolver::Certified;
+        let is_alone = |primitive: u32| match primitive >> KIND_SHIFT {
+            REVOLUTION => !newton,
+            kind => kind == INSTANCE,
+        };
+        if !bvh.pairs.is_empty() {
+            wide.append(bvh, 0, &is_alone);
+        }
+        let mut roots = BTreeMap::new();
+        for instance in &mut self.instances {
+            let root = instance.root;
+            instance.root = *roots.entry(root).or_insert_with(|| wide.append(bvh, root, &is_alone));
+        }
+        if wide.fits() { Ok(wide) } else { Err(PackError::TooManyPrimitives(self.references.len())) }
+    }
+
     /// Adds an object's shapes in its own space, and returns their hierarchy.
     fn add_object(&mut self, object: &Object) -> Result<Bvh, PackError> {
         let render_from_world = std::mem::replace(&mut self.render_from_world, object.space.from_world());
@@ -272,7 +292,7 @@ mod tests {
         assert_eq!((a.arrays.instances.len(), a.arrays.triangles.len(), a.arrays.quadrics.len()), (3000, 1, 2));
         assert!(a.features.has_instances && !a.features.is_flat);
         let object = a.arrays.instances[0].root as usize;
-        assert_eq!(a.arrays.bvh_pairs.len(), object + 1, "the object's pair comes last");
+        assert_eq!(a.arrays.bvh_children.len(), object + 1, "the object's node comes last");
         assert!(a.arrays.instances.iter().all(|instance| instance.root as usize == object));
     }
 

@@ -11,7 +11,7 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use eye::EyePass;
-use goblet_host::Device;
+use goblet_host::{Device, DeviceKind};
 use path::PathKernels;
 use photon::PhotonPass;
 use radius::RadiusPass;
@@ -51,7 +51,9 @@ impl Passes {
         specialization: &Specialization,
         workgroup_size: u32,
     ) -> goblet_host::Result<Self> {
-        let kernels = Arc::new(PathKernels { scene, specialization: *specialization, workgroup_size });
+        // A CPU jumps over code that no lane needs; where all lanes test the same primitives, none waits.
+        let is_queue = device.info().kind == DeviceKind::Cpu && !specialization.scene.is_flat;
+        let kernels = Arc::new(PathKernels { scene, specialization: *specialization, workgroup_size, is_queue });
         // The kernels that follow paths take the longest to compile: both start at once.
         let eye = kernels.eye(device, buffers, false)?;
         let photon = kernels.photon(device, buffers, false)?;

@@ -35,6 +35,8 @@ pub struct PathKernels {
     pub specialization: Specialization,
     /// Invocations of a workgroup.
     pub workgroup_size: u32,
+    /// Whether the lanes of a subgroup work together on a queue of rays.
+    pub is_queue: bool,
 }
 
 impl PathKernels {
@@ -82,7 +84,7 @@ impl PathKernels {
     }
 
     fn specialization(&self, is_resumable: bool) -> Specialization {
-        Specialization { pass: PassFeatures { is_resumable }, ..self.specialization }
+        Specialization { pass: PassFeatures { is_resumable, is_queue: self.is_queue }, ..self.specialization }
     }
 }
 

@@ -1,0 +1,115 @@
+// What is asked of the scene about a ray: its nearest hit, or whether anything blocks it. Where alpha cuts
+// surfaces away or surfaces are in contact, an answer takes several walks through the hierarchy.
+#include "geometry/contact.glsl"
+#include "geometry/hit.glsl"
+#include "geometry/intersect.glsl"
+#include "geometry/surface.glsl"
+#include "geometry/surface_contact.glsl"
+#include "geometry/surface_point.glsl"
+#include "material/texture.glsl"
+#include "math/random.glsl"
+#include "scene/constants.glsl"
+#include "scene/features.glsl"
+#include "scene/scene.glsl"
+
+struct Query {
+    Ray ray;      // that is walked now
+    float t_max;  // hits are nearer; negative where nothing is asked
+    bool any_hit; // any hit will do
+    Ray whole;    // HAS_CONTACTS: the ray as it was asked about, or from behind the surface cut away last
+    Hit nearest;  // HAS_CONTACTS: of the walks so far
+    vec3 begin;   // HAS_ALPHA: origin of the ray as it was asked about
+    float passed; // HAS_ALPHA: t of the origin of `whole` on it
+    uint cuts;    // HAS_ALPHA: surfaces cut away so far
+    float end;    // HAS_ALPHA: t_max as it was asked about
+};
+
+Query query_of(Ray ray, float t_max, bool any_hit) {
+    return Query(ray, t_max, any_hit, ray, no_hit(t_max), ray.origin, 0.0, 0u, t_max);
+}
+
+// Asks for the nearest hit of a ray with the scene.
+Query nearest_hit(Ray ray) {
+    return query_of(ray, INFINITY_T, false);
+}
+
+// Asks whether a surface blocks a ray before t = 1.
+Query blocks(Ray ray) {
+    Query query = query_of(ray, 1.0, true);
+    if (HAS_ALPHA) {
+        query.any_hit = false; // surfaces are cut away one after the other
+    }
+    return query;
+}
+
+// Asks nothing.
+Query no_query() {
+    return query_of(free_ray(vec3(0.0), vec3(0.0)), -1.0, true);
+}
+
+// The t of surfaces in contact differ by roundings only: of these, the first in the order of contact.glsl
+// is the hit. Searches for surfaces that precede the hit until there is none. Returns whether another walk
+// is needed.
+bool look_for_preceding(inout Query query, inout Hit hit) {
+    bool looks = hit.primitive != NONE;
+    if (looks) {
+        query.nearest = hit;
+        vec3 position = query.whole.origin + hit.t * query.whole.direction;
+        looks = all(greaterThanEqual(position, scene.contact_lower)) && all(lessThanEqual(position, scene.contact_upper));
+    }
+    // A loop of one round instead of `if`: a CPU driver skips a loop if no lane needs it.
+    for (bool near = looks; near; near = false) {
+        Surface surface = surface_at(query.whole, hit);
+        float width = contact_width(surface, query.whole.direction);
+        query.ray.exits = query.whole.exits;
+        query.ray.entries = query.whole.entries;
+        looks = meet_preceding(query.ray, surface.layer, dot(query.whole.direction, surface.normal) > 0.0, hit.t <= width);
+        query.ray.begin = max(query.whole.begin, hit.t - width);
+        query.t_max = hit.t + width;
+    }
+    hit = query.nearest;
+    return looks;
+}
+
+// Largest number of cut-away surfaces that a ray passes; the next surface stops it.
+const uint MAX_CUT_SURFACES = 64u;
+
+// Whether alpha cuts a surface away for a ray: a draw by a hash of the ray, as in pbrt. The next surface
+// gets another number, since the ray then has another origin.
+bool is_cut_away(Surface surface, Ray ray) {
+    uvec3 bits = pcg3d(floatBitsToUint(ray.origin));
+    bits = pcg3d(bits ^ floatBitsToUint(ray.direction));
+    return to_unit(bits.x) >= opacity(surface);
+}
+
+// Goes on behind a surface that alpha cuts away. Returns whether another walk is needed.
+bool pass_cut_surface(inout Query query, inout Hit hit) {
+    bool passes = hit.primitive != NONE && query.cuts < MAX_CUT_SURFACES;
+    // As above, a loop of one round.
+    for (bool looks = passes; looks; looks = false) {
+        Surface surface = surface_at(query.whole, hit);
+        passes = is_cut_away(surface, query.whole);
+        if (passes) {
+            Ray ray = spawn_ray(surface, query.whole.direction, true);
+            float passed = dot(ray.origin - query.begin, ray.direction) / dot(ray.direction, ray.direction);
+            query = Query(ray, query.end - passed, query.any_hit, ray, no_hit(query.end - passed), query.begin,
+                          passed, query.cuts + 1u, query.end);
+        }
+    }
+    if (!passes) {
+        hit.t += query.passed;
+    }
+    return passes;
+}
+
+// Decides, after a walk that found `hit`, whether another walk is needed. If not, `hit` is the answer.
+bool is_answered(inout Query query, inout Hit hit) {
+    bool is_open = false;
+    if (HAS_CONTACTS) {
+        is_open = !query.any_hit && look_for_preceding(query, hit);
+    }
+    if (HAS_ALPHA) {
+        is_open = is_open || pass_cut_surface(query, hit);
+    }
+    return !is_open;
+}

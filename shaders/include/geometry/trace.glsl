@@ -1,0 +1,146 @@
+// Traces the rays of an invocation, one after the other, and lets a pass work on each answer.
+//
+// The pass defines, before it includes this, the struct Work, and after it
+//   bool next_query(inout Work work, inout Query query, Hit hit)
+// which takes the answer to a query and asks the next one. It returns false if there is none.
+//
+// Rays take from a few to hundreds of steps. If each lane of a SIMD vector waited for the slowest one, a
+// third of them would work. So where IS_QUEUE, lanes go on together but each on its own ray (Aila and Laine,
+// "Understanding the Efficiency of Ray Traversal on GPUs", 2009): they leave the inner nodes once few of
+// them are at one, and work on answers once most of them have one. On other devices, each lane finishes
+// its ray, and then waits for those of its subgroup.
+#include "geometry/hierarchy.glsl"
+#include "geometry/hit.glsl"
+#include "geometry/intersect.glsl"
+#include "geometry/query.glsl"
+#include "kernel/interruption.glsl"
+#include "kernel/lanes.glsl"
+#include "scene/constants.glsl"
+#include "scene/features.glsl"
+#include "scene/primitives.glsl"
+#include "scene/scene.glsl"
+
+// Where a ray is in the hierarchy, besides inner nodes and leaves: at its end, and before the next child
+// of its group, or of a group on the stack.
+const uint AT_END = NONE;
+const uint AT_NEXT = 0xfffffffeu;
+// An entry of the stack: the end of the walk through an instance. No group, whose count is not 0.
+const uint LEAVE = 4u;
+
+bool next_query(inout Work work, inout Query query, Hit hit);
+
+bool is_inner(uint node) {
+    return node >> COUNT_SHIFT == 0u;
+}
+
+bool is_leaf(uint node) {
+    return !is_inner(node) && node < AT_NEXT;
+}
+
+// A leaf's only primitive, if it is of a kind that is alone in its leaf.
+struct Alone {
+    uint body;     // index into revolutions, or NONE
+    uint instance; // index into instances, or NONE
+};
+
+// Tests the primitives of a leaf, or finds that it is a body or an instance.
+Alone test_leaf(uint node, Space space, bool any_hit, inout Hit hit) {
+    Alone alone = Alone(NONE, NONE);
+    bool found = false;
+    uint place = node & FIRST_MASK;
+    uint end = is_leaf(node) ? place + (node >> COUNT_SHIFT) : 0u;
+    for (; place < end && !(any_hit && found); place++) {
+        uint primitive = primitives_at(place);
+        if (is_instance(primitive >> KIND_SHIFT)) {
+            alone.instance = primitive & INDEX_MASK;
+        } else if (is_body(primitive)) {
+            alone.body = primitive & INDEX_MASK;
+        } else if (test_primitive(primitive, space.ray, space.shear, space.instance, hit)) {
+            found = true;
+        }
+    }
+    if (HAS_REVOLUTIONS) {
+        // A loop of one round instead of `if`: a CPU driver skips a loop if no lane needs it.
+        for (bool waits = alone.body != NONE; waits; waits = false) {
+            test_body(alone.body, space.ray, any_hit, space.instance, hit);
+        }
+    }
+    return alone;
+}
+
+// Answers the queries of an invocation until there is none. All invocations of a subgroup must call this
+// together; `query` is an invocation's first one, `is_busy` is false for one that has nothing to do.
+void trace_queries(inout Work work, Query query, bool is_busy) {
+    Hit hit;
+    Space space;
+    uint stack[MAX_BVH_DEPTH];
+    uint height;
+    uint group;
+    uint node = AT_END;
+    bool begins = true;
+    while (any_lane(is_busy)) {
+        if (begins) {
+            hit = no_hit(query.t_max);
+            space = enter_space(NONE, query.ray);
+            node = is_busy && query.t_max >= 0.0 ? 0u : AT_END;
+            height = 0u;
+            group = 0u;
+        }
+        if (IS_FLAT) {
+            hit = test_all(query.ray, query.t_max, query.any_hit);
+        } else {
+            do {
+                do {
+                    if (node == AT_NEXT) {
+                        if (group == 0u && height > 0u) {
+                            group = stack[--height];
+                        }
+                        node = AT_END;
+                        if (HAS_INSTANCES && group == LEAVE) {
+                            space = enter_space(NONE, query.ray);
+                            node = AT_NEXT;
+                            group = 0u;
+                        } else if (group != 0u) {
+                            node = first_of_group(group);
+                            group = rest_of_group(group);
+                        }
+                    }
+                    if (is_inner(node)) {
+                        Entered entered = enter_children(node, space, hit.t);
+                        if (entered.count > 1u) {
+                            stack[height] = group;
+                            height += group != 0u ? 1u : 0u;
+                            group = group_of(node, entered.order >> 2u, entered.count - 1u);
+                        }
+                        node = entered.count > 0u ? entered.first : AT_NEXT;
+                    }
+                } while (goes_on(is_inner(node) || node == AT_NEXT, INNER_LANES));
+                if (is_leaf(node)) {
+                    Alone alone = test_leaf(node, space, query.any_hit, hit);
+                    node = query.any_hit && hit.primitive != NONE ? AT_END : AT_NEXT;
+                    if (HAS_INSTANCES) {
+                        for (bool enters = alone.instance != NONE; enters; enters = false) {
+                            stack[height] = group;
+                            height += group != 0u ? 1u : 0u;
+                            stack[height++] = LEAVE;
+                            group = 0u;
+                            node = instances_at(alone.instance).root;
+                            space = enter_space(alone.instance, query.ray);
+                        }
+                    }
+                }
+            } while (waits_for(node != AT_END, is_busy && node == AT_END));
+        }
+        if (IS_RESUMABLE) {
+            if (interrupted()) {
+                break; // the driver ended this walk early: it does not count
+            }
+        }
+        begins = is_busy && (IS_FLAT || node == AT_END);
+        if (begins) {
+            if (is_answered(query, hit)) {
+                is_busy = next_query(work, query, hit);
+            }
+        }
+    }
+}

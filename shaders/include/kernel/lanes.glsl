@@ -1,0 +1,43 @@
+// The lanes of a subgroup that work together on a queue of rays.
+#extension GL_KHR_shader_subgroup_basic : require
+#extension GL_KHR_shader_subgroup_shuffle : require
+#include "scene/features.glsl"
+
+// A loop over inner nodes goes on while this many eighths of the lanes are at one.
+const uint INNER_LANES = 5u;
+// Lanes with an answer wait until this many eighths of the lanes have one.
+const uint ANSWERED_LANES = 5u;
+
+// The sum over all lanes, which must be active. A few shuffles: CPU drivers make loops over lanes of ballots
+// and sums.
+uint sum_of_lanes(uint value) {
+    [[unroll]] for (uint step = 1u; step < gl_SubgroupSize; step <<= 1u) {
+        value += subgroupShuffle(value, gl_SubgroupInvocationID ^ step);
+    }
+    return value;
+}
+
+// Whether any lane has something to do, or where lanes do not wait for each other, this one.
+bool any_lane(bool busy) {
+    if (IS_QUEUE) {
+        return sum_of_lanes(busy ? 1u : 0u) > 0u;
+    }
+    return busy;
+}
+
+// Whether a loop goes on in which `lane` has something to do.
+bool goes_on(bool lane, uint eighths) {
+    if (IS_QUEUE) {
+        return 8u * sum_of_lanes(lane ? 1u : 0u) >= eighths * gl_SubgroupSize;
+    }
+    return lane;
+}
+
+// Whether lanes that wait for an answer are walked on: some walk, and not enough have an answer.
+bool waits_for(bool walks, bool is_answered) {
+    if (IS_QUEUE) {
+        uint sum = sum_of_lanes((walks ? 1u : 0u) | (is_answered ? 0x10000u : 0u));
+        return (sum & 0xffffu) > 0u && 8u * (sum >> 16u) < ANSWERED_LANES * gl_SubgroupSize;
+    }
+    return walks;
+}

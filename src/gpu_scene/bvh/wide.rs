@@ -1,0 +1,109 @@
+//! Hierarchies as the device walks them: inner nodes with up to four children.
+//!
+//! Wald and others, "Getting Rid of Packets", 2008: the nodes of a binary hierarchy are merged, the child
+//! with the largest surface first.
+
+use obvhs::aabb::Aabb;
+
+use super::Bvh;
+use crate::kernels::{BVH_PLANES, BVH_WIDTH, COUNT_SHIFT, MAX_BVH_NODES, NONE};
+
+const WIDTH: usize = BVH_WIDTH as usize;
+/// A coordinate beyond all boxes.
+const FAR: f32 = 3e38;
+
+/// The arrays of hierarchies on the device.
+#[derive(Default)]
+pub struct Wide {
+    /// [`BVH_PLANES`] of each inner node.
+    pub planes: Vec<[f32; 4]>,
+    /// References to the children of each inner node.
+    pub children: Vec<[u32; 4]>,
+    /// References to primitives, in the order of the leaves.
+    pub primitives: Vec<u32>,
+}
+
+impl Wide {
+    /// Appends the hierarchy below the pair `root`, and returns the index of its root. `is_alone` tells
+    /// whether a primitive is to be alone in its leaf.
+    pub fn append(&mut self, bvh: &Bvh, root: u32, is_alone: &impl Fn(u32) -> bool) -> u32 {
+        let first = self.reserve();
+        let mut pending = vec![(first, bvh.pairs[root as usize].to_vec())];
+        while let Some((node, mut children)) = pending.pop() {
+            while children.len() < WIDTH {
+                let inner = (0..children.len()).filter(|i| children[*i].count() == 0);
+                let area = |i: &usize| children[*i].bounds.half_area();
+                let Some(largest) = inner.max_by(|a, b| area(a).total_cmp(&area(b))) else { break };
+                let child = children.swap_remove(largest);
+                children.extend(bvh.pairs[child.first() as usize]);
+            }
+            for (slot, child) in children.into_iter().enumerate() {
+                let reference = if child.count() == 0 {
+                    let index = self.reserve();
+                    pending.push((index, bvh.pairs[child.first() as usize].to_vec()));
+                    index
+                } else {
+                    self.add_leaf(
+                        &bvh.primitives[child.first() as usize..][..child.count() as usize],
+                        is_alone,
+                        child.bounds,
+                    )
+                };
+                self.set(node, slot, &child.bounds, reference);
+            }
+        }
+        first
+    }
+
+    /// Returns whether the nodes can be numbered.
+    pub fn fits(&self) -> bool {
+        self.children.len() <= MAX_BVH_NODES as usize
+    }
+
+    /// Adds a node without children.
+    fn reserve(&mut self) -> u32 {
+        let (lower, upper) = ([[FAR; 4]; 3], [[-FAR; 4]; 3]);
+        self.planes.extend(lower);
+        self.planes.extend(upper);
+        self.children.push([NONE; 4]);
+        self.children.len() as u32 - 1
+    }
+
+    fn set(&mut self, node: u32, slot: usize, bounds: &Aabb, reference: u32) {
+        // A box that no ray enters stays inverted at the largest distance.
+        if bounds.valid() {
+            let planes = &mut self.planes[(node * BVH_PLANES) as usize..];
+            for axis in 0..3 {
+                planes[axis][slot] = bounds.min[axis];
+                planes[axis + 3][slot] = bounds.max[axis];
+            }
+            self.children[node as usize][slot] = reference;
+        }
+    }
+
+    /// Adds the primitives of a leaf, and returns the reference to it: to a node of several leaves if one of
+    /// several primitives must be alone.
+    fn add_leaf(&mut self, primitives: &[u32], is_alone: &impl Fn(u32) -> bool, bounds: Aabb) -> u32 {
+        let (alone, others): (Vec<u32>, Vec<u32>) = primitives.iter().partition(|primitive| is_alone(**primitive));
+        let mut leaves: Vec<&[u32]> = alone.chunks(1).collect();
+        leaves.extend((!others.is_empty()).then_some(&others[..]));
+        let mut references: Vec<u32> = leaves
+            .into_iter()
+            .map(|leaf| {
+                let first = self.primitives.len() as u32;
+                self.primitives.extend(leaf);
+                (leaf.len() as u32) << COUNT_SHIFT | first
+            })
+            .collect();
+        // Nodes over four references each, until there is one left.
+        while references.len() > 1 {
+            let merged = references.len().min(WIDTH);
+            let node = self.reserve();
+            for (slot, reference) in references.drain(..merged).enumerate() {
+                self.set(node, slot, &bounds, reference);
+            }
+            references.push(node);
+        }
+        references.first().copied().unwrap_or(NONE)
+    }
+}
