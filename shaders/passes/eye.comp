@@ -144,9 +144,11 @@ bool samples_bsdf_for_lights(vec3 from) {
 }
 
 // What an invocation waits to know.
-const uint FOLLOWS = 0u;     // the hit of the path's next segment
-const uint ASKS_ROUGH = 1u;  // whether light to a rough surface is blocked
-const uint ASKS_POINT = 2u;  // whether light to the visible point is blocked
+const uint BEGINS = 0u;      // nothing: the next path is to begin
+const uint RESUMES = 1u;     // nothing: the path goes on from a place
+const uint FOLLOWS = 2u;     // the hit of the path's next segment
+const uint ASKS_ROUGH = 3u;  // whether light to a rough surface is blocked
+const uint ASKS_POINT = 4u;  // whether light to the visible point is blocked
 
 // The paths of an invocation's pixel.
 struct Work {
@@ -158,7 +160,7 @@ struct Work {
     float filter_weight; // of that path
     EyeState state;
     VisibleEnd end;
-    uint asks;           // FOLLOWS, ..
+    uint asks;           // BEGINS, ..
     bool goes_on;        // the path has another segment
     bool is_lost;        // the path left the scene from within a dielectric
     bool is_immersed;    // it ended on a diffuse surface inside a dielectric
@@ -348,29 +350,31 @@ bool take_answer(inout Work work, Hit hit) {
     return false;
 }
 
-// Takes an answer and asks the next question of the pixel's paths. Stores the pixel once all are done.
+// Takes an answer and asks the next question of the pixel's paths.
 bool next_query(inout Work work, inout Query query, Hit hit) {
     Work next = work;
-    if (!take_answer(next, hit)) {
-        next.advanced = true;
-        if (next.done == paths) {
-            if (IS_RESUMABLE) {
-                if (interrupted()) {
-                    return true;
-                }
-            }
-            next.start.depth = 0u;
-            work = next;
-            return false;
-        }
+    bool goes_on = false;
+    if (next.asks >= FOLLOWS) {
+        goes_on = take_answer(next, hit);
+        next.advanced = next.advanced || !goes_on;
+        next.start.depth = goes_on ? next.start.depth : 0u;
+    }
+    bool begins = !goes_on && next.done < paths;
+    if (begins) {
         begin_path(next);
+    }
+    if (IS_RESUMABLE) {
+        if (work.asks == RESUMES) {
+            next.state = work.start;
+            next.start = work.start;
+        }
     }
     query = nearest_hit(next.state.ray);
     if (next.asks == ASKS_POINT) {
         query = blocks(next.end.to_light);
     } else if (HAS_ROUGH && next.asks == ASKS_ROUGH) {
         query = blocks(next.to_light);
-    } else if (next.end.reached == 0.0) {
+    } else if (next.end.reached == 0.0 && (goes_on || begins)) {
         next.advanced = next.advanced || next.state.depth > next.start.depth;
         next.start = next.state;
     }
@@ -380,7 +384,7 @@ bool next_query(inout Work work, inout Query query, Hit hit) {
         }
     }
     work = next;
-    return true;
+    return goes_on || begins;
 }
 
 EyeState state_of(EyePlace place) {
@@ -422,11 +426,8 @@ bool resume(uint number, inout Work work) {
     }
     work.sum = visible_radiances_at(work.pixel).rgb;
     work.done = place.path;
-    begin_path(work);
-    if (place.depth > 0u) {
-        work.state = state_of(place);
-        work.start = work.state;
-    }
+    work.start = state_of(place);
+    work.asks = place.depth > 0u ? RESUMES : BEGINS;
     return true;
 }
 
@@ -445,14 +446,13 @@ void main() {
     work.sum = vec3(0.0);
     work.advanced = false;
     works = works && work.pixel != NONE;
-    if (works) {
-        if (IS_RESUMABLE && resumed != 0u) {
+    work.asks = BEGINS;
+    if (IS_RESUMABLE) {
+        if (works && resumed != 0u) {
             works = resume(number, work);
-        } else {
-            begin_path(work);
         }
     }
-    trace_queries(work, nearest_hit(work.state.ray), works);
+    trace_queries(work, works);
     if (!works) {
         return;
     }

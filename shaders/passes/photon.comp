@@ -252,6 +252,7 @@ void count_end(inout Ends ends, uint state) {
 struct Work {
     Path path;       // that it follows
     bool alive;      // there is such a path
+    bool waits;      // for the hit of its next segment
     uint photon;     // the next one to begin
     Ends ends;       // of paths that have ended
     uint emitted;    // number of paths begun
@@ -266,7 +267,7 @@ struct Work {
 bool next_query(inout Work work, inout Query query, Hit hit) {
     Work next = work;
     Segment segment = Segment(ALIVE, false, false, PhotonRecord(vec3(0.0), 0u, vec3(0.0), 0u));
-    if (next.alive) {
+    if (next.waits) {
         segment.state = advance(next.path, hit, segment);
         segment.state = segment.state == ALIVE ? fate(next.path) : segment.state;
         next.alive = segment.state == ALIVE;
@@ -290,6 +291,7 @@ bool next_query(inout Work work, inout Query query, Hit hit) {
             store_record(segment.photon);
         }
     }
+    next.waits = next.alive;
     work = next;
     query = no_query();
     if (work.alive) {
@@ -300,14 +302,11 @@ bool next_query(inout Work work, inout Query query, Hit hit) {
 
 // Goes on from the place of an invocation. Returns false if the invocation has nothing to do in this
 // dispatch.
-bool resume(uint number, inout Work work, inout Query query) {
+bool resume(uint number, inout Work work) {
     PhotonPlace place = places.data[number];
     work.photon = place.photon;
     work.alive = place.alive != 0u;
     work.path = path_of(place);
-    if (work.alive) {
-        query = nearest_hit(work.path.ray);
-    }
     return place.state == (spread > 1u ? STUCK : UNFINISHED);
 }
 
@@ -352,14 +351,13 @@ void main() {
     }
     works = works && offset + number < stride; // other invocations take all photons
     Path none = Path(free_ray(vec3(0.0), vec3(0.0)), vec3(0.0), 0u, 1.0, Random(0u, 0u));
-    Work work = Work(none, false, first + offset + number, Ends(0u, 0u, 0u, 0u, 0u, 0u), 0u, 0u, false);
-    Query query = no_query();
+    Work work = Work(none, false, false, first + offset + number, Ends(0u, 0u, 0u, 0u, 0u, 0u), 0u, 0u, false);
     if (IS_RESUMABLE) {
         if (works && resumed != 0u) {
-            works = resume(number, work, query);
+            works = resume(number, work);
         }
     }
-    trace_queries(work, query, works && (work.alive || work.photon < end));
+    trace_queries(work, works && (work.alive || work.photon < end));
     if (!works) {
         return;
     }

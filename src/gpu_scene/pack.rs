@@ -14,6 +14,7 @@ mod light_image;
 mod light_range;
 mod material;
 mod newton;
+mod order;
 mod quadric;
 mod revolution;
 mod space;
@@ -167,11 +168,14 @@ pub fn pack(scene: &Scene, solver: RevolutionSolver) -> Result<PackedScene, Pack
     packer.dress(scene, &mut placed)?;
     let bvh = packer.add_surfaces(&placed)?;
     let contacts = packer.find_contacts(&placed, &bvh);
-    let wide = packer.widen(&bvh)?;
+    let mut wide = packer.widen(&bvh)?;
     let mean_power: f64 = packer.powers.iter().sum();
     packer.check_brightness(mean_power)?;
     let (emission_table, direct_table) = packer.choose_lights();
     let features = packer.features(scene, &direct_table, contacts.exist());
+    if !features.is_flat {
+        packer.order_triangles(&mut wide);
+    }
     Ok(PackedScene {
         space,
         sky_count: packer.sky_count,

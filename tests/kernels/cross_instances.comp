@@ -31,14 +31,19 @@ UPDATED_BUFFER(Crossing, crossings)
 
 struct Work {
     uint number;
-    bool leaves; // the second ray is traced
+    uint asked; // number of queries
 };
 
 #include "geometry/trace.glsl"
 
 bool next_query(inout Work work, inout Query query, Hit hit) {
     uint i = work.number;
-    if (work.leaves) {
+    work.asked++;
+    if (work.asked == 1u) {
+        query = nearest_hit(free_ray(rays.data[i].origin, rays.data[i].direction));
+        return true;
+    }
+    if (work.asked == 3u) {
         crossings.data[i].t_again = hit.primitive == NONE ? -1.0 : hit.t;
         return false;
     }
@@ -50,17 +55,11 @@ bool next_query(inout Work work, inout Query query, Hit hit) {
     vec3 leaving = rays.data[i].leaving;
     leaving = dot(leaving, surface.normal) < 0.0 ? -leaving : leaving;
     crossings.data[i] = Crossing(surface.position, hit.t, surface.normal, surface.error, surface.shading_normal, -1.0);
-    work.leaves = true;
     query = nearest_hit(free_ray(offset_origin(surface, leaving), leaving));
     return true;
 }
 
 void main() {
-    Work work = Work(invocation_index(), false);
-    bool has_ray = work.number < rays.data.length();
-    Query query = no_query();
-    if (has_ray) {
-        query = nearest_hit(free_ray(rays.data[work.number].origin, rays.data[work.number].direction));
-    }
-    trace_queries(work, query, has_ray);
+    Work work = Work(invocation_index(), 0u);
+    trace_queries(work, work.number < rays.data.length());
 }

@@ -38,12 +38,18 @@ UPDATED_BUFFER(Met, met)
 
 struct Work {
     uint number;
+    bool waits; // for the answer
 };
 
 #include "geometry/trace.glsl"
 
 bool next_query(inout Work work, inout Query query, Hit hit) {
     uint i = work.number;
+    if (!work.waits) {
+        query = nearest_hit(free_ray(rays.data[i].origin, rays.data[i].direction));
+        work.waits = true;
+        return true;
+    }
     if (hit.primitive == NONE) {
         met.data[i] = Met(vec3(0.0), 0.0, vec3(0.0), -1.0, vec2(0.0), 0.0, NONE, vec3(0.0), 0u, vec3(0.0), 0.0);
         return false;
@@ -63,11 +69,6 @@ bool next_query(inout Work work, inout Query query, Hit hit) {
 }
 
 void main() {
-    Work work = Work(invocation_index());
-    bool has_ray = work.number < rays.data.length();
-    Query query = no_query();
-    if (has_ray) {
-        query = nearest_hit(free_ray(rays.data[work.number].origin, rays.data[work.number].direction));
-    }
-    trace_queries(work, query, has_ray);
+    Work work = Work(invocation_index(), false);
+    trace_queries(work, work.number < rays.data.length());
 }

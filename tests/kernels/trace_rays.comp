@@ -27,6 +27,7 @@ struct Work {
     uint number;
     uint stride;
     bool any_hit;
+    bool waits; // for an answer
 };
 
 #include "geometry/trace.glsl"
@@ -37,13 +38,14 @@ Query query_of_ray(Work work) {
 }
 
 bool next_query(inout Work work, inout Query query, Hit hit) {
-    if (work.any_hit) {
+    if (work.waits && work.any_hit) {
         any_hits.data[work.number] = hit.primitive;
         work.number += work.stride;
-    } else {
+    } else if (work.waits) {
         hits.data[work.number] = TracedHit(hit.barycentric, hit.t, hit.primitive);
     }
-    work.any_hit = !work.any_hit;
+    work.any_hit = work.waits && !work.any_hit;
+    work.waits = true;
     bool has_ray = work.number < rays.data.length();
     if (has_ray) {
         query = query_of_ray(work);
@@ -52,11 +54,7 @@ bool next_query(inout Work work, inout Query query, Hit hit) {
 }
 
 void main() {
-    Work work = Work(invocation_index(), gl_NumWorkGroups.x * gl_NumWorkGroups.y * gl_WorkGroupSize.x, false);
-    bool has_ray = work.number < rays.data.length();
-    Query query = no_query();
-    if (has_ray) {
-        query = query_of_ray(work);
-    }
-    trace_queries(work, query, has_ray);
+    uint stride = gl_NumWorkGroups.x * gl_NumWorkGroups.y * gl_WorkGroupSize.x;
+    Work work = Work(invocation_index(), stride, false, false);
+    trace_queries(work, work.number < rays.data.length());
 }

@@ -2,7 +2,8 @@
 //
 // The pass defines, before it includes this, the struct Work, and after it
 //   bool next_query(inout Work work, inout Query query, Hit hit)
-// which takes the answer to a query and asks the next one. It returns false if there is none.
+// which takes the answer to a query, except on its first call, and asks the next one. It returns false if
+// there is none.
 //
 // Rays take from a few to hundreds of steps. If each lane of a SIMD vector waited for the slowest one, a
 // third of them would work. So where IS_QUEUE, lanes go on together but each on its own ray (Aila and Laine,
@@ -43,6 +44,17 @@ struct Alone {
     uint instance; // index into instances, or NONE
 };
 
+// A primitive by its place in the order of the leaves.
+uint primitive_of_leaf(uint place) {
+    if (HAS_CURVED) {
+        return primitives_at(place);
+    }
+    if (HAS_INSTANCES) {
+        return primitives_at(place);
+    }
+    return TRIANGLE << KIND_SHIFT | place; // triangles are in that order
+}
+
 // Tests the primitives of a leaf, or finds that it is a body or an instance.
 Alone test_leaf(uint node, Space space, bool any_hit, inout Hit hit) {
     Alone alone = Alone(NONE, NONE);
@@ -50,7 +62,7 @@ Alone test_leaf(uint node, Space space, bool any_hit, inout Hit hit) {
     uint place = node & FIRST_MASK;
     uint end = is_leaf(node) ? place + (node >> COUNT_SHIFT) : 0u;
     for (; place < end && !(any_hit && found); place++) {
-        uint primitive = primitives_at(place);
+        uint primitive = primitive_of_leaf(place);
         if (is_instance(primitive >> KIND_SHIFT)) {
             alone.instance = primitive & INDEX_MASK;
         } else if (is_body(primitive)) {
@@ -69,17 +81,21 @@ Alone test_leaf(uint node, Space space, bool any_hit, inout Hit hit) {
 }
 
 // Answers the queries of an invocation until there is none. All invocations of a subgroup must call this
-// together; `query` is an invocation's first one, `is_busy` is false for one that has nothing to do.
-void trace_queries(inout Work work, Query query, bool is_busy) {
-    Hit hit;
+// together; `is_busy` is false for one that has nothing to do.
+void trace_queries(inout Work work, bool is_busy) {
+    Query query = no_query();
+    Hit hit = no_hit(0.0);
     Space space;
     uint stack[MAX_BVH_DEPTH];
     uint height;
     uint group;
     uint node = AT_END;
-    bool begins = true;
     while (any_lane(is_busy)) {
-        if (begins) {
+        // Those whose walk has ended; at first, all.
+        if (is_busy && node == AT_END) {
+            if (is_answered(query, hit)) {
+                is_busy = next_query(work, query, hit);
+            }
             hit = no_hit(query.t_max);
             space = enter_space(NONE, query.ray);
             node = is_busy && query.t_max >= 0.0 ? 0u : AT_END;
@@ -88,6 +104,7 @@ void trace_queries(inout Work work, Query query, bool is_busy) {
         }
         if (IS_FLAT) {
             hit = test_all(query.ray, query.t_max, query.any_hit);
+            node = AT_END;
         } else {
             do {
                 do {
@@ -134,12 +151,6 @@ void trace_queries(inout Work work, Query query, bool is_busy) {
         if (IS_RESUMABLE) {
             if (interrupted()) {
                 break; // the driver ended this walk early: it does not count
-            }
-        }
-        begins = is_busy && (IS_FLAT || node == AT_END);
-        if (begins) {
-            if (is_answered(query, hit)) {
-                is_busy = next_query(work, query, hit);
             }
         }
     }
