@@ -82,6 +82,10 @@ fn run(build: &Build<'_>) -> Result<()> {
     Ok(())
 }
 
+/// What a kernel defines for `shaders/include/geometry/trace.glsl`.
+const HOOK: [&str; 2] =
+    ["struct Work { bool any; };\n", "bool next_query(inout Work work, inout Query query, Hit hit) { return false; }\n"];
+
 /// Compiles each include on its own: it includes what it needs.
 fn check_includes(root: &Path, folder: &Path) -> Result<()> {
     for entry in fs::read_dir(folder)? {
@@ -90,6 +94,11 @@ fn check_includes(root: &Path, folder: &Path) -> Result<()> {
             check_includes(root, &path)?;
         } else {
             let mut source = source::read(root, &path, &path.strip_prefix(root)?.display().to_string())?;
+            if path.ends_with("geometry/trace.glsl") {
+                let begin = source.text.find("\nbool next_query").ok_or("trace.glsl has no next_query")?;
+                source.text.insert_str(begin + 1, HOOK[0]);
+                source.text += HOOK[1];
+            }
             source.text += "void main() {}\n";
             compile::compile(&source, 64)?;
         }

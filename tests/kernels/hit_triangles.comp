@@ -31,6 +31,7 @@ void main() {
     TriangleRay input_ray = rays.data[i];
     Hit hit = Hit(input_ray.t_max, NONE, vec2(0.0), NONE);
     bool found = intersect_triangle(triangles_at(input_ray.triangle), free_ray(input_ray.origin, input_ray.direction),
-                                    shear_of(input_ray.direction), hit);
+                                    shear_of(input_ray.direction),
+                                    TRIANGLE << KIND_SHIFT | input_ray.triangle, NONE, hit);
     hits.data[i] = TriangleHit(hit.barycentric, hit.t, found ? 1u : 0u);
 }

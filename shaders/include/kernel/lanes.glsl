@@ -1,10 +1,11 @@
 // The lanes of a subgroup that work together on a queue of rays.
+#extension GL_EXT_control_flow_attributes : require
 #extension GL_KHR_shader_subgroup_basic : require
 #extension GL_KHR_shader_subgroup_shuffle : require
 #include "scene/features.glsl"
 
 // A loop over inner nodes goes on while this many eighths of the lanes are at one.
-const uint INNER_LANES = 5u;
+const uint INNER_LANES = 4u;
 // Lanes with an answer wait until this many eighths of the lanes have one.
 const uint ANSWERED_LANES = 5u;
 
