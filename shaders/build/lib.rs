@@ -83,8 +83,10 @@ fn run(build: &Build<'_>) -> Result<()> {
 }
 
 /// What a kernel defines for `shaders/include/geometry/trace.glsl`.
-const HOOK: [&str; 2] =
-    ["struct Work { bool any; };\n", "bool next_query(inout Work work, inout Query query, Hit hit) { return false; }\n"];
+const HOOK: [&str; 2] = [
+    "struct Work { bool any; };\n",
+    "bool next_query(inout Work work, inout Query query, Hit hit) { return false; }\n",
+];
 
 /// Compiles each include on its own: it includes what it needs.
 fn check_includes(root: &Path, folder: &Path) -> Result<()> {

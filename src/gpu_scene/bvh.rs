@@ -1,8 +1,4 @@
-//! Bounding volume hierarchies over primitives: binary ones, which [`wide`] turns into those of the device.
-
-mod wide;
-
-pub use wide::Wide;
+//! Bounding volume hierarchies over primitives: binary ones, which [`crate::gpu_scene::wide`] turns into those of the device.
 
 use std::hash::{DefaultHasher, Hash, Hasher};
 

@@ -7,3 +7,4 @@ pub(crate) mod camera;
 pub mod pack;
 #[cfg(test)]
 mod tests;
+mod wide;

@@ -1,4 +1,4 @@
-//! traverse: no ray slips through a closed mesh, and the hierarchy loses no hit.
+//! trace_queries: no ray slips through a closed mesh, and the hierarchy loses no hit.
 
 use std::collections::HashMap;
 use std::fmt::Write;

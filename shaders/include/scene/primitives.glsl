@@ -29,7 +29,7 @@ export const uint BVH_WIDTH = 4u;
 export const uint COUNT_SHIFT = 28u;        // of a reference to a child: the number of primitives is above
 export const uint FIRST_MASK = 0x0fffffffu; // the index in a reference to a child
 export const uint MAX_LEAF_COUNT = 15u;     // primitives of a leaf
-export const uint MAX_BVH_NODES = 16777216u; // inner nodes: geometry/traverse.glsl stores them in 24 bits
+export const uint MAX_BVH_NODES = 16777216u; // inner nodes: geometry/hierarchy.glsl stores them in 24 bits
 // Planes of an inner node: of all children the lower x, y, z, then the upper x, y, z.
 export const uint BVH_PLANES = 6u;
 

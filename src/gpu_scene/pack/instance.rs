@@ -13,7 +13,8 @@ use obvhs::aabb::Aabb;
 
 use super::space::Bounds;
 use super::{PackError, Packer, RenderSpace, RevolutionSolver, rows};
-use crate::gpu_scene::bvh::{Bvh, OBJECT_DEPTH, Wide};
+use crate::gpu_scene::bvh::{Bvh, OBJECT_DEPTH};
+use crate::gpu_scene::wide::Wide;
 use crate::kernels::{INSTANCE, Instance, KIND_SHIFT, MAX_BVH_DEPTH, REVOLUTION};
 use crate::scene::{Geometry, Scene, Shape};
 

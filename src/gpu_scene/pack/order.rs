@@ -1,7 +1,7 @@
 //! The order of triangles.
 
 use super::Packer;
-use crate::gpu_scene::bvh::Wide;
+use crate::gpu_scene::wide::Wide;
 use crate::kernels::{AREA, INDEX_MASK, KIND_SHIFT, NONE, TRIANGLE};
 
 impl Packer {

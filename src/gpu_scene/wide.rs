@@ -5,7 +5,7 @@
 
 use obvhs::aabb::Aabb;
 
-use super::Bvh;
+use crate::gpu_scene::bvh::Bvh;
 use crate::kernels::{BVH_PLANES, BVH_WIDTH, COUNT_SHIFT, MAX_BVH_NODES, NONE};
 
 const WIDTH: usize = BVH_WIDTH as usize;
@@ -105,5 +105,65 @@ impl Wide {
             references.push(node);
         }
         references.first().copied().unwrap_or(NONE)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use glam::Vec3A;
+
+    use super::*;
+    use crate::gpu_scene::bvh::build;
+    use crate::kernels::{FIRST_MASK, MAX_LEAF_COUNT};
+
+    /// Returns how often a walk from the node reaches each primitive, and the size of its leaf then; checks
+    /// that boxes contain the boxes below them.
+    fn visits(wide: &Wide, root: u32, count: usize) -> Vec<Vec<u32>> {
+        let mut visits = vec![Vec::new(); count];
+        let mut pending = vec![(root, [f32::NEG_INFINITY; 3], [f32::INFINITY; 3])];
+        while let Some((node, lower, upper)) = pending.pop() {
+            let planes = &wide.planes[(node * BVH_PLANES) as usize..];
+            for (slot, reference) in wide.children[node as usize].into_iter().enumerate() {
+                let (low, high) = ([0, 1, 2].map(|axis| planes[axis][slot]), [3, 4, 5].map(|axis| planes[axis][slot]));
+                if reference == NONE {
+                    assert!((0..3).all(|axis| low[axis] == FAR && high[axis] == -FAR));
+                    continue;
+                }
+                assert!((0..3).all(|axis| lower[axis] <= low[axis] && high[axis] <= upper[axis]));
+                let (first, length) = (reference & FIRST_MASK, reference >> COUNT_SHIFT);
+                if length == 0 {
+                    pending.push((first, low, high));
+                }
+                assert!(length <= MAX_LEAF_COUNT);
+                for place in first..first + length {
+                    visits[wide.primitives[place as usize] as usize].push(length);
+                }
+            }
+        }
+        visits
+    }
+
+    #[test]
+    fn every_primitive_is_in_one_leaf_and_some_are_alone() {
+        for count in [1, 2, 5, 17, 400] {
+            let boxes: Vec<Aabb> = (0..count)
+                .map(|i| {
+                    // Many in one place, so that leaves are full.
+                    let center = Vec3A::new((i % 7) as f32, (i % 3) as f32, 0.0) * 0.1;
+                    Aabb::new(center, center + 0.01)
+                })
+                .collect();
+            let references: Vec<u32> = (0..count as u32).collect();
+            let bvh = build(&boxes, &references, 64);
+            for divisor in [1, 2, 3, 1000] {
+                let mut wide = Wide::default();
+                wide.append(&bvh, 0, &|primitive| primitive % divisor == 0);
+                let root = wide.append(&bvh, 0, &|primitive| primitive % divisor == 0);
+                for (primitive, leaves) in visits(&wide, root, count).into_iter().enumerate() {
+                    assert_eq!(leaves.len(), 1, "{primitive} of {count}");
+                    assert!(leaves[0] == 1 || primitive as u32 % divisor != 0, "{primitive} of {count} is not alone");
+                }
+            }
+        }
     }
 }
