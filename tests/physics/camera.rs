@@ -6,7 +6,7 @@ use goblet::image::film::Image;
 use goblet::{Options, Renderer};
 
 use super::{assert_near, square};
-use crate::support::{device, mean, render, work};
+use crate::support::{device, mean, render};
 
 /// A lamp whose radiance is 1, and that reflects nothing.
 fn lamp(shape: &str) -> String {
@@ -121,7 +121,7 @@ fn filters_with_negative_lobes_make_their_step_response() {
         ("\"mitchell\"", 2.0, mitchell as fn(f64) -> f64),
         ("\"sinc\" \"float xradius\" 3 \"float yradius\" 3", 3.0, lanczos as fn(f64) -> f64),
     ] {
-        let image = look(&format!("PixelFilter {filter}"), camera, &lamp(half), [8, 2], work(64, 256));
+        let image = look(&format!("PixelFilter {filter}"), camera, &lamp(half), [8, 2], 256);
         let integral = |end: f64| {
             let end = end.clamp(-radius, radius);
             let step = (end + radius) / 1e4;
