@@ -68,7 +68,11 @@ pub fn boxed_scene(path: &Path) -> Scene {
 
 /// Reads an image, and makes its width and height smaller by a whole factor.
 pub fn reference(path: &Path, factor: u32) -> Image {
-    let image = file::read(path).expect("a reference");
+    boxed(&file::read(path).expect("a reference"), factor)
+}
+
+/// The image of means over squares of `factor` pixels a side.
+pub fn boxed(image: &Image, factor: u32) -> Image {
     let [width, height] = [image.width / factor, image.height / factor];
     assert_eq!([width * factor, height * factor], [image.width, image.height], "whole boxes");
     let mut small = Image::new(width, height);
