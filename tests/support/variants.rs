@@ -32,6 +32,12 @@ impl Variant {
         (0..16_u32).filter(|number| number.count_ones() % 2 == 0).map(Self::number).collect()
     }
 
+    /// Five of them, in which any two options meet in every combination of their values: the defaults, and
+    /// those with one option that is the default.
+    pub fn pairs() -> Vec<Self> {
+        (0..16_u32).filter(|number| [0, 3].contains(&number.count_ones())).map(Self::number).collect()
+    }
+
     /// A bit per option, 0 where it is the default.
     fn number(number: u32) -> Self {
         let bit = |i: u32| number >> i & 1 == 1;
