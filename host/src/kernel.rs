@@ -9,7 +9,7 @@ use bytemuck::Pod;
 
 use crate::buffer::{Buffer, RawBuffer};
 use crate::error::{Context, Error, Result};
-use crate::pipeline::Source;
+use crate::pipeline::{Code, Source};
 use crate::shared::DeviceShared;
 use crate::texels::{RawTexels, Texels};
 
@@ -25,14 +25,6 @@ pub trait Kernel {
     type Specialization: SpecializationValues;
     /// Returns its arrays with set and binding.
     fn bindings(&self) -> Vec<Binding<'_>>;
-}
-
-/// SPIR-V for a workgroup size.
-pub struct Code {
-    /// Invocations of a workgroup.
-    pub workgroup_size: u32,
-    /// The SPIR-V, as little-endian words.
-    pub spirv: &'static [u8],
 }
 
 /// Values of specialization constants by id.
@@ -228,9 +220,14 @@ impl<Push: Pod> Compiling<Push> {
         workgroup_size: u32,
     ) -> Result<Self> {
         let pass = Pass::unfinished(device, kernel, workgroup_size)?;
-        let source = Source::new::<K>(device, specialization, workgroup_size, pass.layout)?;
+        let code = K::CODE.iter().find(|code| code.workgroup_size == workgroup_size);
+        let code = code.ok_or_else(|| Error::Unfit {
+            device: device.info.name.clone(),
+            reason: format!("kernel {} was not built for workgroups of {workgroup_size}", K::NAME),
+        })?;
+        let source = Source::new(code, |id| specialization.value(id), pass.layout);
         let device = Arc::clone(device);
-        let thread = Builder::new().spawn(move || source.pipeline(&device)).map_err(Error::Thread)?;
+        let thread = Builder::new().spawn(move || device.pipelines.get(&device.raw, source)).map_err(Error::Thread)?;
         Ok(Self { pass: Some(pass), thread: Some(thread) })
     }
 

@@ -33,9 +33,10 @@ pub use device::Device;
 pub use error::{Error, Result};
 pub use frame::Frame;
 pub use instance::Instance;
-pub use kernel::{Binding, Code, Compiling, Kernel, Pass, SpecializationValues};
+pub use kernel::{Binding, Compiling, Kernel, Pass, SpecializationValues};
 pub use machine::total_memory as machine_memory;
 pub use physical::{DeviceInfo, DeviceKind, DeviceMemory, Requirements};
+pub use pipeline::Code;
 #[cfg(feature = "present")]
 pub use present::{Interface, Screen};
 #[cfg(unix)]

@@ -1,15 +1,20 @@
 //! Compiled kernels. A device keeps them: a second pass with the same code compiles nothing.
 
 use std::collections::HashMap;
-use std::sync::{Arc, Mutex};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 use ash::vk;
 
 use crate::error::{Context, Error, Result};
-use crate::kernel::{Kernel, SpecializationValues};
-use crate::recording::lock;
-use crate::shared::DeviceShared;
 use crate::specialize;
+
+/// SPIR-V for a workgroup size.
+pub struct Code {
+    /// Invocations of a workgroup.
+    pub workgroup_size: u32,
+    /// The SPIR-V, as little-endian words.
+    pub spirv: &'static [u8],
+}
 
 /// Pipelines that no pass uses are dropped once a device has this many.
 const MAX_UNUSED: usize = 64;
@@ -30,19 +35,35 @@ pub(crate) struct Pipelines {
 }
 
 impl Pipelines {
+    /// Returns a pipeline, compiled now unless the device has it already.
+    pub fn get(&self, device: &ash::Device, source: Source) -> Result<Arc<vk::Pipeline>> {
+        let kept = self.made().get(&source.key).map(Arc::clone);
+        match kept {
+            Some(kept) => Ok(kept),
+            None => {
+                let pipeline = source.compile(device)?;
+                Ok(self.keep(device, source.key, pipeline))
+            }
+        }
+    }
+
     /// Destroys all pipelines.
     ///
     /// # Safety
     /// Nothing uses them any more, and `device` is the one that made them.
     pub unsafe fn destroy(&self, device: &ash::Device) {
-        for (_, pipeline) in lock(&self.made).drain() {
+        for (_, pipeline) in self.made().drain() {
             // SAFETY: the caller promises it.
             unsafe { device.destroy_pipeline(*pipeline, None) };
         }
     }
 
+    fn made(&self) -> MutexGuard<'_, HashMap<Key, Arc<vk::Pipeline>>> {
+        self.made.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
     fn keep(&self, device: &ash::Device, key: Key, pipeline: vk::Pipeline) -> Arc<vk::Pipeline> {
-        let mut made = lock(&self.made);
+        let mut made = self.made();
         if made.len() >= MAX_UNUSED {
             made.retain(|_, pipeline| {
                 let is_used = Arc::strong_count(pipeline) > 1;
@@ -74,54 +95,31 @@ pub(crate) struct Source {
 }
 
 impl Source {
-    /// Takes a kernel's code for a workgroup size. `layout` must live until it is compiled.
-    pub fn new<K: Kernel>(
-        device: &DeviceShared,
-        specialization: &K::Specialization,
-        workgroup_size: u32,
-        layout: vk::PipelineLayout,
-    ) -> Result<Self> {
-        let code = K::CODE.iter().find(|code| code.workgroup_size == workgroup_size);
-        let code = code.ok_or_else(|| Error::Unfit {
-            device: device.info.name.clone(),
-            reason: format!("kernel {} was not built for workgroups of {workgroup_size}", K::NAME),
-        })?;
+    /// Takes code with the values of its specialization constants by their ids. `layout` must live until it
+    /// is compiled.
+    pub fn new(code: &Code, value: impl Fn(u32) -> Option<[u8; 4]>, layout: vk::PipelineLayout) -> Self {
         let word = |word: &[u8]| u32::from_le_bytes([word[0], word[1], word[2], word[3]]);
         let spirv: Vec<u32> = code.spirv.chunks_exact(4).map(word).collect();
-        let constants: Vec<_> = specialize::constants(&spirv)
-            .into_iter()
-            .filter_map(|id| specialization.value(id).map(|value| (id, value)))
-            .collect();
+        let constants: Vec<_> =
+            specialize::constants(&spirv).into_iter().filter_map(|id| value(id).map(|value| (id, value))).collect();
         let key = Key { code: code.spirv.as_ptr().addr(), values: constants.iter().map(|(_, value)| *value).collect() };
-        Ok(Self { spirv, constants: constants.into_iter().collect(), key, layout })
+        Self { spirv, constants: constants.into_iter().collect(), key, layout }
     }
 
-    /// Returns the pipeline, compiled now unless the device has it already.
-    pub fn pipeline(self, device: &DeviceShared) -> Result<Arc<vk::Pipeline>> {
-        let kept = lock(&device.pipelines.made).get(&self.key).map(Arc::clone);
-        match kept {
-            Some(kept) => Ok(kept),
-            None => {
-                let pipeline = self.compile(device)?;
-                Ok(device.pipelines.keep(&device.raw, self.key, pipeline))
-            }
-        }
-    }
-
-    fn compile(&self, device: &DeviceShared) -> Result<vk::Pipeline> {
+    fn compile(&self, device: &ash::Device) -> Result<vk::Pipeline> {
         let words = specialize::specialize(&self.spirv, |id| self.constants.get(&id).copied());
         // SAFETY: the code was compiled and reflected by the build script; the module is
         // destroyed once the pipeline has been made, the pipeline by `Pipelines`.
         unsafe {
             let create = vk::ShaderModuleCreateInfo::default().code(&words);
-            let module = device.raw.create_shader_module(&create, None).context("vkCreateShaderModule")?;
+            let module = device.create_shader_module(&create, None).context("vkCreateShaderModule")?;
             let stage = vk::PipelineShaderStageCreateInfo::default()
                 .stage(vk::ShaderStageFlags::COMPUTE)
                 .module(module)
                 .name(c"main");
             let create = [vk::ComputePipelineCreateInfo::default().stage(stage).layout(self.layout)];
-            let made = device.raw.create_compute_pipelines(vk::PipelineCache::null(), &create, None);
-            device.raw.destroy_shader_module(module, None);
+            let made = device.create_compute_pipelines(vk::PipelineCache::null(), &create, None);
+            device.destroy_shader_module(module, None);
             let pipelines = made.map_err(|(_, result)| Error::Vulkan { call: "compiling a kernel", result })?;
             Ok(pipelines[0])
         }

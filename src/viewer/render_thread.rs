@@ -54,20 +54,24 @@ struct RenderThread<'a> {
     coarsest: u32,
 }
 
-/// Renders until the window closes.
+/// Opens the device and renders until the window closes.
 pub fn run(shared: &Shared, args: &RenderArgs, scene: Scene) {
     // The threads of a software device inherit the niceness. If it cannot be set, that is no error.
     #[cfg(unix)]
     let _ = rustix::process::nice(NICENESS);
-    let device = match open_device(&DeviceOptions { selector: args.device.as_deref(), validation: args.validate }) {
-        Ok(device) => Arc::new(device),
-        Err(error) => return without_device(shared, &error.to_string()),
-    };
+    match open_device(&DeviceOptions { selector: args.device.as_deref(), validation: args.validate }) {
+        Ok(device) => run_on(&Arc::new(device), shared, args, scene),
+        Err(error) => without_device(shared, &error.to_string()),
+    }
+}
+
+/// Renders on a device until the window closes.
+pub fn run_on(device: &Arc<Device>, shared: &Shared, args: &RenderArgs, scene: Scene) {
     shared.tell(|news| news.status.device.clone_from(&device.info().name));
     let mut thread = RenderThread {
         shared,
         args,
-        device: Arc::clone(&device),
+        device: Arc::clone(device),
         home: scene.camera,
         scene,
         path: args.scene.clone(),

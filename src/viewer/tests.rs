@@ -2,15 +2,17 @@
 
 use std::fs;
 use std::path::PathBuf;
-use std::sync::Arc;
+use std::sync::{Arc, LazyLock};
 use std::time::{Duration, Instant};
 
 use clap::Parser;
+use goblet_host::Device;
 
 use super::quantity::Quantity;
 use super::shared::{News, Save, Shared, View, Wish};
 use super::{first_wish, render_thread};
 use crate::cli::{Cli, Command, RenderArgs};
+use crate::render::device::{DeviceOptions, open_device};
 use crate::scene::Scene;
 
 pub const SCENE: &str = r#"Film "rgb" "integer xresolution" 24 "integer yresolution" 16
@@ -30,7 +32,18 @@ pub struct Rendering {
     pub shared: Arc<Shared>,
     /// The arguments of the command line.
     pub args: RenderArgs,
+    /// The device of the render thread; `None` if the thread opens its own.
+    pub device: Option<Arc<Device>>,
     thread: Option<std::thread::JoinHandle<()>>,
+}
+
+/// Returns one of two devices with validation layers that tests share. A device compiles each kernel once.
+pub fn shared_device() -> Arc<Device> {
+    static DEVICES: LazyLock<[Arc<Device>; 2]> = LazyLock::new(|| {
+        let options = DeviceOptions { validation: true, ..DeviceOptions::default() };
+        [(); 2].map(|()| Arc::new(open_device(&options).unwrap()))
+    });
+    DEVICES.iter().min_by_key(|device| Arc::strong_count(device)).map(Arc::clone).unwrap()
 }
 
 fn args(path: &str, others: &[&str]) -> RenderArgs {
@@ -53,14 +66,18 @@ impl Rendering {
         fs::write(&path, SCENE).unwrap();
         let args = args(path.to_str().unwrap(), others);
         let shared = Arc::new(Shared::new(first_wish(&path, &args.options()), || {}));
-        Self { folder, shared, args, thread: None }
+        Self { folder, shared, args, device: None, thread: None }
     }
 
     /// Starts the render thread.
     pub fn start(&mut self) {
         let (theirs, args) = (Arc::clone(&self.shared), self.args.clone());
         let scene = Scene::load(&args.scene).unwrap();
-        self.thread = Some(std::thread::spawn(move || render_thread::run(&theirs, &args, scene)));
+        let device = self.device.clone();
+        self.thread = Some(std::thread::spawn(move || match device {
+            Some(device) => render_thread::run_on(&device, &theirs, &args, scene),
+            None => render_thread::run(&theirs, &args, scene),
+        }));
     }
 
     /// Returns the path of a file in the folder of the scene.

@@ -118,13 +118,13 @@ fn a_render_goes_on_when_nobody_hears_it() {
 #[test]
 fn no_other_command_minds_who_hears_it() {
     let bench = Bench::new();
-    bench.write("scene.pbrt", format!("{SCENE}Shape \"revolution\" \"point2 P\" [ 0 0 .5 0 .6 .4 .6 1 ]"));
+    bench.write("body.pbrt", format!("{SCENE}Shape \"revolution\" \"point2 P\" [ 0 0 .5 0 .6 .4 .6 1 ]"));
     let shard = ["--radius-schedule", "global", "--shard", "0/2", "--checkpoint", "0.checkpoint"];
     bench.rendered(&shard);
     let measure = ["measure", "scene.pbrt", "--reference", "auto", "--budget", "0.1", "--repeat", "1", "-o", "out"];
     for (arguments, written) in [
         (&["merge", "0.checkpoint", "-o", "m.exr"][..], "m.exr"),
-        (&["tessellate", "scene.pbrt", "-o", "t.pbrt", "--tolerance", "0.01"], "t-1.ply"),
+        (&["tessellate", "body.pbrt", "-o", "t.pbrt", "--tolerance", "0.01"], "t-1.ply"),
         (&measure, "out/report.html"),
     ] {
         for (how, stderr) in [("dead pipe", dead_pipe()), ("full disk", full())] {

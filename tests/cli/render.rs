@@ -404,7 +404,8 @@ fn scenes_of_nothing_are_rendered() {
         ("a point", format!("{head}{sky}{speck}"), [0.25, 0.5, 1.0], ""),
     ] {
         bench.write("scene.pbrt", text);
-        for options in [&[][..], &["--direct", "photons"], &["--lookup", "kd-tree", "--radius-schedule", "global"]] {
+        // The defaults, and all options that take other kernels.
+        for options in [&[][..], &["--direct", "photons", "--lookup", "kd-tree", "--radius-schedule", "global"]] {
             let run = bench.rendered(
                 &[&["-o", "x.exr", "--stats", "s.json", "--checkpoint", "a.ckpt", "--validate"], options].concat(),
             );

@@ -8,6 +8,7 @@ use glam::DVec3;
 
 use crate::fixture::{Fixture, Rng, UNBOUNDED, double, single};
 use crate::generated::{NONE, PassFeatures, SceneFeatures, Specialization, TraceRays, TracedHit, TracedRay};
+use crate::support::work;
 use crate::world::World;
 
 pub fn trace(world: &World, rays: &[TracedRay]) -> (Vec<TracedHit>, Vec<u32>) {
@@ -131,7 +132,7 @@ fn no_ray_slips_between_triangles() {
     let mut rng = Rng(1);
     for _ in 0..5 {
         let world = bumpy_mesh(1, &mut rng).without_hierarchy();
-        let rays: Vec<_> = (0..100_000).map(|_| ray_to_edge(&world, &mut rng)).collect();
+        let rays: Vec<_> = (0..work(25_000, 100_000)).map(|_| ray_to_edge(&world, &mut rng)).collect();
         assert_eq!(count_misses(&world, &rays), 0, "rays left a closed mesh of 80 triangles");
     }
 }
@@ -140,7 +141,7 @@ fn no_ray_slips_between_triangles() {
 fn no_ray_slips_through_the_hierarchy() {
     let mut rng = Rng(2);
     let world = bumpy_mesh(4, &mut rng);
-    let rays: Vec<_> = (0..1_000_000).map(|_| ray_to_edge(&world, &mut rng)).collect();
+    let rays: Vec<_> = (0..work(250_000, 1_000_000)).map(|_| ray_to_edge(&world, &mut rng)).collect();
     assert_eq!(count_misses(&world, &rays), 0, "rays left a closed mesh of 5120 triangles");
 }
 
@@ -204,7 +205,7 @@ fn ray_through(world: &World, rng: &mut Rng) -> TracedRay {
 fn the_hierarchy_loses_no_hit() {
     let mut rng = Rng(3);
     let world = mixed_scene(&mut rng, 500, 300);
-    let rays: Vec<_> = (0..60_000).map(|_| ray_through(&world, &mut rng)).collect();
+    let rays: Vec<_> = (0..work(20_000, 60_000)).map(|_| ray_through(&world, &mut rng)).collect();
     let (hits, any_hits) = trace(&world, &rays);
     let (all_hits, _) = trace(&world.without_hierarchy(), &rays);
     let mut found = 0;

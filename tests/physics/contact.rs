@@ -7,7 +7,8 @@ use goblet::image::film::Image;
 use super::{Shot, camera, solid, square};
 use crate::support::{mean, work};
 
-const SHOT: Shot = Shot { resolution: [32; 2], photons: 20_000, iterations: 8, radius: 0.08, alpha: 1.0, depth: 20 };
+const SHOT: Shot =
+    Shot { resolution: [32; 2], photons: 20_000, iterations: 4, radius: 0.08, alpha: 1.0, depth: 20, eye_paths: 4 };
 /// Apart, by what everything that coincides is compared with.
 const APART: f64 = 1e-3;
 const GLASS: &str = "Material \"dielectric\" \"float eta\" 1.5\n";

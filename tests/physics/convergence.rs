@@ -1,16 +1,25 @@
 //! The error falls as theory says, bias and variance each in their own way.
 
-use std::sync::Arc;
+use std::sync::{Arc, LazyLock};
 
 use goblet::image::film::{Image, luminance};
 use goblet::scene::Scene;
 use goblet::{Options, RadiusSchedule, Renderer, Sampler};
 use goblet_host::Device;
 
-use crate::support;
+use crate::support::{self, work};
 
-/// Two decades of photons and a bit: iterations 4 to 512.
+/// From 4 iterations on: two decades of photons and a bit in the long form, one and a half in the quick one.
 const CHECKPOINTS: [u32; 8] = [4, 8, 16, 32, 64, 128, 256, 512];
+
+fn checkpoints() -> &'static [u32] {
+    work(&CHECKPOINTS[..6], &CHECKPOINTS)
+}
+
+const SEEDS: std::ops::Range<u32> = 11..13;
+
+/// Shared by the tests.
+static LAB: LazyLock<Lab> = LazyLock::new(Lab::new);
 
 /// A caustic, and what it truly looks like.
 struct Lab {
@@ -38,12 +47,12 @@ impl Lab {
         let scene = narrowed(&text);
         let base = Options { resolution: Some([64, 50]), ..Options::default() };
         // Discs far smaller than a pixel, which stay so.
-        let sharp = Options { radius: Some(0.012), alpha: Some(1.0), photons: Some(65_536), ..base.clone() };
+        let sharp = Options { radius: Some(0.012), alpha: Some(1.0), photons: Some(393_216), ..base.clone() };
         let references = [1, 2].map(|seed| {
             let options = Options { seed: Some(seed), ..sharp.clone() };
-            support::render_scene(&device, &scene, &options, 48).image
+            support::render_scene(&device, &scene, &options, 8).image
         });
-        let direct = support::render_scene(&device, &scene, &Options { photons: Some(1), ..base }, 64).image;
+        let direct = support::render_scene(&device, &scene, &Options { photons: Some(1), ..base }, 16).image;
         let [a, b] = &references;
         let pixels: Vec<usize> = (0..a.pixels.len())
             .filter(|i| direct.pixels[*i] == [0.0; 3] && a.pixels[*i][0] + b.pixels[*i][0] > 0.2)
@@ -84,12 +93,13 @@ impl Lab {
     }
 }
 
-/// Discs of about ten pixels, and few photons: neither noise nor blur is small.
+/// Discs of several pixels, and few photons: neither noise nor blur is small.
 fn options(radius_schedule: RadiusSchedule, alpha: f64) -> Options {
     Options {
         resolution: Some([64, 50]),
-        radius: Some(0.14),
-        photons: Some(2048),
+        radius: Some(0.11),
+        photons: Some(8192),
+        eye_paths: Some(1),
         alpha: Some(alpha),
         radius_schedule,
         ..Options::default()
@@ -126,11 +136,11 @@ fn assert_exponent(what: &str, measured: f64, theory: f64, tolerance: f64) {
 /// N^(-2/3) (Knaus and Zwicker 2011, section 4).
 #[test]
 fn the_squared_error_of_the_caustic_falls_as_photons_to_the_minus_two_thirds() {
-    let lab = Lab::new();
+    let checkpoints = checkpoints();
     for schedule in [RadiusSchedule::Adaptive, RadiusSchedule::Global] {
-        let errors = lab.errors(&options(schedule, 2.0 / 3.0), &CHECKPOINTS, 11..14);
+        let errors = LAB.errors(&options(schedule, 2.0 / 3.0), checkpoints, SEEDS);
         println!("{errors:.6?}");
-        let slope = exponent(&CHECKPOINTS, errors.iter().map(|error| error.total));
+        let slope = exponent(checkpoints, errors.iter().map(|error| error.total));
         assert_exponent(&format!("{schedule:?}, squared error"), slope, -2.0 / 3.0, 0.15);
     }
 }
@@ -141,15 +151,14 @@ fn the_squared_error_of_the_caustic_falls_as_photons_to_the_minus_two_thirds() {
 /// has it.
 #[test]
 fn smaller_alphas_trade_variance_for_bias() {
-    const EARLY: &[u32] = CHECKPOINTS.split_at(7).0;
-    let lab = Lab::new();
+    let early = &checkpoints()[..work(6, 7)];
     for alpha in [0.5, 0.8] {
         let options = Options { sampler: Sampler::Pcg, ..options(RadiusSchedule::Global, alpha) };
-        let errors = lab.errors(&options, EARLY, 11..14);
+        let errors = LAB.errors(&options, early, SEEDS);
         println!("{errors:.6?}");
-        let variance = exponent(EARLY, errors.iter().map(|error| error.variance));
+        let variance = exponent(early, errors.iter().map(|error| error.variance));
         assert_exponent(&format!("alpha {alpha}, variance"), variance, -alpha, 0.15);
-        let bias = exponent(EARLY, errors.iter().map(|error| error.total - error.variance));
+        let bias = exponent(early, errors.iter().map(|error| error.total - error.variance));
         assert_exponent(&format!("alpha {alpha}, squared bias"), bias, 2.0 * alpha - 2.0, 0.25);
     }
 }

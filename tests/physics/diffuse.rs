@@ -10,7 +10,7 @@ use super::{EYE_ONLY, Shot, assert_closed, assert_near, assert_uniform, camera};
 use crate::support::mean;
 
 const IN_A_SPHERE: Shot =
-    Shot { resolution: [16; 2], photons: 16_384, iterations: 32, radius: 0.5, alpha: 1.0, depth: 60 };
+    Shot { resolution: [16; 2], photons: 16_384, iterations: 32, radius: 0.5, alpha: 1.0, depth: 60, eye_paths: 4 };
 
 #[test]
 fn a_glowing_diffuse_sphere_has_radiance_l_over_1_minus_albedo_inside() {
@@ -83,7 +83,15 @@ fn a_white_ball_vanishes_in_a_furnace() {
 fn a_white_ball_in_a_white_bowl_vanishes_in_a_furnace() {
     let world = "LightSource \"infinite\" \"rgb L\" [1 1 1]\nMaterial \"diffuse\" \"rgb reflectance\" [1 1 1]\n\
                  Shape \"sphere\" \"float zmax\" 0\nShape \"sphere\" \"float radius\" .6";
-    let shot = Shot { resolution: [32; 2], photons: 32768, iterations: 48, radius: 0.1, alpha: 0.667, depth: 200 };
+    let shot = Shot {
+        resolution: [32; 2],
+        photons: 32768,
+        iterations: 48,
+        radius: 0.1,
+        alpha: 0.667,
+        depth: 200,
+        eye_paths: 4,
+    };
     // The rim, where a disc reaches past the edge, is out of view.
     let rendered = shot.take(&camera("0 0 2.5  0 0 0  0 1 0", 24.0), world);
     assert_uniform("ball in a bowl", &rendered.image, [1.0; 3], 0.5);

@@ -74,7 +74,7 @@ fn a_sky_with_a_tiny_sun_has_its_closed_form_by_eye_and_by_photons() {
 
 /// Rough spheres of metal and of glass look alike under both lights.
 fn assert_alike_on_rough(a: &str, b: &str, max_relmse: f64) {
-    let shot = Shot { iterations: 48, ..EYE_ONLY };
+    let shot = Shot { iterations: 3, ..EYE_ONLY };
     let take = |light: &str| {
         let spheres = "Material \"conductor\" \"float roughness\" .4\nShape \"sphere\"\n\
                        Material \"dielectric\" \"float roughness\" .3\nTranslate 2 0 0\nShape \"sphere\"";

@@ -26,13 +26,20 @@ const SHAPES: [(&str, &str); 9] = [
 ];
 
 fn lamp(shape: &str, alpha: &str) -> String {
+    colored(shape, alpha, [4.0, 3.0, 2.0], [0.1, 0.2, 1.2])
+}
+
+/// A lamp at a place.
+fn colored(shape: &str, alpha: &str, [r, g, b]: [f64; 3], [x, y, z]: [f64; 3]) -> String {
     format!(
-        "AttributeBegin\nMaterial \"diffuse\" \"rgb reflectance\" [0 0 0]\nTranslate .1 .2 1.2\n\
-         AreaLightSource \"diffuse\" \"rgb L\" [4 3 2]\n{shape} {alpha}\nAttributeEnd\n"
+        "AttributeBegin\nMaterial \"diffuse\" \"rgb reflectance\" [0 0 0]\nTranslate {x} {y} {z}\n\
+         AreaLightSource \"diffuse\" \"rgb L\" [{r} {g} {b}]\n{shape} {alpha}\nAttributeEnd\n"
     )
 }
 
 const INVISIBLE: &str = "\"float alpha\" 0";
+/// Pixels that are points.
+const STILL: &str = "Option \"bool disablepixeljitter\" true\n";
 const FLOOR: &str = "Material \"diffuse\"\n";
 const METAL: &str = "Material \"conductor\" \"float roughness\" .05\n";
 
@@ -43,47 +50,79 @@ fn take(shot: &Shot, look_at: &str, fov: f64, world: &str) -> Image {
     image
 }
 
-/// A floor from below the lamp.
-fn lit(shot: &Shot, world: &str) -> [f64; 3] {
-    mean(&take(shot, "0 0 .6  0 0 0  0 1 0", 110.0, world))
+/// Floors, far apart, each with three lamps above it and under one dome.
+const BAYS: usize = 3;
+
+/// What the floor of a bay shows of each of its lamps, of which one is red, one green and one blue.
+fn lit(shot: &Shot, bay: usize, world: &str) -> [f64; 3] {
+    let x = 20 * bay;
+    mean(&take(shot, &format!("{x} 0 .6  {x} 0 0  0 1 0"), 110.0, world))
 }
 
+/// All lamps, of which the floor of one bay sees three.
+fn bays(alpha: &str, ground: &str, dome: &str) -> String {
+    let place = |i: usize| (i / 3, i % 3);
+    let lamps = SHAPES.iter().enumerate().map(|(i, (_, shape))| {
+        let ((bay, color), mut radiance) = (place(i), [0.0; 3]);
+        radiance[color] = 4.0;
+        colored(shape, alpha, radiance, [20.0 * bay as f64 + 0.7 * (color as f64 - 1.0), 0.2, 1.2])
+    });
+    let rest = (0..BAYS).map(|bay| {
+        format!("AttributeBegin\nTranslate {} 0 0\n{ground}{}{dome}\nAttributeEnd\n", 20 * bay, square(1.5, 0.0))
+    });
+    lamps.chain(rest).collect()
+}
+
+/// Lamps of other bays are 20 away and low above the horizon: they add less than a hundredth. All shapes are in one scene, which has one set of kernels.
 #[test]
 fn invisible_lamps_light_what_visible_ones_do() {
-    let by_eye = Shot { resolution: [8; 2], iterations: 24, ..EYE_ONLY };
-    let by_photons = Shot { resolution: [8; 2], photons: 65_536, iterations: 3, radius: 0.2, alpha: 1.0, depth: 10 };
+    let by_eye = Shot { resolution: [8; 2], iterations: 4, ..EYE_ONLY };
+    let by_photons =
+        Shot { resolution: [16; 2], photons: 1 << 17, iterations: 2, radius: 0.2, alpha: 1.0, depth: 10, eye_paths: 1 };
     // Rays of the eye find no light through glass that refracts next to nothing.
     let dome = "Material \"dielectric\" \"float eta\" 1.0001\nScale 2 2 .8\nShape \"sphere\"";
-    let floor = square(1.5, 0.0);
-    let agree = |how: &str, name: &str, shape: &str, shot: &Shot, under: &str| {
-        let [there, gone] = ["", INVISIBLE].map(|alpha| lit(shot, &(lamp(shape, alpha) + under)));
-        assert_near(&format!("{name} by {how}"), gone, there, 0.02);
-    };
-    // In the quick form, shapes take turns.
-    for (i, (name, shape)) in SHAPES.into_iter().enumerate() {
-        if is_full() || i % 2 == 0 {
-            agree("eye", name, shape, &by_eye, &format!("{FLOOR}{floor}"));
-        }
-        if is_full() || i % 2 == 1 {
-            agree("photons", name, shape, &by_photons, &format!("{FLOOR}{floor}\n{dome}"));
+    for (how, shot, dome) in [("eye", by_eye, ""), ("photons", by_photons, dome)] {
+        let [there, gone] = ["", INVISIBLE].map(|alpha| bays(alpha, FLOOR, dome));
+        for bay in 0..BAYS {
+            let [there, gone] = [&there, &gone].map(|world| lit(&shot, bay, world));
+            let names: Vec<&str> = SHAPES[3 * bay..][..3].iter().map(|(name, _)| *name).collect();
+            assert_near(&format!("{names:?} by {how}"), gone, there, 0.02);
         }
     }
     // Metal has rays of the bsdf look for lamps, too: not for such as they cannot meet.
-    let by_eye = Shot { iterations: 256, ..by_eye };
     for (name, shape) in work(&[SHAPES[0]][..], &[SHAPES[0], SHAPES[2], SHAPES[7]]) {
-        agree("rays that metal reflects", name, shape, &by_eye, &format!("{METAL}{floor}"));
+        let [there, gone] =
+            ["", INVISIBLE].map(|alpha| lit(&by_eye, 0, &(lamp(shape, alpha) + METAL + &square(1.5, 0.0))));
+        assert_near(&format!("{name} by rays that metal reflects"), gone, there, 0.02);
     }
 }
 
+/// Lamps in two rows, each of a radiance of its own, as pixels show that are points. In the long form, each
+/// shape is in a scene of its own, too.
 #[test]
 fn invisible_lamps_are_not_seen() {
-    let shot = Shot { resolution: [8; 2], iterations: 2, ..EYE_ONLY };
-    for (name, shape) in SHAPES {
-        // At the lamp from below and aside.
-        let seen =
-            |alpha| mean(&take(&shot, ".8 .2 .7  .1 .2 1.2  0 0 1", 60.0, &(lamp(shape, alpha) + &square(9.0, 0.0))));
-        assert!(seen("")[0] > 0.1, "{name} is in the picture: {:?}", seen(""));
-        assert_eq!(seen(INVISIBLE), [0.0; 3], "{name}");
+    let shot = Shot { resolution: [64; 2], iterations: 1, eye_paths: 1, ..EYE_ONLY };
+    // At the lamps from below and aside.
+    let see = |alpha: &str, shapes: &[usize]| {
+        let lamp = |&i: &usize| {
+            let at = [0.0, 0.8 * ((i % 5) as f64 - 2.0), 1.2 + 0.9 * (i / 5) as f64];
+            colored(SHAPES[i].1, alpha, [i as f64 + 1.0; 3], at)
+        };
+        let lamps: String = shapes.iter().map(lamp).collect();
+        let view = format!("{STILL}{}", camera("3 0 .3  0 0 2.3  0 0 1", 60.0));
+        let Rendered { image, tally, .. } = shot.take(&view, &(lamps + &square(9.0, 0.0)));
+        assert_eq!(tally.non_finite, ByPass::default());
+        image
+    };
+    let all: Vec<usize> = (0..SHAPES.len()).collect();
+    let alone = if is_full() { all.chunks(1) } else { [].chunks(1) };
+    for shapes in alone.chain([&all[..]]) {
+        let seen = see("", shapes);
+        for &i in shapes {
+            let count = seen.pixels.iter().filter(|pixel| **pixel == [i as f32 + 1.0; 3]).count();
+            assert!(count > 4, "{} is in the picture: {count} pixels", SHAPES[i].0);
+        }
+        assert_eq!(mean(&see(INVISIBLE, shapes)), [0.0; 3], "{shapes:?}");
     }
 }
 

@@ -16,7 +16,8 @@ fn no_light_leaks_through_thin_walls_or_to_a_lower_floor() {
             inner + &solid([-1.0 - wall, -1.0 - wall, z - 0.001], [1.0 + wall, 1.0 + wall, 2.0 + wall])
         }
     };
-    let shot = Shot { resolution: [32; 2], photons: 4096, iterations: 8, radius: 0.2, alpha: 1.0, depth: 8 };
+    let shot =
+        Shot { resolution: [32; 2], photons: 4096, iterations: 8, radius: 0.2, alpha: 1.0, depth: 8, eye_paths: 4 };
     for wall in [0.0, 0.01] {
         let world = format!(
             "LightSource \"point\" \"point3 from\" [0 0 1] \"rgb I\" [10 10 10]\n\
@@ -45,7 +46,15 @@ fn light_passes_under_a_wall_no_further_than_the_radius() {
         solid([-2.0, -2.0, 0.0], [2.0, 2.0, 2.0])
     );
     // Pixels are 1/16 wide on the floor.
-    let shot = Shot { resolution: [32; 2], photons: 200_000, iterations: 1, radius: RADIUS, alpha: 1.0, depth: 8 };
+    let shot = Shot {
+        resolution: [32; 2],
+        photons: 200_000,
+        iterations: 1,
+        radius: RADIUS,
+        alpha: 1.0,
+        depth: 8,
+        eye_paths: 4,
+    };
     let image = shot.take(&camera("1 0 1  1 0 0  0 1 0", 90.0), &world).image;
     let mut near = 0.0;
     for (index, pixel) in image.pixels.iter().enumerate() {
@@ -72,7 +81,8 @@ fn instances_that_stand_in_each_other_are_seen() {
         let (x, y) = (0.02 * f64::from(i % 80) - 0.8, 0.02 * f64::from(i / 80));
         world += &format!("AttributeBegin Translate {x} {y} .8 ObjectInstance \"bead\" AttributeEnd\n");
     }
-    let shot = Shot { resolution: [16; 2], photons: 1, iterations: 1, radius: 0.1, alpha: 1.0, depth: 20 };
+    let shot =
+        Shot { resolution: [16; 2], photons: 1, iterations: 1, radius: 0.1, alpha: 1.0, depth: 20, eye_paths: 4 };
     let image = shot.take(&camera("0 1 3.5  0 1 0  0 1 0", 45.0), &world).image;
     assert!(image.pixels.iter().all(|pixel| *pixel == [1.0; 3] || pixel.iter().all(|channel| *channel < 1.01)));
     assert!(mean(&image)[0] > 0.3);

@@ -6,7 +6,7 @@ use glam::DVec3;
 use goblet::image::compare::{Gates, compare};
 use goblet::image::film::Image;
 
-use super::{EYE_ONLY, Shot, camera, square};
+use super::{EYE_ONLY, Shot, camera, square, support};
 
 /// A light above a floor in the plane z = 0, and the irradiance that it casts there.
 struct Lamp {
@@ -169,21 +169,32 @@ pub fn assert_lights_floor(name: &str, lights: &str, radius: f64, irradiance: &d
 
     // Under a dome that refracts next to nothing, lights are out of reach of the eye.
     let dome = format!("{floor}Material \"dielectric\" \"float eta\" 1.0001\nScale 2 2 .8\nShape \"sphere\"");
-    let by_eye = Shot { resolution: [PIXELS; 2], iterations: 128, ..EYE_ONLY };
-    let by_photons = Shot { resolution: [PIXELS; 2], photons: 131_072, iterations: 16, radius, alpha: 1.0, depth: 10 };
-    // By eye, a pixel is the mean of n = 4 * 128 paths. If the standard deviation of a path were its
+    let by_eye = Shot { resolution: [PIXELS; 2], iterations: 8, ..EYE_ONLY };
+    // Two iterations of four visible points a pixel: images of twice the size, of which four pixels are one.
+    let by_photons = Shot {
+        resolution: [2 * PIXELS; 2],
+        photons: 524_288,
+        iterations: 2,
+        radius,
+        alpha: 1.0,
+        depth: 10,
+        eye_paths: 1,
+    };
+    // By eye, a pixel is the mean of n = 64 * 8 paths. If the standard deviation of a path were its
     // mean, relMSE would be 1 / n = 0.002, and the energy of 256 such pixels would be off by
     // 1 / sqrt(256 n) = 0.0028. The bounds are the first and less than twice the second; a lamp that is seen
     // whole has less noise, and Sobol points have less again.
     //
-    // By photons, at least a tenth of 2.1 million photons meet the floor of 9 square units: 264 on a
-    // disc of radius 0.06, so that relMSE is 1 / 264 = 0.004. The energy has the noise of 16 visible
-    // points a pixel, 4096 in all: at the rim of the spot, radiance varies within pixels by half of the
-    // image's mean, which makes 0.5 / sqrt(4096) = 0.008.
+    // By photons, at least a tenth of a million photons meet the floor of 9 square units: 132 on a disc of
+    // radius 0.06. The eight discs of a pixel cover twice that or more, so that relMSE is 1 / 264 = 0.004. The
+    // energy has the noise of 100,000 photons, 0.003, and of 8 visible points a pixel, 2048 in all: at the rim of
+    // the spot, which is a third of the image, radiance varies within pixels by half of the image's mean, which
+    // makes 0.5 * sqrt(1 / 3 / 2048) = 0.006.
     for (how, shot, world, max_energy, max_relmse) in
         [("eye", by_eye, floor, 0.005, 0.002), ("photons", by_photons, dome, 0.01, 0.004)]
     {
-        let comparison = compare(&shot.take(&look, &world).image, &expected).expect("images of one size");
+        let image = support::variants::boxed(&shot.take(&look, &world).image, shot.resolution[0] / PIXELS);
+        let comparison = compare(&image, &expected).expect("images of one size");
         println!("{name} by {how}: {:.4}, relMSE {:.5}", comparison.energy_ratio, comparison.relmse);
         let gates = Gates { max_relmse: Some(max_relmse), max_energy: Some(max_energy) };
         assert!(comparison.failures(&gates).is_empty(), "{name} by {how}: {comparison:#?}");

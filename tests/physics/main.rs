@@ -36,10 +36,13 @@ struct Shot {
     /// 1 keeps the radius: less noise in a mean, where blur does no harm.
     alpha: f64,
     depth: u32,
+    /// Per pixel and iteration. An iteration costs more than 64 paths of a small image.
+    eye_paths: u32,
 }
 
 /// Light that reaches the eye without photons.
-const EYE_ONLY: Shot = Shot { resolution: [32; 2], photons: 1, iterations: 64, radius: 0.1, alpha: 1.0, depth: 200 };
+const EYE_ONLY: Shot =
+    Shot { resolution: [32; 2], photons: 1, iterations: 4, radius: 0.1, alpha: 1.0, depth: 200, eye_paths: 64 };
 
 impl Shot {
     fn options(&self) -> Options {
@@ -49,6 +52,7 @@ impl Shot {
             radius: Some(self.radius),
             alpha: Some(self.alpha),
             max_depth: Some(self.depth),
+            eye_paths: Some(self.eye_paths),
             ..Options::default()
         }
     }

@@ -128,7 +128,7 @@ fn mutate(scene: &mut Vec<String>, others: &[Vec<String>], words: &[String], rng
 }
 
 /// Scenes to try, unless there is another number.
-const CASES: u64 = 2000;
+const CASES: u64 = 1000;
 const CASES_IN_FULL: u64 = 100_000;
 
 #[test]

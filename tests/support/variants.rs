@@ -32,6 +32,12 @@ impl Variant {
         (0..16_u32).filter(|number| number.count_ones() % 2 == 0).map(Self::number).collect()
     }
 
+    /// Five of them, in which any two options meet in every combination of their values: the defaults, and
+    /// those with one option that is the default.
+    pub fn pairs() -> Vec<Self> {
+        (0..16_u32).filter(|number| [0, 3].contains(&number.count_ones())).map(Self::number).collect()
+    }
+
     /// A bit per option, 0 where it is the default.
     fn number(number: u32) -> Self {
         let bit = |i: u32| number >> i & 1 == 1;
@@ -68,7 +74,11 @@ pub fn boxed_scene(path: &Path) -> Scene {
 
 /// Reads an image, and makes its width and height smaller by a whole factor.
 pub fn reference(path: &Path, factor: u32) -> Image {
-    let image = file::read(path).expect("a reference");
+    boxed(&file::read(path).expect("a reference"), factor)
+}
+
+/// The image of means over squares of `factor` pixels a side.
+pub fn boxed(image: &Image, factor: u32) -> Image {
     let [width, height] = [image.width / factor, image.height / factor];
     assert_eq!([width * factor, height * factor], [image.width, image.height], "whole boxes");
     let mut small = Image::new(width, height);

@@ -88,9 +88,9 @@ fn complaints(kind: Kind, tally: &Tally, most_off: f64) -> Vec<String> {
     complaints
 }
 
-/// The quick form has an eighth of the rays.
+/// The quick form has a sixteenth of the rays.
 fn check(seed: u64, shares: &[Share]) {
-    let part = |share: &Share| Share { rays: share.rays / work(8, 1), ..*share };
+    let part = |share: &Share| Share { rays: share.rays / work(16, 1), ..*share };
     let tallies = survey(seed, &shares.iter().map(part).collect::<Vec<_>>());
     println!("{HEADING}");
     let mut all = Vec::new();

@@ -14,7 +14,7 @@ use crate::support::{Rendered, device, mean, work};
 fn images_of_any_form_have_all_their_pixels() {
     let device = device();
     for resolution in [[1, 1], [16_384, 16], [16, 16_384], [1, 3000]] {
-        let shot = Shot { resolution, photons: 100, iterations: 1, radius: 0.1, alpha: 1.0, depth: 2 };
+        let shot = Shot { resolution, photons: 100, iterations: 1, radius: 0.1, alpha: 1.0, depth: 2, eye_paths: 4 };
         let options = Options { eye_paths: Some(1), ..shot.options() };
         let world = format!("{SKY}{}{}", diffuse(0.5), square(1e4, 0.0));
         let view = "LookAt 0 0 1  0 0 0  0 1 0\nCamera \"perspective\" \"float fov\" 40";
@@ -34,8 +34,15 @@ fn an_image_of_one_pixel_is_the_mean_of_a_larger_one() {
         square(2.0, 0.0)
     );
     let means = [1, 32].map(|side| {
-        let shot =
-            Shot { resolution: [side; 2], photons: 10_000, iterations: 512 / side, radius: 0.2, alpha: 1.0, depth: 5 };
+        let shot = Shot {
+            resolution: [side; 2],
+            photons: 10_000,
+            iterations: 512 / side,
+            radius: 0.2,
+            alpha: 1.0,
+            depth: 5,
+            eye_paths: 4,
+        };
         let eye_paths = if side == 1 { 64 } else { 4 };
         let options = Options { eye_paths: Some(eye_paths), ..shot.options() };
         mean(&render(&device, &camera("0 -3 3  0 0 0  0 0 1", 40.0), &world, &options, shot.iterations).image)[0]
@@ -52,7 +59,7 @@ fn spot(device: &Arc<Device>, photons: u64, iterations: u32, radius: f64) -> (Re
         diffuse(0.5),
         square(0.5, 0.0)
     );
-    let shot = Shot { resolution: [1, 1], photons, iterations, radius, alpha: 1.0, depth: 1 };
+    let shot = Shot { resolution: [1, 1], photons, iterations, radius, alpha: 1.0, depth: 1, eye_paths: 4 };
     let options = Options { direct: DirectLight::Photons, eye_paths: Some(1), ..shot.options() };
     let rendered = render(device, &camera("0 0 2  0 0 0  0 1 0", 0.1), &world, &options, iterations);
     assert_eq!(rendered.tally.recorded, photons * u64::from(iterations));
@@ -97,7 +104,8 @@ fn radii_of_a_millionth_gather_what_is_there() {
         let view = format!(
             "LookAt 0 0 1  0 0 0  0 1 0\nCamera \"orthographic\" \"float screenwindow\" [-{radius:?} {radius:?} -{radius:?} {radius:?}]"
         );
-        let shot = Shot { resolution: [4, 4], photons: 300_000, iterations: 1, radius, alpha: 1.0, depth: 1 };
+        let shot =
+            Shot { resolution: [4, 4], photons: 300_000, iterations: 1, radius, alpha: 1.0, depth: 1, eye_paths: 4 };
         let options = Options { direct: DirectLight::Photons, eye_paths: Some(1), ..shot.options() };
         let rendered = render(&device, &view, &world, &options, shot.iterations);
         // Of intensity 7 at a distance of 0.1.

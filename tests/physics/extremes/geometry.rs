@@ -21,7 +21,8 @@ fn strips(ends: &[f64]) -> String {
 
 /// A glass ball and a white one over a floor.
 fn over(device: &std::sync::Arc<goblet_host::Device>, floor: &str) -> Image {
-    let shot = Shot { resolution: [24, 24], photons: 5000, iterations: 3, radius: 0.25, alpha: 1.0, depth: 6 };
+    let shot =
+        Shot { resolution: [24, 24], photons: 5000, iterations: 3, radius: 0.25, alpha: 1.0, depth: 6, eye_paths: 4 };
     let world = format!(
         "LightSource \"point\" \"point3 from\" [1 0 3] \"rgb I\" [9 9 9]\n{}{floor}{}{}",
         diffuse(0.5),
@@ -77,7 +78,8 @@ fn degenerate_and_duplicate_triangles_change_nothing() {
 #[test]
 fn a_box_may_stand_on_the_floor() {
     let device = device();
-    let shot = Shot { resolution: [24, 24], photons: 5000, iterations: 3, radius: 0.2, alpha: 1.0, depth: 6 };
+    let shot =
+        Shot { resolution: [24, 24], photons: 5000, iterations: 3, radius: 0.2, alpha: 1.0, depth: 6, eye_paths: 4 };
     let shoot = |bottom: f64| {
         let world = format!(
             "LightSource \"point\" \"point3 from\" [1 -1 3] \"rgb I\" [9 9 9]\n{}{}{}",
@@ -140,7 +142,8 @@ fn no_light_escapes_between_needles() {
             [[i, i + n, j], [j, i + n, j + n], [i, j, 2 * n], [i + n, 2 * n + 1, j + n]]
         })
         .collect();
-    let shot = Shot { resolution: [32, 32], photons: 50_000, iterations: 1, radius: 0.1, alpha: 1.0, depth: 20 };
+    let shot =
+        Shot { resolution: [32, 32], photons: 50_000, iterations: 1, radius: 0.1, alpha: 1.0, depth: 20, eye_paths: 4 };
     let world = format!(
         "LightSource \"point\" \"point3 from\" [0 0 0] \"rgb I\" [1 1 1]\n{}{}",
         diffuse(0.8),

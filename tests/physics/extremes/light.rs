@@ -11,7 +11,8 @@ use crate::support::{device, mean};
 
 /// A glass ball over a floor under a lamp and a point, this many times as bright.
 fn lit(device: &Arc<Device>, brightness: f64) -> Image {
-    let shot = Shot { resolution: [16, 16], photons: 5000, iterations: 3, radius: 0.3, alpha: 1.0, depth: 6 };
+    let shot =
+        Shot { resolution: [16, 16], photons: 5000, iterations: 3, radius: 0.3, alpha: 1.0, depth: 6, eye_paths: 4 };
     let world = format!(
         "LightSource \"point\" \"point3 from\" [1 0 3] \"rgb I\" [4 3 2] \"float scale\" {brightness:?}\n\
          AttributeBegin\nTranslate -1 0 3\nAreaLightSource \"diffuse\" \"rgb L\" [9 8 7] \"float scale\" {brightness:?}\n\
@@ -46,7 +47,8 @@ fn brightness_scales_the_image() {
     }
 }
 
-const FLOOR: Shot = Shot { resolution: [8, 8], photons: 1, iterations: 16, radius: 0.1, alpha: 1.0, depth: 4 };
+const FLOOR: Shot =
+    Shot { resolution: [8, 8], photons: 1, iterations: 1, radius: 0.1, alpha: 1.0, depth: 4, eye_paths: 64 };
 
 /// What lights a small part of a floor from 2 above its middle.
 fn floor_under(device: &Arc<Device>, light: &str) -> Image {
@@ -78,7 +80,8 @@ fn small_lamps_are_points() {
 #[test]
 fn photons_of_small_lamps_are_all_there() {
     let device = device();
-    let shot = Shot { resolution: [4, 4], photons: 50_000, iterations: 2, radius: 0.3, alpha: 1.0, depth: 1 };
+    let shot =
+        Shot { resolution: [4, 4], photons: 50_000, iterations: 2, radius: 0.3, alpha: 1.0, depth: 1, eye_paths: 4 };
     let options = goblet::Options { direct: goblet::DirectLight::Photons, ..shot.options() };
     for size in [1e-3, 1e-5] {
         let ball = lamp(1.0 / (PI * size * size), &format!("Translate 0 0 2 Shape \"sphere\" \"float radius\" {size}"));

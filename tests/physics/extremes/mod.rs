@@ -24,7 +24,7 @@ use super::{Shot, assert_near, assert_pixels, camera, scene_text, solid, square}
 use crate::support::{self, Rendered, mean};
 
 /// Light that reaches the eye without photons.
-const EYE_ONLY: Shot = Shot { resolution: [16; 2], iterations: 16, depth: 1000, ..super::EYE_ONLY };
+const EYE_ONLY: Shot = Shot { resolution: [16; 2], iterations: 1, depth: 1000, ..super::EYE_ONLY };
 
 impl Shot {
     /// Renders on a device that a test uses several times, and checks what no image may have.

@@ -26,7 +26,8 @@ fn glass(eta: f64) -> String {
 #[test]
 fn glass_that_does_not_refract_is_not_there() {
     let device = device();
-    let shot = Shot { resolution: [16, 16], photons: 20_000, iterations: 2, radius: 0.3, alpha: 1.0, depth: 3 };
+    let shot =
+        Shot { resolution: [16, 16], photons: 20_000, iterations: 2, radius: 0.3, alpha: 1.0, depth: 3, eye_paths: 4 };
     let options = goblet::Options { direct: goblet::DirectLight::Photons, ..shot.options() };
     let world = format!(
         "LightSource \"point\" \"point3 from\" [0 0 3] \"rgb I\" [9 9 9]\n{}{}",
@@ -65,7 +66,7 @@ fn panes_of_any_index_and_thickness_let_through_what_fresnel_says() {
         let pane = solid([-1.0, -1.0, 0.0], [1.0, 1.0, thickness]);
         let world = format!("{}{}{pane}", lamp(2.0, &square(1.0, -0.5)), glass(eta));
         let rendered =
-            Shot { iterations: 64, ..EYE_ONLY }.take_checked(&device, &camera("0 0 3  0 0 0  0 1 0", 1.0), &world);
+            Shot { iterations: 4, ..EYE_ONLY }.take_checked(&device, &camera("0 0 3  0 0 0  0 1 0", 1.0), &world);
         let what = format!("index {eta}, {thickness} thick");
         assert_mean(&what, &rendered.image, 2.0 * slab(reflectance(eta, 1.0)), 0.005);
         assert_eq!(rendered.tally.lost_in_glass, 0, "{what}");
@@ -81,7 +82,7 @@ fn a_long_rod_loses_no_light() {
     let rod = solid([-0.5, -0.5, -LENGTH], [0.5, 0.5, 0.0]);
     let world = format!("{}{}{rod}", lamp(1.0, &square(50.0, -LENGTH - 1.0)), glass(1.5));
     let rendered =
-        Shot { iterations: 32, ..EYE_ONLY }.take_checked(&device(), &camera("0 2 2  0 0 0  1 0 0", 4.0), &world);
+        Shot { iterations: 2, ..EYE_ONLY }.take_checked(&device(), &camera("0 2 2  0 0 0  1 0 0", 4.0), &world);
     assert_mean("rod", &rendered.image, slab(reflectance(1.5, 0.5_f64.sqrt())), 0.005);
     assert_eq!(rendered.tally.lost_in_glass, 0);
 }
@@ -90,7 +91,8 @@ fn a_long_rod_loses_no_light() {
 #[test]
 fn walls_of_a_millionth_let_nothing_through() {
     let device = device();
-    let shot = Shot { resolution: [16, 16], photons: 4096, iterations: 4, radius: 0.2, alpha: 1.0, depth: 8 };
+    let shot =
+        Shot { resolution: [16, 16], photons: 4096, iterations: 4, radius: 0.2, alpha: 1.0, depth: 8, eye_paths: 4 };
     let inside_out = |mesh: String| block(&format!("ReverseOrientation\n{mesh}"));
     let world = |wall: f64| {
         format!(
@@ -122,7 +124,8 @@ fn white_rooms_add_a_share_for_each_segment_and_black_ones_nothing() {
         )
     };
     for depth in [1, 20] {
-        let shot = Shot { resolution: [8, 8], photons: 8192, iterations: 16, radius: 0.5, alpha: 1.0, depth };
+        let shot =
+            Shot { resolution: [8, 8], photons: 8192, iterations: 16, radius: 0.5, alpha: 1.0, depth, eye_paths: 4 };
         let look = camera("0.3 0.2 0.1  1 0.5 2  0 1 0", 90.0);
         // Its own light, direct light, and a photon for each of their segments but the first.
         let terms = 1.0 + f64::from(depth);
@@ -135,7 +138,8 @@ fn white_rooms_add_a_share_for_each_segment_and_black_ones_nothing() {
 #[test]
 fn channels_without_light_stay_black() {
     let device = device();
-    let shot = Shot { resolution: [16, 16], photons: 5000, iterations: 4, radius: 0.3, alpha: 1.0, depth: 8 };
+    let shot =
+        Shot { resolution: [16, 16], photons: 5000, iterations: 4, radius: 0.3, alpha: 1.0, depth: 8, eye_paths: 4 };
     let floor = |color: &str| format!("Material \"diffuse\" \"rgb reflectance\" [{color}]\n{}", square(2.0, 0.0));
     let wall =
         "Material \"diffuse\"\nShape \"trianglemesh\" \"integer indices\" [0 1 2] \"point3 P\" [-2 1 0 2 1 0 0 1 3]\n";

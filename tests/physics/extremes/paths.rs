@@ -10,7 +10,7 @@ use goblet_host::Device;
 
 use super::{SKY, block, camera, lamp, square};
 use crate::support::command::Bench;
-use crate::support::{assert_silent, device, mean, root};
+use crate::support::{assert_silent, device, mean, root, work};
 
 /// A mirror of two triangles in each of `n` by `n` cells, in the plane z = 1 and with normals down.
 fn tiled_mirror(n: usize) -> String {
@@ -104,13 +104,16 @@ fn lost(device: &Arc<Device>, half: f64, depth: u32) -> [f64; 2] {
 #[test]
 fn long_paths_end_where_the_depth_says() {
     let device = device();
-    let losses = [65, 256, 1000].map(|depth| {
+    let depths = work(&[65, 1000][..], &[65, 256, 1000]);
+    let losses = depths.iter().map(|&depth| {
         let [of_light, of_photons] = lost(&device, 0.1, depth);
         // Four standard deviations of 288 eye paths and 720 photons.
         assert!((of_light - of_photons).abs() < 0.13, "depth {depth}: {of_light} of light, {of_photons} of photons");
         of_light
     });
-    assert!(losses[0] > 0.7 && losses[1] < 0.7 && losses[2] < 0.3, "{losses:?}");
+    let losses: Vec<f64> = losses.collect();
+    assert!(losses[0] > 0.7 && losses[losses.len() - 1] < 0.3, "{losses:?}");
+    assert!(losses.len() == 2 || losses[1] < 0.7, "{losses:?}");
     let [of_light, of_photons] = lost(&device, 0.4, 1000);
     assert!(of_light > 0.0 && of_light < 0.01 && of_photons < 0.01, "{of_light} of light, {of_photons} of photons");
     assert_silent(&device);
@@ -121,12 +124,14 @@ fn long_paths_end_where_the_depth_says() {
 fn dispatches_that_paths_go_on_in_change_no_bit() {
     let (device, scene) = (device(), furnace_scene());
     let options = Options { direct: DirectLight::Photons, ..options(256) };
-    let expected = outcome(&device, &scene, &options, 2);
+    let iterations = work(1, 2);
+    let expected = outcome(&device, &scene, &options, iterations);
     println!("{:?}", expected.2);
     assert!(expected.1 > 0.1, "{}", expected.1);
-    for (workgroup_size, batch_size, responsive) in [(32, Some(77), false), (128, None, false), (64, Some(500), true)] {
+    let cases = [(32, Some(77), true), (128, None, false), (32, Some(77), false), (64, Some(500), true)];
+    for &(workgroup_size, batch_size, responsive) in work(&cases[..2], &cases[..]) {
         let options = Options { workgroup_size: Some(workgroup_size), batch_size, responsive, ..options.clone() };
-        let found = outcome(&device, &scene, &options, 2);
+        let found = outcome(&device, &scene, &options, iterations);
         assert!(found == expected, "{workgroup_size}, {batch_size:?}: {:?}", found.2);
     }
     assert_silent(&device);
@@ -166,26 +171,26 @@ fn paths_that_a_driver_cannot_follow_are_cut_and_said() {
         assert_eq!(run.code, 0, "{run:?}");
         (run.stderr, bench.json("x.json"))
     };
-    let (said, stats) = render("x.exr", &["--iterations", "2", "--checkpoint", "x.checkpoint"], None);
+    let [first, next, eye_paths] = work(["1", "2", "32"], ["2", "3", "64"]);
+    let (said, stats) = render("x.exr", &["--iterations", first, "--checkpoint", "x.checkpoint"], None);
     println!("{said}{}", stats["cut"]);
     // Another driver may have no such limit.
     let eye = stats["cut"]["eye"].as_u64().unwrap();
-    assert_eq!(stats["eye_paths"], 64);
+    assert_eq!(stats["eye_paths"].to_string(), eye_paths);
     assert_eq!(said.matches("were cut").count(), usize::from(eye > 0), "{said}");
-    assert!(eye <= 64 * 5 / 8, "{stats:#}");
+    assert!(eye <= stats["eye_paths"].as_u64().unwrap() * 5 / 8, "{stats:#}");
     let image = bench.image("x.exr");
     for (i, pixel) in image.pixels.iter().enumerate().filter(|(i, _)| i % 8 < 3) {
         assert!(pixel.iter().all(|value| (value - 1.0).abs() < 1e-5), "pixel {i} sees the sky: {pixel:?}");
     }
-    for (options, threads) in [
-        (&["--iterations", "2", "--workgroup-size", "32"][..], Some("1")),
-        (&["--iterations", "2", "--workgroup-size", "128", "--batch-size", "7"], None),
-    ] {
+    let one_thread = (&["--iterations", first, "--workgroup-size", "32", "--batch-size", "7"][..], Some("1"));
+    let large_groups = (&["--iterations", first, "--workgroup-size", "128"][..], None);
+    for (options, threads) in work(&[one_thread][..], &[one_thread, large_groups]).iter().copied() {
         let (_, other) = render("other.exr", options, threads);
         assert!(bench.bytes("other.exr") == bench.bytes("x.exr"), "{options:?}");
         assert_eq!([&other["cut"], &other["truncated"]], [&stats["cut"], &stats["truncated"]], "{options:?}");
     }
-    let (_, resumed) = render("other.exr", &["--resume", "x.checkpoint", "--iterations", "3"], None);
+    let (_, resumed) = render("other.exr", &["--resume", "x.checkpoint", "--iterations", next], None);
     assert!(resumed["cut"]["eye"].as_u64().unwrap() >= eye, "{resumed:#}");
 }
 

@@ -39,7 +39,8 @@ fn room(size: f64, place: f64) -> Scene {
 #[test]
 fn sizes_and_places_change_roundings_only() {
     let device = device();
-    let shot = Shot { resolution: [24, 24], photons: 4000, iterations: 4, radius: 0.15, alpha: 1.0, depth: 8 };
+    let shot =
+        Shot { resolution: [24, 24], photons: 4000, iterations: 4, radius: 0.15, alpha: 1.0, depth: 8, eye_paths: 4 };
     let shoot = |size: f64, place: f64| {
         let options = goblet::Options { radius: Some(shot.radius * size), ..shot.options() };
         render_scene(&device, &room(size, place), &options, shot.iterations).image

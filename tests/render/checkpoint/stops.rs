@@ -9,6 +9,7 @@ use goblet::render::checkpoint::Checkpoint;
 
 use crate::support::command::{self, Bench, Run, send, wait_until};
 use crate::support::random::Rng;
+use crate::support::work;
 
 const CHECKPOINT: &str = "x.checkpoint";
 /// A render that saves a checkpoint whenever it can, and never ends by itself.
@@ -122,14 +123,15 @@ fn temporary_files(bench: &Bench) -> usize {
 
 /// Each render resumes what the last one left. A fifth of them are killed at any time, two fifths
 /// soon after they have written a checkpoint, and two fifths while a checkpoint is being written,
-/// as far as a poll of the folder can tell: kills go on until three have met one.
+/// as far as a poll of the folder can tell: kills go on until three (two in the quick form) have met one.
 #[test]
 fn kills_at_any_time_do_not_change_a_byte() {
     let bench = Bench::new();
     // Large enough that most of the time is spent on checkpoints.
     bench.write("scene.pbrt", command::scene("16 \"integer yresolution\" 12", "64 \"integer yresolution\" 48"));
     let (mut rng, mut done, mut torn, mut kills) = (Rng(1), 0, 0, 0);
-    while kills < 10 || torn < 3 {
+    let (least, enough) = work((5, 2), (10, 3));
+    while kills < least || torn < enough {
         assert!(kills < 200, "{torn} of {kills} kills have met a checkpoint that was being written");
         let before = written(&bench);
         let resume: &[&str] = if before.is_some() { &["--resume", CHECKPOINT] } else { &[] };
