@@ -28,7 +28,7 @@ next-event estimation drops the cosine at the surface|direct.radiance * (cos_sur
 flux of photons counts double|visible_throughputs_at(pixel).rgb * flux * (flux_scale / radius2)|visible_throughputs_at(pixel).rgb * flux * (2.0 * flux_scale / radius2)
 photons of any surface in the sphere count, not those on the disc|return dot(n, photon_normal) > MIN_COSINE && height * height < MAX_HEIGHT * MAX_HEIGHT * radius2;|return true;
 eta is that of the other way through the surface|return outside ? material.eta.x : 1.0 / material.eta.x;|return outside ? 1.0 / material.eta.x : material.eta.x;
-a visible point forgets the throughput of its eye path|path.bsdf = state.throughput * material.color / PI;|path.bsdf = material.color / PI;
+a visible point forgets the throughput of its eye path|work.end.bsdf = work.state.throughput * material.color / PI;|work.end.bsdf = material.color / PI;
 photons that are not on the disc are counted|sum.count += on_disc ? 1u : 0u;|sum.count += 1u;
 the pdf of a light leaves out the chance that it is chosen|return light.direct_pmf * area_pdf *|return area_pdf *
 survivors of Russian roulette keep their weight|path.weight = after < before ? weight * (before / after) : weight;|path.weight = weight;
