@@ -157,11 +157,14 @@ mod tests {
             let bvh = build(&boxes, &references, 64);
             for divisor in [1, 2, 3, 1000] {
                 let mut wide = Wide::default();
-                wide.append(&bvh, 0, &|primitive| primitive % divisor == 0);
-                let root = wide.append(&bvh, 0, &|primitive| primitive % divisor == 0);
+                wide.append(&bvh, 0, &|primitive| primitive.is_multiple_of(divisor));
+                let root = wide.append(&bvh, 0, &|primitive| primitive.is_multiple_of(divisor));
                 for (primitive, leaves) in visits(&wide, root, count).into_iter().enumerate() {
                     assert_eq!(leaves.len(), 1, "{primitive} of {count}");
-                    assert!(leaves[0] == 1 || primitive as u32 % divisor != 0, "{primitive} of {count} is not alone");
+                    assert!(
+                        leaves[0] == 1 || !(primitive as u32).is_multiple_of(divisor),
+                        "{primitive} of {count} is not alone"
+                    );
                 }
             }
         }

@@ -79,12 +79,9 @@ uint group_of(uint node, uint order, uint count) {
     return count == 0u ? 0u : node << 8u | (order & 0x3fu) << 2u | count;
 }
 
-// The reference to the first child of a group.
-uint first_of_group(uint group) {
-    return pick(bvh_children_at(group >> 8u), group >> 2u & 3u);
-}
-
-// A group without its first child.
-uint rest_of_group(uint group) {
-    return group_of(group >> 8u, group >> 4u & 0xfu, (group & 3u) - 1u);
+// Takes the first child out of a group that is not empty, and returns the reference to it.
+uint take_child(inout uint group) {
+    uint child = pick(bvh_children_at(group >> 8u), group >> 2u & 3u);
+    group = group_of(group >> 8u, group >> 4u & 0xfu, (group & 3u) - 1u);
+    return child;
 }

@@ -25,6 +25,9 @@
 // of its group, or of a group on the stack.
 const uint AT_END = NONE;
 const uint AT_NEXT = 0xfffffffeu;
+// Entries of the stack: one for each level of the hierarchy, two for an instance, and up to two levels more
+// for a leaf of primitives of which some must be alone, in the scene and in an object.
+const uint MAX_GROUPS = MAX_BVH_DEPTH + 8u;
 // An entry of the stack: the end of the walk through an instance. No group, whose count is not 0.
 const uint LEAVE = 4u;
 
@@ -86,7 +89,7 @@ void trace_queries(inout Work work, bool is_busy) {
     Query query = no_query();
     Hit hit = no_hit(0.0);
     Space space;
-    uint stack[MAX_BVH_DEPTH];
+    uint stack[MAX_GROUPS];
     uint height;
     uint group;
     uint node = AT_END;
@@ -112,14 +115,11 @@ void trace_queries(inout Work work, bool is_busy) {
                         if (group == 0u && height > 0u) {
                             group = stack[--height];
                         }
-                        node = AT_END;
                         if (HAS_INSTANCES && group == LEAVE) {
                             space = enter_space(NONE, query.ray);
-                            node = AT_NEXT;
                             group = 0u;
-                        } else if (group != 0u) {
-                            node = first_of_group(group);
-                            group = rest_of_group(group);
+                        } else {
+                            node = group == 0u ? AT_END : take_child(group);
                         }
                     }
                     if (is_inner(node)) {
@@ -135,15 +135,13 @@ void trace_queries(inout Work work, bool is_busy) {
                 if (is_leaf(node)) {
                     Alone alone = test_leaf(node, space, query.any_hit, hit);
                     node = query.any_hit && hit.primitive != NONE ? AT_END : AT_NEXT;
-                    if (HAS_INSTANCES) {
-                        for (bool enters = alone.instance != NONE; enters; enters = false) {
-                            stack[height] = group;
-                            height += group != 0u ? 1u : 0u;
-                            stack[height++] = LEAVE;
-                            group = 0u;
-                            node = instances_at(alone.instance).root;
-                            space = enter_space(alone.instance, query.ray);
-                        }
+                    for (bool enters = HAS_INSTANCES && alone.instance != NONE; enters; enters = false) {
+                        stack[height] = group;
+                        height += group != 0u ? 1u : 0u;
+                        stack[height++] = LEAVE;
+                        group = 0u;
+                        node = instances_at(alone.instance).root;
+                        space = enter_space(alone.instance, query.ray);
                     }
                 }
             } while (waits_for(node != AT_END, is_busy && node == AT_END));
