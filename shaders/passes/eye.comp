@@ -67,8 +67,9 @@ layout(push_constant) uniform Push {
     uint spread;         // one of `spread` invocations works; see interruption.glsl
 };
 
-// Pairs of random numbers of an eye path. The camera takes the first two. Scattering takes one pair per bounce from PAIR_LOBE on.
-// Where surfaces may be rough, it takes three more: one for the microfacet and two for a light.
+// Pairs of random numbers of an eye path. The camera takes the first two. Scattering takes one pair per
+// bounce from PAIR_LOBE on. Where surfaces may be rough, it takes three more: one for the microfacet and
+// two for a light.
 const uint PAIR_LIGHT = 2u;
 const uint PAIR_LIGHT_POINT = 3u;
 const uint PAIR_BSDF = 4u;
@@ -95,10 +96,10 @@ struct EyeState {
     vec3 radiance;     // emission met so far, W/(m^2 sr)
 };
 
-// What an eye path found at its end on a diffuse surface.
+// The end of an eye path on a diffuse surface. Of a path that has met none yet, only `reached` is defined.
 struct VisibleEnd {
     float reached;     // length of the path to there, render units; 0 if it met no diffuse surface yet
-    vec3 position;
+    vec3 position;     // render units
     vec3 normal;       // geometric normal, on the side of the path
     vec3 facing;       // shading normal, on the side of the path
     vec3 bsdf;         // throughput times the diffuse BSDF there, 1/sr
@@ -219,7 +220,8 @@ Scatter leave_specular(inout Work work, Surface surface, Material material, floa
     vec2 u_facet = is_rough(material) ? random_pair(work.random, pair + 1u) : vec2(0.0);
     Scatter scattered = scatter_specular(material, wo, surface.shading_normal, surface.tangent, u_lobe, u_facet, RADIANCE);
     if (HAS_ROUGH) {
-        work.rough_radiance = work.state.throughput * direct_light_on_rough(surface, material, wo, work.random, pair + 2u, work.to_light);
+        vec3 reflected = direct_light_on_rough(surface, material, wo, work.random, pair + 2u, work.to_light);
+        work.rough_radiance = work.state.throughput * reflected;
         work.asks = work.rough_radiance != vec3(0.0) ? ASKS_ROUGH : FOLLOWS;
     }
     work.state.rough = rough_vertex(surface, material, wo, scattered.wi);
