@@ -16,8 +16,8 @@ pub struct Code {
     pub spirv: &'static [u8],
 }
 
-/// Pipelines that no pass uses are dropped once a device has this many.
-const MAX_UNUSED: usize = 64;
+/// Once a device has this many pipelines, those that no pass uses are dropped before another is kept.
+const ENOUGH: usize = 64;
 
 /// What a pipeline is made from. The arrays of a kernel, and with them its layout, follow from its code.
 #[derive(Clone, PartialEq, Eq, Hash)]
@@ -64,7 +64,7 @@ impl Pipelines {
 
     fn keep(&self, device: &ash::Device, key: Key, pipeline: vk::Pipeline) -> Arc<vk::Pipeline> {
         let mut made = self.made();
-        if made.len() >= MAX_UNUSED {
+        if made.len() >= ENOUGH {
             made.retain(|_, pipeline| {
                 let is_used = Arc::strong_count(pipeline) > 1;
                 if !is_used {

@@ -2,16 +2,14 @@
 //! radiance, at the settings that each scene states.
 //!
 //! The bounds on relMSE are 1.15 times what another photon mapper reaches at the same
-//! radius, photons, iterations and depth: 64 iterations. The quick form has a quarter of them, which makes
-//! squared errors 4^(2/3) = 2.5 times as large (see `convergence`), and compares means of 2 by 2 pixels,
-//! of which most have less than half of the noise of one. A fault that is wider than two pixels meets the
-//! same bounds in both forms.
+//! radius, photons, iterations and depth.
 
 use goblet::Options;
 use goblet::image::compare::{Gates, compare};
+use goblet::image::file::read;
 use goblet::scene::Scene;
 
-use crate::support::{self, variants, work};
+use crate::support;
 
 #[test]
 fn cornell_caustic_matches_the_reference() {
@@ -65,10 +63,9 @@ fn assert_matches(name: &str, max_relmse: f64) {
     assert_eq!(scene.integrator.iterations, 64);
     assert_eq!(scene.integrator.photons_per_iteration, Some(65536));
 
-    let rendered = support::render_scene(&support::device(), &scene, &Options::default(), work(16, 64));
-    let boxes = work(2, 1);
-    let reference = variants::reference(&folder.join(format!("{name}.exr")), boxes);
-    let comparison = compare(&variants::boxed(&rendered.image, boxes), &reference).expect("images of one size");
+    let rendered = support::render_scene(&support::device(), &scene, &Options::default(), 64);
+    let reference = read(&folder.join(format!("{name}.exr"))).expect("a reference");
+    let comparison = compare(&rendered.image, &reference).expect("images of one size");
     let gates = Gates { max_relmse: Some(max_relmse), max_energy: Some(0.015) };
     let failures = comparison.failures(&gates);
     assert!(failures.is_empty(), "{failures:#?}\n{comparison:#?}");

@@ -54,6 +54,10 @@ fn a_tinted_pane_darkens_what_is_behind_it() {
     }
 }
 
+/// A floor of two by two units from above, lit by photons.
+const FLOOR: Shot =
+    Shot { resolution: [24; 2], photons: 32768, iterations: 32, radius: 0.15, alpha: 0.667, depth: 3, eye_paths: 4 };
+
 /// The eye path and the photons cross the pane, once each way: both tints count, and the
 /// photons that meet the glass within the floor's radius do not. Three segments leave out
 /// reflections inside the pane, and between pane and floor.
@@ -65,15 +69,7 @@ fn a_floor_lit_and_seen_through_a_tinted_pane_is_darkened_twice() {
         square(1.0, 0.0),
         solid([-1.1, -1.1, 0.02], [1.1, 1.1, 0.04])
     );
-    let shot = Shot {
-        resolution: [24; 2],
-        photons: 32768,
-        iterations: 32,
-        radius: 0.15,
-        alpha: 0.667,
-        depth: 3,
-        eye_paths: 4,
-    };
+    let shot = Shot { depth: 3, ..FLOOR };
     let rendered = shot.take(&camera("0 0 5  0 0 0  0 1 0", 12.0), &world);
     let crossing = 1.0 - glass_reflectance(1.0);
     let expected = TINT.map(|tint| 0.8 / PI * 3.0 * (tint * crossing).powi(4));
@@ -130,15 +126,7 @@ fn photons_carry_what_a_mirror_reflects() {
          Shape \"trianglemesh\" \"integer indices\" [0 1 2 0 2 3] \"point3 P\" [-1 -1 2.2  1 -1 .2  1 1 .2  -1 1 2.2]",
         square(1.0, 0.0)
     );
-    let shot = Shot {
-        resolution: [24; 2],
-        photons: 32768,
-        iterations: 32,
-        radius: 0.15,
-        alpha: 0.667,
-        depth: 2,
-        eye_paths: 4,
-    };
+    let shot = Shot { depth: 2, ..FLOOR };
     let rendered = shot.take(&camera("0 -1 .6  0 0 0  0 0 1", 20.0), &world);
     let expected = ETA_K.map(|[eta, k]| 0.8 / PI * 3.0 * metal_reflectance(0.5_f64.sqrt(), eta, k));
     assert_near("mirrored floor", mean(&rendered.image), expected, 0.01);
