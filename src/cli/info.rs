@@ -140,8 +140,7 @@ impl Contents {
         let memory = MemoryNeed::new(&packed, &Sizes::new(resolution, photons, max_depth), options.lookup);
         Ok(Self {
             scene: count(scene),
-            bounds: (!packed.arrays.primitives.is_empty())
-                .then(|| Bounds { center: packed.space.center.to_array(), radius: size }),
+            bounds: packed.has_surfaces().then(|| Bounds { center: packed.space.center.to_array(), radius: size }),
             light_power: light_power(&packed),
             film: Film::new(&scene.film),
             camera: Camera::new(&scene.camera),

@@ -65,7 +65,7 @@ pub enum PackError {
     #[error("a light has a radiance, irradiance or intensity of {0:e}; expected at most {max:e}", max = f32::MAX)]
     TooBright(f64),
     /// The scene has more primitives than a reference can address.
-    #[error("the scene has {0} primitives; at most {max} fit", max = kernels::FIRST_MASK)]
+    #[error("the scene has {0} primitives; at most {max} fit", max = kernels::MAX_PRIMITIVES)]
     TooManyPrimitives(usize),
     /// A texture has too many nodes or nested textures, or needs more intermediate values than the kernel's
     /// stack holds.
@@ -114,6 +114,11 @@ pub struct PackedScene {
 }
 
 impl PackedScene {
+    /// Returns whether a ray can meet anything.
+    pub fn has_surfaces(&self) -> bool {
+        !self.arrays.bvh_children.is_empty()
+    }
+
     /// Returns the values that kernels read besides the arrays.
     pub fn info(&self, max_depth: u32, seed: u32) -> SceneInfo {
         let (lights_center, lights_reach2) = sphere_of_reach(&self.arrays.lights);
@@ -168,14 +173,12 @@ pub fn pack(scene: &Scene, solver: RevolutionSolver) -> Result<PackedScene, Pack
     packer.dress(scene, &mut placed)?;
     let bvh = packer.add_surfaces(&placed)?;
     let contacts = packer.find_contacts(&placed, &bvh);
-    let mut wide = packer.widen(&bvh)?;
+    let wide = packer.widen(&bvh)?;
     let mean_power: f64 = packer.powers.iter().sum();
     packer.check_brightness(mean_power)?;
     let (emission_table, direct_table) = packer.choose_lights();
     let features = packer.features(scene, &direct_table, contacts.exist());
-    if !features.is_flat {
-        packer.order_triangles(&mut wide);
-    }
+    packer.order_triangles(wide.triangles);
     Ok(PackedScene {
         space,
         sky_count: packer.sky_count,
@@ -187,7 +190,6 @@ pub fn pack(scene: &Scene, solver: RevolutionSolver) -> Result<PackedScene, Pack
         arrays: SceneArrays {
             bvh_planes: wide.planes,
             bvh_children: wide.children,
-            primitives: wide.primitives,
             triangles: packer.triangles,
             triangle_normals: packer.triangle_normals,
             triangle_uvs: packer.triangle_uvs,
@@ -338,7 +340,7 @@ impl Packer {
     /// Builds the hierarchy over the primitives added since the last hierarchy, of which there must be at
     /// least one.
     fn build_hierarchy(&mut self, most_depth: usize) -> Result<Bvh, PackError> {
-        if self.references.len() > kernels::FIRST_MASK as usize {
+        if self.references.len() > kernels::MAX_PRIMITIVES as usize {
             return Err(PackError::TooManyPrimitives(self.references.len()));
         }
         let boxes = std::mem::take(&mut self.boxes);

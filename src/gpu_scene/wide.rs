@@ -6,7 +6,10 @@
 use obvhs::aabb::Aabb;
 
 use crate::gpu_scene::bvh::Bvh;
-use crate::kernels::{BVH_PLANES, BVH_WIDTH, COUNT_SHIFT, MAX_BVH_NODES, NONE};
+use crate::kernels::{
+    BVH_PLANES, BVH_WIDTH, COUNT_SHIFT, INDEX_MASK, INSTANCE, INSTANCE_LEAF, KIND_SHIFT, MAX_BVH_NODES, NONE,
+    QUADRIC_LEAF, REVOLUTION, REVOLUTION_LEAF, TRIANGLE,
+};
 
 const WIDTH: usize = BVH_WIDTH as usize;
 /// A coordinate beyond all boxes.
@@ -19,14 +22,13 @@ pub struct Wide {
     pub planes: Vec<[f32; 4]>,
     /// References to the children of each inner node.
     pub children: Vec<[u32; 4]>,
-    /// References to primitives, in the order of the leaves.
-    pub primitives: Vec<u32>,
+    /// Indices of triangles, in the order of the leaves. References to leaves count in this order.
+    pub triangles: Vec<u32>,
 }
 
 impl Wide {
-    /// Appends the hierarchy below the pair `root`, and returns the index of its root. `is_alone` tells
-    /// whether a primitive is to be alone in its leaf.
-    pub fn append(&mut self, bvh: &Bvh, root: u32, is_alone: &impl Fn(u32) -> bool) -> u32 {
+    /// Appends the hierarchy below the pair `root`, and returns the index of its root.
+    pub fn append(&mut self, bvh: &Bvh, root: u32) -> u32 {
         let first = self.reserve();
         let mut pending = vec![(first, bvh.pairs[root as usize].to_vec())];
         while let Some((node, mut children)) = pending.pop() {
@@ -43,11 +45,7 @@ impl Wide {
                     pending.push((index, bvh.pairs[child.first() as usize].to_vec()));
                     index
                 } else {
-                    self.add_leaf(
-                        &bvh.primitives[child.first() as usize..][..child.count() as usize],
-                        is_alone,
-                        child.bounds,
-                    )
+                    self.add_leaf(&bvh.primitives[child.first() as usize..][..child.count() as usize], child.bounds)
                 };
                 self.set(node, slot, &child.bounds, reference);
             }
@@ -81,20 +79,16 @@ impl Wide {
         }
     }
 
-    /// Adds the primitives of a leaf, and returns the reference to it: to a node of several leaves if one of
-    /// several primitives must be alone.
-    fn add_leaf(&mut self, primitives: &[u32], is_alone: &impl Fn(u32) -> bool, bounds: Aabb) -> u32 {
-        let (alone, others): (Vec<u32>, Vec<u32>) = primitives.iter().partition(|primitive| is_alone(**primitive));
-        let mut leaves: Vec<&[u32]> = alone.chunks(1).collect();
-        leaves.extend((!others.is_empty()).then_some(&others[..]));
-        let mut references: Vec<u32> = leaves
-            .into_iter()
-            .map(|leaf| {
-                let first = self.primitives.len() as u32;
-                self.primitives.extend(leaf);
-                (leaf.len() as u32) << COUNT_SHIFT | first
-            })
-            .collect();
+    /// Adds the primitives of a leaf, and returns the reference to it: to a node of several leaves if a leaf of
+    /// the device cannot have them all.
+    fn add_leaf(&mut self, primitives: &[u32], bounds: Aabb) -> u32 {
+        let (triangles, others): (Vec<u32>, Vec<u32>) =
+            primitives.iter().partition(|primitive| **primitive >> KIND_SHIFT == TRIANGLE);
+        let mut references: Vec<u32> = others.into_iter().map(leaf_of).collect();
+        if !triangles.is_empty() {
+            references.push((triangles.len() as u32) << COUNT_SHIFT | self.triangles.len() as u32);
+            self.triangles.extend(triangles.iter().map(|triangle| triangle & INDEX_MASK));
+        }
         // Nodes over four references each, until there is one left.
         while references.len() > 1 {
             let merged = references.len().min(WIDTH);
@@ -108,18 +102,28 @@ impl Wide {
     }
 }
 
+/// Returns the reference to the leaf of a primitive that is no triangle.
+fn leaf_of(primitive: u32) -> u32 {
+    let kind = match primitive >> KIND_SHIFT {
+        INSTANCE => INSTANCE_LEAF,
+        REVOLUTION => REVOLUTION_LEAF,
+        _ => QUADRIC_LEAF,
+    };
+    kind << COUNT_SHIFT | primitive & INDEX_MASK
+}
+
 #[cfg(test)]
 mod tests {
     use glam::Vec3A;
 
     use super::*;
     use crate::gpu_scene::bvh::build;
-    use crate::kernels::{FIRST_MASK, MAX_LEAF_COUNT};
+    use crate::kernels::{DISK, FIRST_MASK, MAX_LEAF_COUNT};
 
-    /// Returns how often a walk from the node reaches each primitive, and the size of its leaf then; checks
+    /// Returns how often a walk from the node reaches each triangle and each quadric, by their indices; checks
     /// that boxes contain the boxes below them.
-    fn visits(wide: &Wide, root: u32, count: usize) -> Vec<Vec<u32>> {
-        let mut visits = vec![Vec::new(); count];
+    fn visits(wide: &Wide, root: u32, count: usize) -> [Vec<u32>; 2] {
+        let mut visits = [vec![0; count], vec![0; count]];
         let mut pending = vec![(root, [f32::NEG_INFINITY; 3], [f32::INFINITY; 3])];
         while let Some((node, lower, upper)) = pending.pop() {
             let planes = &wide.planes[(node * BVH_PLANES) as usize..];
@@ -130,13 +134,15 @@ mod tests {
                     continue;
                 }
                 assert!((0..3).all(|axis| lower[axis] <= low[axis] && high[axis] <= upper[axis]));
-                let (first, length) = (reference & FIRST_MASK, reference >> COUNT_SHIFT);
-                if length == 0 {
-                    pending.push((first, low, high));
-                }
-                assert!(length <= MAX_LEAF_COUNT);
-                for place in first..first + length {
-                    visits[wide.primitives[place as usize] as usize].push(length);
+                let index = reference & FIRST_MASK;
+                match reference >> COUNT_SHIFT {
+                    0 => pending.push((index, low, high)),
+                    QUADRIC_LEAF => visits[1][index as usize] += 1,
+                    length => {
+                        assert!(length <= MAX_LEAF_COUNT);
+                        (index..index + length)
+                            .for_each(|place| visits[0][wide.triangles[place as usize] as usize] += 1);
+                    }
                 }
             }
         }
@@ -144,7 +150,7 @@ mod tests {
     }
 
     #[test]
-    fn every_primitive_is_in_one_leaf_and_some_are_alone() {
+    fn every_primitive_is_in_one_leaf() {
         for count in [1, 2, 5, 17, 400] {
             let boxes: Vec<Aabb> = (0..count)
                 .map(|i| {
@@ -153,18 +159,17 @@ mod tests {
                     Aabb::new(center, center + 0.01)
                 })
                 .collect();
-            let references: Vec<u32> = (0..count as u32).collect();
-            let bvh = build(&boxes, &references, 64);
             for divisor in [1, 2, 3, 1000] {
+                let is_quadric = |i: u32| i.is_multiple_of(divisor);
+                let reference = |i: u32| if is_quadric(i) { DISK } else { TRIANGLE } << KIND_SHIFT | i;
+                let bvh = build(&boxes, &(0..count as u32).map(reference).collect::<Vec<u32>>(), 64);
                 let mut wide = Wide::default();
-                wide.append(&bvh, 0, &|primitive| primitive.is_multiple_of(divisor));
-                let root = wide.append(&bvh, 0, &|primitive| primitive.is_multiple_of(divisor));
-                for (primitive, leaves) in visits(&wide, root, count).into_iter().enumerate() {
-                    assert_eq!(leaves.len(), 1, "{primitive} of {count}");
-                    assert!(
-                        leaves[0] == 1 || !(primitive as u32).is_multiple_of(divisor),
-                        "{primitive} of {count} is not alone"
-                    );
+                wide.append(&bvh, 0);
+                let root = wide.append(&bvh, 0);
+                let [triangles, quadrics] = visits(&wide, root, count);
+                for i in 0..count {
+                    let expected = if is_quadric(i as u32) { (0, 1) } else { (1, 0) };
+                    assert_eq!((triangles[i], quadrics[i]), expected, "{i} of {count}");
                 }
             }
         }

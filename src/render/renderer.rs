@@ -158,7 +158,7 @@ impl Renderer {
         let base = Base {
             space: packed.space,
             mean_power: packed.mean_power,
-            has_surfaces: !packed.arrays.primitives.is_empty(),
+            has_surfaces: packed.has_surfaces(),
             features: packed.features,
             material_features: packed.material_features,
             is_plane: scene.is_plane(),

@@ -5,8 +5,7 @@ use std::path::Path;
 
 use crate::fixture::Fixture;
 use crate::generated::{
-    BVH_PLANES, COUNT_SHIFT, GpuScene, MAX_LEAF_COUNT, Material, NONE, Quadric, SPHERE, SceneArrays, SceneInfo,
-    Triangle,
+    BVH_PLANES, COUNT_SHIFT, GpuScene, Material, NONE, Quadric, SPHERE, SceneArrays, SceneInfo, Triangle,
 };
 use bytemuck::Zeroable;
 use glam::{DAffine3, DMat3, DVec3};
@@ -64,12 +63,10 @@ impl World {
     /// The same with boxes that every ray enters: it meets every primitive. Each node has a leaf and the next
     /// node.
     pub fn without_hierarchy(&self) -> Self {
-        let last = (self.primitives.len() as u32).div_ceil(MAX_LEAF_COUNT) - 1;
-        let node = |i: u32| {
-            let first = i * MAX_LEAF_COUNT;
-            let count = (self.primitives.len() as u32 - first).min(MAX_LEAF_COUNT);
-            [count << COUNT_SHIFT | first, if i < last { i + 1 } else { NONE }, NONE, NONE]
-        };
+        let is_leaf = |reference: &u32| *reference != NONE && reference >> COUNT_SHIFT > 0;
+        let leaves: Vec<u32> = self.bvh_children.iter().flatten().copied().filter(is_leaf).collect();
+        let last = leaves.len() as u32 - 1;
+        let node = |i: u32| [leaves[i as usize], if i < last { i + 1 } else { NONE }, NONE, NONE];
         let planes = |i: u32| {
             // No ray enters a box that is inverted.
             let next = if i < last { 1e9 } else { -3e38 };

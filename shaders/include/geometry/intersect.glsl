@@ -112,37 +112,18 @@ bool intersect_quadric(uint primitive, Ray ray, uint instance, inout Hit hit) {
     return meets && accept(t, primitive, vec2(0.0), instance, hit);
 }
 
-// Whether a primitive reference in the hierarchy is a body of revolution for the solver that renders.
-bool is_body(uint primitive) {
-    uint kind = primitive >> KIND_SHIFT;
-    if (REVOLUTION_NEWTON || is_triangle(kind)) {
-        return false;
-    }
-    return is_revolution(kind);
-}
-
-// Tests a primitive that is no such body; `instance` contains it. For the classical solver that is also a
-// segment of a profile.
-bool test_primitive(uint primitive, Ray ray, Shear shear, uint instance, inout Hit hit) {
-    uint kind = primitive >> KIND_SHIFT;
-    uint index = primitive & INDEX_MASK;
-    bool found = false;
-    if (is_triangle(kind)) {
-        found = intersect_triangle(triangles_at(index), ray, shear, primitive, instance, hit);
-    } else if (REVOLUTION_NEWTON && is_revolution(kind)) {
-        found = meet_segment(index, ray, hit, hit.primitive);
-        hit.instance = found ? instance : hit.instance;
-    } else if (HAS_QUADRICS) {
-        found = intersect_quadric(primitive, ray, instance, hit);
-    }
-    return found;
-}
-
 // Tests one primitive, named by a reference as in Hit.
 bool intersect_primitive(uint primitive, Ray ray, Shear shear, inout Hit hit) {
+    uint kind = primitive >> KIND_SHIFT;
     uint index = primitive & INDEX_MASK;
-    if (!is_body(primitive)) {
-        return test_primitive(primitive, ray, shear, NONE, hit);
+    if (is_triangle(kind)) {
+        return intersect_triangle(triangles_at(index), ray, shear, primitive, NONE, hit);
+    }
+    if (!is_revolution(kind)) {
+        return intersect_quadric(primitive, ray, NONE, hit);
+    }
+    if (REVOLUTION_NEWTON) {
+        return meet_segment(index, ray, NONE, hit);
     }
     RevolutionRay body_ray = revolution_ray(revolution_pieces_at(index).body, ray);
     bool found = intersect_revolution(index, body_ray, begin_of(ray), hit.t, hit.barycentric.x);
@@ -152,8 +133,11 @@ bool intersect_primitive(uint primitive, Ray ray, Shear shear, inout Hit hit) {
     return found;
 }
 
-// Tests all pieces of a body of revolution.
+// Tests all pieces of a body of revolution; for the classical solver, one segment of its profile.
 bool test_body(uint body, Ray ray, bool any_hit, uint instance, inout Hit hit) {
+    if (REVOLUTION_NEWTON) {
+        return meet_segment(body, ray, instance, hit);
+    }
     RevolutionRay body_ray = revolution_ray(body, ray);
     uint first = revolutions_at(body).first_piece;
     float t = limit_of(hit);

@@ -21,10 +21,11 @@
 #include "scene/primitives.glsl"
 #include "scene/scene.glsl"
 
-// Where a ray is in the hierarchy, besides inner nodes and leaves: at its end, and before the next child
-// of its group, or of a group on the stack.
+// Where a ray is in the hierarchy, besides inner nodes and leaves: at its end, before the next child of its
+// group or of a group on the stack, and at the end of its way through an instance.
 const uint AT_END = NONE;
 const uint AT_NEXT = 0xfffffffeu;
+const uint AT_EXIT = 0xfffffffdu;
 // Entries of the stack: one for each level of the hierarchy, two for an instance, and up to two levels more
 // for a leaf of primitives of which some must be alone, in the scene and in an object.
 const uint MAX_GROUPS = MAX_BVH_DEPTH + 8u;
@@ -37,50 +38,44 @@ bool is_inner(uint node) {
     return node >> COUNT_SHIFT == 0u;
 }
 
-bool is_leaf(uint node) {
-    return !is_inner(node) && node < AT_NEXT;
+bool is_triangles(uint node) {
+    return (node >> COUNT_SHIFT) - 1u < MAX_LEAF_COUNT;
 }
 
-// A leaf's only primitive, if it is of a kind that is alone in its leaf.
-struct Alone {
-    uint body;     // index into revolutions, or NONE
-    uint instance; // index into instances, or NONE
-};
-
-// A primitive by its place in the order of the leaves.
-uint primitive_of_leaf(uint place) {
-    if (HAS_CURVED) {
-        return primitives_at(place);
-    }
-    if (HAS_INSTANCES) {
-        return primitives_at(place);
-    }
-    return TRIANGLE << KIND_SHIFT | place; // triangles are in that order
+bool is_leaf_of(uint node, uint kind) {
+    return node >> COUNT_SHIFT == kind && node < AT_EXIT;
 }
 
-// Tests the primitives of a leaf, or finds that it is a body or an instance.
-Alone test_leaf(uint node, Space space, bool any_hit, inout Hit hit) {
-    Alone alone = Alone(NONE, NONE);
+// Tests the primitives of the leaf that a ray is at. Returns where it goes on, or stays: at an instance, or at
+// a body for which other lanes are waited for.
+//
+// Loops of one round instead of `if`: a CPU driver skips a loop if no lane needs it.
+uint test_leaf(uint node, Space space, bool any_hit, inout Hit hit) {
+    bool is_tested = is_triangles(node);
     bool found = false;
-    uint place = node & FIRST_MASK;
-    uint end = is_leaf(node) ? place + (node >> COUNT_SHIFT) : 0u;
-    for (; place < end && !(any_hit && found); place++) {
-        uint primitive = primitive_of_leaf(place);
-        if (is_instance(primitive >> KIND_SHIFT)) {
-            alone.instance = primitive & INDEX_MASK;
-        } else if (is_body(primitive)) {
-            alone.body = primitive & INDEX_MASK;
-        } else if (test_primitive(primitive, space.ray, space.shear, space.instance, hit)) {
-            found = true;
+    uint triangle = node & FIRST_MASK;
+    uint end = is_tested ? triangle + (node >> COUNT_SHIFT) : 0u;
+    for (; triangle < end && !(any_hit && found); triangle++) {
+        uint primitive = TRIANGLE << KIND_SHIFT | triangle;
+        found = intersect_triangle(triangles_at(triangle), space.ray, space.shear, primitive, space.instance, hit) || found;
+    }
+    if (HAS_QUADRICS) {
+        for (bool tests = is_leaf_of(node, QUADRIC_LEAF); tests; tests = false) {
+            uint index = node & FIRST_MASK;
+            uint primitive = quadrics_at(index).kind << KIND_SHIFT | index;
+            found = intersect_quadric(primitive, space.ray, space.instance, hit);
+            is_tested = true;
         }
     }
     if (HAS_REVOLUTIONS) {
-        // A loop of one round instead of `if`: a CPU driver skips a loop if no lane needs it.
-        for (bool waits = alone.body != NONE; waits; waits = false) {
-            test_body(alone.body, space.ray, any_hit, space.instance, hit);
+        bool is_body = is_leaf_of(node, REVOLUTION_LEAF);
+        bool is_turn = is_turn_of(is_body, node != AT_END && !is_body);
+        for (bool tests = is_body && is_turn; tests; tests = false) {
+            found = test_body(node & FIRST_MASK, space.ray, any_hit, space.instance, hit);
+            is_tested = true;
         }
     }
-    return alone;
+    return !is_tested ? node : any_hit && found ? AT_END : AT_NEXT;
 }
 
 // Answers the queries of an invocation until there is none. All invocations of a subgroup must call this
@@ -116,7 +111,7 @@ void trace_queries(inout Work work, bool is_busy) {
                             group = stack[--height];
                         }
                         if (HAS_INSTANCES && group == LEAVE) {
-                            space = enter_space(NONE, query.ray);
+                            node = AT_EXIT;
                             group = 0u;
                         } else {
                             node = group == 0u ? AT_END : take_child(group);
@@ -132,16 +127,20 @@ void trace_queries(inout Work work, bool is_busy) {
                         node = entered.count > 0u ? entered.first : AT_NEXT;
                     }
                 } while (goes_on(is_inner(node) || node == AT_NEXT, INNER_LANES));
-                if (is_leaf(node)) {
-                    Alone alone = test_leaf(node, space, query.any_hit, hit);
-                    node = query.any_hit && hit.primitive != NONE ? AT_END : AT_NEXT;
-                    for (bool enters = HAS_INSTANCES && alone.instance != NONE; enters; enters = false) {
-                        stack[height] = group;
-                        height += group != 0u ? 1u : 0u;
-                        stack[height++] = LEAVE;
-                        group = 0u;
-                        node = instances_at(alone.instance).root;
-                        space = enter_space(alone.instance, query.ray);
+                node = test_leaf(node, space, query.any_hit, hit);
+                if (HAS_INSTANCES) {
+                    bool enters = is_leaf_of(node, INSTANCE_LEAF);
+                    for (bool moves = enters || node == AT_EXIT; moves; moves = false) {
+                        uint instance = enters ? node & FIRST_MASK : NONE;
+                        node = AT_NEXT;
+                        if (enters) {
+                            stack[height] = group;
+                            height += group != 0u ? 1u : 0u;
+                            stack[height++] = LEAVE;
+                            group = 0u;
+                            node = instances_at(instance).root;
+                        }
+                        space = enter_space(instance, query.ray);
                     }
                 }
             } while (waits_for(node != AT_END, is_busy && node == AT_END));

@@ -9,6 +9,9 @@ const uint INNER_LANES = 4u;
 // Lanes with an answer wait until this many eighths of the lanes have one.
 const uint ANSWERED_LANES = 5u;
 
+// Lanes at a body of revolution wait until this many eighths of the lanes are at one.
+const uint BODY_LANES = 4u;
+
 // The sum over all lanes, which must be active. A few shuffles: CPU drivers make loops over lanes of ballots
 // and sums.
 uint sum_of_lanes(uint value) {
@@ -41,4 +44,13 @@ bool waits_for(bool walks, bool is_answered) {
         return (sum & 0xffffu) > 0u && 8u * (sum >> 16u) < ANSWERED_LANES * gl_SubgroupSize;
     }
     return walks;
+}
+
+// Whether it is the turn of the lanes that wait for others: enough of them wait, or no lane walks.
+bool is_turn_of(bool waits, bool walks) {
+    if (IS_QUEUE) {
+        uint sum = sum_of_lanes((waits ? 1u : 0u) | (walks ? 0x10000u : 0u));
+        return 8u * (sum & 0xffffu) >= BODY_LANES * gl_SubgroupSize || sum >> 16u == 0u;
+    }
+    return true;
 }

@@ -171,10 +171,12 @@ bool intersect_segment(uint segment, vec3 o, vec3 d, float t_min, inout float t_
     return true;
 }
 
-// As intersect_segment, for a ray in render space.
-bool meet_segment(uint segment, Ray ray, inout Hit hit, inout uint primitive) {
+// As intersect_segment, for a ray in the space that contains the body.
+bool meet_segment(uint segment, Ray ray, uint instance, inout Hit hit) {
     uint body = revolution_segments.data[segment].body;
     vec3 o = transform_point(revolutions_at(body).unit_from_render, ray.origin);
     vec3 d = transform_vector(revolutions_at(body).unit_from_render, ray.direction);
-    return intersect_segment(segment, o, d, NEWTON_BEGIN, hit.t, hit.barycentric.x, primitive);
+    bool found = intersect_segment(segment, o, d, NEWTON_BEGIN, hit.t, hit.barycentric.x, hit.primitive);
+    hit.instance = found ? instance : hit.instance;
+    return found;
 }

@@ -21,14 +21,19 @@ export const uint BOUNDARY_LAYERS = 0xfc000000u; // layers of dielectrics, which
 // The deepest hierarchy that a ray can walk; the host builds no deeper one.
 export const uint MAX_BVH_DEPTH = 64u;
 
-// Inner nodes of a bounding volume hierarchy have up to WIDTH children, each with a box and a reference:
-// a leaf's count of primitives in the bits from COUNT_SHIFT on, below it the index of its first one; for
-// an inner node count 0 and its index. Where there is no child, the reference is NONE and no ray enters
-// the box. A body of revolution or an instance is alone in its leaf.
+// Inner nodes of a bounding volume hierarchy have up to WIDTH children, each with a box and a reference.
+// From the bits of COUNT_SHIFT on, a reference has 0 for an inner node, the number of its triangles for a
+// leaf of triangles, or one of the numbers below for a leaf of one primitive of another kind; and below
+// those bits an index: of the node, of the first triangle, or of that primitive. Where there is no child,
+// the reference is NONE and no ray enters the box.
 export const uint BVH_WIDTH = 4u;
-export const uint COUNT_SHIFT = 28u;        // of a reference to a child: the number of primitives is above
+export const uint COUNT_SHIFT = 28u;
 export const uint FIRST_MASK = 0x0fffffffu; // the index in a reference to a child
-export const uint MAX_LEAF_COUNT = 15u;     // primitives of a leaf
+export const uint MAX_LEAF_COUNT = 12u;     // triangles of a leaf
+export const uint QUADRIC_LEAF = 13u;       // its index is that of a quadric
+export const uint REVOLUTION_LEAF = 14u;    // of a body of revolution, or of a segment for the classical solver
+export const uint INSTANCE_LEAF = 15u;      // of an instance
+export const uint MAX_PRIMITIVES = 0x0ffffff0u; // no reference to an instance is NONE
 export const uint MAX_BVH_NODES = 16777216u; // inner nodes: geometry/hierarchy.glsl stores them in 24 bits
 // Planes of an inner node: of all children the lower x, y, z, then the upper x, y, z.
 export const uint BVH_PLANES = 6u;

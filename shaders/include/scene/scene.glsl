@@ -20,9 +20,7 @@ SceneInfo scene = scene_info_at(0u);
 // the first node. None where there is no surface.
 SCENE_TEXELS(derived, vec4, bvh_planes)
 SCENE_TEXELS(derived, uvec4, bvh_children) // references to the children of inner nodes
-// Primitive references in the order of the leaves.
-SCENE_TEXELS(derived, uint, primitives)
-SCENE_TEXELS(shapes, Triangle, triangles) // of all meshes
+SCENE_TEXELS(shapes, Triangle, triangles) // of all meshes, in the order of the leaves
 SCENE_TEXELS(shapes, TriangleNormals, triangle_normals) // of those triangles that have shading normals
 SCENE_TEXELS(shapes, TriangleUvs, triangle_uvs) // of all triangles, or of none if nothing asks for them
 SCENE_TEXELS(shapes, Quadric, quadrics) // spheres and disks

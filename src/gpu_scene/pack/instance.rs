@@ -12,10 +12,10 @@ use glam::{DAffine3, DVec3, Vec3A};
 use obvhs::aabb::Aabb;
 
 use super::space::Bounds;
-use super::{PackError, Packer, RenderSpace, RevolutionSolver, rows};
+use super::{PackError, Packer, RenderSpace, rows};
 use crate::gpu_scene::bvh::{Bvh, OBJECT_DEPTH};
 use crate::gpu_scene::wide::Wide;
-use crate::kernels::{INSTANCE, Instance, KIND_SHIFT, MAX_BVH_DEPTH, REVOLUTION};
+use crate::kernels::{INSTANCE, Instance, KIND_SHIFT, MAX_BVH_DEPTH};
 use crate::scene::{Geometry, Scene, Shape};
 
 /// Maximum number of primitives of all copies of an object that is copied. An object with one instance is
@@ -174,18 +174,13 @@ impl Packer {
     /// them.
     pub(super) fn widen(&mut self, bvh: &Bvh) -> Result<Wide, PackError> {
         let mut wide = Wide::default();
-        let newton = self.solver != RevolutionSolver::Certified;
-        let is_alone = |primitive: u32| match primitive >> KIND_SHIFT {
-            REVOLUTION => !newton,
-            kind => kind == INSTANCE,
-        };
         if !bvh.pairs.is_empty() {
-            wide.append(bvh, 0, &is_alone);
+            wide.append(bvh, 0);
         }
         let mut roots = BTreeMap::new();
         for instance in &mut self.instances {
             let root = instance.root;
-            instance.root = *roots.entry(root).or_insert_with(|| wide.append(bvh, root, &is_alone));
+            instance.root = *roots.entry(root).or_insert_with(|| wide.append(bvh, root));
         }
         if wide.fits() { Ok(wide) } else { Err(PackError::TooManyPrimitives(self.references.len())) }
     }

@@ -1,22 +1,13 @@
 //! The order of triangles.
 
 use super::Packer;
-use crate::gpu_scene::wide::Wide;
 use crate::kernels::{AREA, INDEX_MASK, KIND_SHIFT, NONE, TRIANGLE};
 
 impl Packer {
-    /// Puts triangles in the order of the leaves: those of a leaf lie side by side in memory. In a scene of
-    /// visible triangles alone, the n-th primitive of the leaves is then triangle n, and kernels read no
-    /// references.
-    pub(super) fn order_triangles(&mut self, wide: &mut Wide) {
+    /// Puts triangles in the order of the leaves: those of a leaf lie side by side in memory.
+    pub(super) fn order_triangles(&mut self, mut order: Vec<u32>) {
         let mut places = vec![NONE; self.triangles.len()];
-        let mut order = Vec::with_capacity(self.triangles.len());
-        for reference in wide.primitives.iter_mut().filter(|reference| **reference >> KIND_SHIFT == TRIANGLE) {
-            let index = *reference & INDEX_MASK;
-            *reference = TRIANGLE << KIND_SHIFT | order.len() as u32;
-            places[index as usize] = order.len() as u32;
-            order.push(index);
-        }
+        order.iter().enumerate().for_each(|(place, index)| places[*index as usize] = place as u32);
         // No ray meets the others, but they may emit.
         for (index, place) in places.iter_mut().enumerate().filter(|(_, place)| **place == NONE) {
             *place = order.len() as u32;
