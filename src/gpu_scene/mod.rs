@@ -3,7 +3,7 @@
 
 mod alias;
 mod bvh;
-pub(crate) mod camera;
+pub mod camera;
 pub mod pack;
 #[cfg(test)]
 mod tests;

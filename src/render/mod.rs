@@ -21,3 +21,6 @@ pub(crate) mod sequence;
 mod settings;
 mod stage;
 pub(crate) mod unsampled;
+
+pub use pacing::photons_per_invocation;
+pub use passes::is_queue;

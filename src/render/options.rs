@@ -30,7 +30,7 @@ pub(crate) const DEFAULT_ROUND: u32 = 16;
 pub(crate) const DEFAULT_ALPHA: f64 = 2.0 / 3.0;
 /// The default number of eye paths per pixel and iteration. It is above 1 because direct light and edges are
 /// noisier than the light of photons: see docs/performance.md.
-pub(crate) const DEFAULT_EYE_PATHS: u32 = 4;
+pub const DEFAULT_EYE_PATHS: u32 = 4;
 /// The default width of the hash grid's cells, in diameters of the largest disc.
 pub(crate) const DEFAULT_CELL_SCALE: f64 = 1.0;
 /// The default number of invocations per workgroup.

@@ -20,6 +20,11 @@ const FIRST_OF_CPU: u64 = 1 << 18;
 const PER_INVOCATION: u64 = 2;
 const PER_INVOCATION_OF_CPU: u64 = 32;
 
+/// Returns the number of photons that an invocation traces one after the other, on a kind of device.
+pub fn photons_per_invocation(kind: DeviceKind) -> u64 {
+    if kind == DeviceKind::Cpu { PER_INVOCATION_OF_CPU } else { PER_INVOCATION }
+}
+
 /// The time that a dispatch should take in a responsive render.
 const MOMENT: Duration = Duration::from_millis(40);
 /// The number of invocations in the first dispatch of a responsive render, and the smallest number in any
@@ -86,7 +91,6 @@ impl Schedule {
     pub fn new(asked: Option<u64>, max: u64, kind: DeviceKind, responsive: bool) -> Self {
         let first = if kind == DeviceKind::Cpu { FIRST_OF_CPU } else { FIRST };
         let photons = asked.unwrap_or(first).clamp(1, max);
-        let per_invocation = if kind == DeviceKind::Cpu { PER_INVOCATION_OF_CPU } else { PER_INVOCATION };
         let target = if kind == DeviceKind::Cpu { TARGET_OF_CPU } else { TARGET };
         let pace = Pace::new(responsive);
         Self {
@@ -95,7 +99,7 @@ impl Schedule {
             max,
             fixed: asked.is_some(),
             target,
-            per_invocation,
+            per_invocation: photons_per_invocation(kind),
         }
     }
 

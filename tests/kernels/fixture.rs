@@ -42,6 +42,10 @@ impl Fixture {
         self.device.buffer("output", length as u64).expect("a buffer")
     }
 
+    pub fn output_texels<T: Pod>(&self, length: usize) -> Texels<T> {
+        self.device.texels("output", length as u64).expect("texels")
+    }
+
     pub fn read<T: Pod>(&self, buffer: &Buffer<T>) -> Vec<T> {
         self.device.read(buffer).expect("a download")
     }

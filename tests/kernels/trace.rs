@@ -7,7 +7,10 @@ use bytemuck::bytes_of;
 use glam::DVec3;
 
 use crate::fixture::{Fixture, Rng, UNBOUNDED, double, single};
-use crate::generated::{NONE, PassFeatures, SceneFeatures, Specialization, TraceRays, TracedHit, TracedRay};
+use crate::generated::{
+    ASKS_ANY, ASKS_NEAREST, NONE, PassFeatures, SceneFeatures, Specialization, TraceRays, TraceRaysPush, TracedHit,
+    TracedRay,
+};
 use crate::support::work;
 use crate::world::World;
 
@@ -24,13 +27,16 @@ fn trace_by(
 ) -> (Vec<TracedHit>, Vec<u32>) {
     let fixture = Fixture::new();
     let world = world.upload(&fixture);
-    let (rays, hits, any_hits) = (fixture.upload(rays), fixture.output(rays.len()), fixture.output(rays.len()));
+    let count = rays.len();
+    let (rays, hits) = (fixture.upload_texels(rays), fixture.output_texels(count));
+    let any_hits = fixture.output_texels(count);
     let kernel = TraceRays { scene: world.bindings(), rays: &rays, hits: &hits, any_hits: &any_hits };
     let pass = fixture.device().pass(&kernel, specialization, 64).expect("a pass");
     let mut frame = fixture.device().frame().expect("a frame");
-    frame.dispatch(&pass, (), rays.len().div_ceil(each as u64));
+    let push = TraceRaysPush { count: count as u32, asks: ASKS_NEAREST | ASKS_ANY };
+    frame.dispatch(&pass, push, count.div_ceil(each) as u64);
     frame.run().expect("a run");
-    (fixture.read(&hits), fixture.read(&any_hits))
+    (fixture.read_texels(&hits), fixture.read_texels(&any_hits))
 }
 
 pub fn ray(origin: DVec3, direction: DVec3) -> TracedRay {

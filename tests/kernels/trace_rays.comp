@@ -1,9 +1,10 @@
-// trace_rays: traces rays through the hierarchy, for the nearest hit and for any hit.
+// trace_rays: traces rays through the hierarchy, for the nearest hit, for any hit, or for both.
 #version 460
 #include "geometry/contact.glsl"
 #include "geometry/hit.glsl"
 #include "geometry/query.glsl"
 #include "kernel/invocation.glsl"
+#include "scene/features.glsl"
 
 struct TracedRay {
     vec3 origin;
@@ -18,9 +19,19 @@ struct TracedHit {
     uint primitive; // or NONE
 };
 
-BUFFER(TracedRay, rays)
-UPDATED_BUFFER(TracedHit, hits)
-UPDATED_BUFFER(uint, any_hits)
+// What is asked about each ray; a sum of these.
+export const uint ASKS_NEAREST = 1u; // its nearest hit
+export const uint ASKS_ANY = 2u;     // whether there is any
+
+// Texels, as the passes' own arrays: on a CPU, buffers would take as long as a short walk.
+TEXELS(TracedRay, rays)
+STORED_TEXELS(TracedHit, hits)
+STORED_TEXELS(uint, any_hits)
+
+layout(push_constant) uniform Push {
+    uint count; // of rays
+    uint asks;  // ASKS_NEAREST, ASKS_ANY or both
+};
 
 // Rays number, number + stride, and so on; of each first the nearest hit, then any hit.
 struct Work {
@@ -33,20 +44,25 @@ struct Work {
 #include "geometry/trace.glsl"
 
 Query query_of_ray(Work work) {
-    Ray ray = free_ray(rays.data[work.number].origin, rays.data[work.number].direction);
-    return query_of(ray, rays.data[work.number].t_max, work.any_hit);
+    TracedRay traced = rays_at(work.number);
+    Query query = query_of(free_ray(traced.origin, traced.direction), traced.t_max, work.any_hit);
+    if (HAS_ALPHA) {
+        query.any_hit = false; // surfaces are cut away one after the other
+    }
+    return query;
 }
 
 bool next_query(inout Work work, inout Query query, Hit hit) {
+    bool asks_both = asks == (ASKS_NEAREST | ASKS_ANY);
     if (work.waits && work.any_hit) {
-        any_hits.data[work.number] = hit.primitive;
-        work.number += work.stride;
+        store_any_hits(work.number, hit.primitive);
     } else if (work.waits) {
-        hits.data[work.number] = TracedHit(hit.barycentric, hit.t, hit.primitive);
+        store_hits(work.number, TracedHit(hit.barycentric, hit.t, hit.primitive));
     }
-    work.any_hit = work.waits && !work.any_hit;
+    work.number += work.waits && (work.any_hit || !asks_both) ? work.stride : 0u;
+    work.any_hit = asks_both ? work.waits && !work.any_hit : asks == ASKS_ANY;
     work.waits = true;
-    bool has_ray = work.number < rays.data.length();
+    bool has_ray = work.number < count;
     if (has_ray) {
         query = query_of_ray(work);
     }
@@ -56,5 +72,5 @@ bool next_query(inout Work work, inout Query query, Hit hit) {
 void main() {
     uint stride = gl_NumWorkGroups.x * gl_NumWorkGroups.y * gl_WorkGroupSize.x;
     Work work = Work(invocation_index(), stride, false, false);
-    trace_queries(work, work.number < rays.data.length());
+    trace_queries(work, work.number < count);
 }

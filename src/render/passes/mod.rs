@@ -17,10 +17,16 @@ use photon::PhotonPass;
 use radius::RadiusPass;
 use update::UpdatePass;
 
-use crate::kernels::{GpuScene, Specialization};
+use crate::kernels::{GpuScene, SceneFeatures, Specialization};
 use crate::render::buffers::{Buffers, Sizes};
 use crate::render::lookup::Lookup;
 use crate::render::options::LookupKind;
+
+/// Returns whether the lanes of a subgroup work together on a queue of rays, where paths are followed. A CPU
+/// jumps over code that no lane needs; where all lanes test the same primitives, none waits.
+pub fn is_queue(kind: DeviceKind, scene: &SceneFeatures) -> bool {
+    kind == DeviceKind::Cpu && !scene.is_flat
+}
 
 /// The passes of an iteration.
 pub struct Passes {
@@ -51,8 +57,7 @@ impl Passes {
         specialization: &Specialization,
         workgroup_size: u32,
     ) -> goblet_host::Result<Self> {
-        // A CPU jumps over code that no lane needs; where all lanes test the same primitives, none waits.
-        let is_queue = device.info().kind == DeviceKind::Cpu && !specialization.scene.is_flat;
+        let is_queue = is_queue(device.info().kind, &specialization.scene);
         let kernels = Arc::new(PathKernels { scene, specialization: *specialization, workgroup_size, is_queue });
         // The kernels that follow paths take the longest to compile: both start at once.
         let eye = kernels.eye(device, buffers, false)?;
