@@ -1,7 +1,8 @@
 #!/bin/sh
 # The tests of run.sh in their long form: surveys of more rays, more seeds, slopes over more
-# decades, more mutated scenes, a hundred million photons. Then fuzzing, if a nightly toolchain and
-# cargo-fuzz are there. Run it whole before a larger change is called done.
+# decades, more mutated scenes, a hundred million photons. Then the library with one feature or none,
+# and fuzzing, if a nightly toolchain and cargo-fuzz are there. Run it whole before a larger change is
+# called done.
 #
 #   sh tests/full.sh
 set -eu
@@ -9,6 +10,9 @@ cd "$(dirname "$0")/.."
 export GOBLET_TESTS=full
 
 sh tests/run.sh
+for features in "" cli study view; do
+    cargo check --locked --lib --no-default-features --features "$features"
+done
 if cargo +nightly fuzz --version >/dev/null 2>&1; then
     sh tests/fuzz.sh
 else

@@ -40,5 +40,4 @@ build() {
 step cargo fmt --all --check
 step sh tests/break.sh check
 step build
-step cargo check --locked --lib --no-default-features
 step cargo test --locked --workspace

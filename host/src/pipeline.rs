@@ -17,7 +17,7 @@ pub struct Code {
 }
 
 /// Once a device has this many pipelines, those that no pass uses are dropped before another is kept.
-const ENOUGH: usize = 64;
+const ENOUGH: usize = 256;
 
 /// What a pipeline is made from. The arrays of a kernel, and with them its layout, follow from its code.
 #[derive(Clone, PartialEq, Eq, Hash)]

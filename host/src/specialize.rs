@@ -23,7 +23,10 @@ pub fn specialize(words: &[u32], value: impl Fn(u32) -> Option<[u8; 4]>) -> Vec<
     };
     let mut module = Module::parse(body, header[BOUND]);
     module.freeze(value);
-    while module.fold() {}
+    // Most of a kernel goes with the first turn.
+    while module.fold() {
+        module.remove_functions();
+    }
     module.remove_functions();
     module.remove_annotations();
     let mut out = header.to_vec();
@@ -125,12 +128,32 @@ struct Function {
     blocks: Vec<Block>,
 }
 
+/// Values of booleans that are known.
+struct Known {
+    /// By ids.
+    values: Vec<Option<bool>>,
+    /// Number of those that are known.
+    count: usize,
+}
+
+impl Known {
+    fn get(&self, id: u32) -> Option<bool> {
+        self.values.get(id as usize).copied().flatten()
+    }
+
+    fn insert(&mut self, id: u32, value: bool) {
+        if let Some(known) = self.values.get_mut(id as usize) {
+            self.count += usize::from(known.is_none());
+            *known = Some(value);
+        }
+    }
+}
+
 struct Module {
     /// All before the first function.
     globals: Vec<Instruction>,
     functions: Vec<Function>,
-    /// Values of booleans that are known.
-    known: HashMap<u32, bool>,
+    known: Known,
     /// Constants for false and true.
     constants: [u32; 2],
     /// All ids are below it.
@@ -144,7 +167,7 @@ impl Module {
         let mut module = Self {
             globals: Vec::new(),
             functions: Vec::new(),
-            known: HashMap::new(),
+            known: Known { values: vec![None; bound as usize + 2], count: 0 },
             constants: [0; 2],
             bound,
             removed: HashSet::new(),
@@ -218,15 +241,15 @@ impl Module {
             match instruction.opcode() {
                 op::CONSTANT_TRUE => self.known.insert(instruction.operands()[1], true),
                 op::CONSTANT_FALSE => self.known.insert(instruction.operands()[1], false),
-                _ => None,
-            };
+                _ => {}
+            }
         }
     }
 
     /// Finds values that are known by now, and removes what is not reached any more; whether
     /// anything was found.
     fn fold(&mut self) -> bool {
-        let before = self.known.len();
+        let before = self.known.count;
         let returns: HashMap<u32, bool> =
             self.functions.iter().filter_map(|function| Some((function.id, function.returns(&self.known)?))).collect();
         for function in &mut self.functions {
@@ -249,7 +272,7 @@ impl Module {
             }
             function.jump(&self.known, &mut self.removed);
         }
-        self.known.len() > before
+        self.known.count > before
     }
 
     /// Removes functions that nothing calls.
@@ -301,15 +324,15 @@ enum Folded {
 /// What an instruction comes to, if that is known and was not before.
 fn folded(
     instruction: &Instruction,
-    known: &HashMap<u32, bool>,
+    known: &Known,
     returns: &HashMap<u32, bool>,
     variables: &HashMap<u32, bool>,
 ) -> Option<Folded> {
-    let value = |id: &u32| known.get(id).copied();
+    let value = |id: &u32| known.get(*id);
     let (opcode, [_, result, operands @ ..]) = (instruction.opcode(), instruction.operands()) else {
         return None;
     };
-    if known.contains_key(result) {
+    if known.get(*result).is_some() {
         return None;
     }
     match (opcode, operands) {
@@ -349,18 +372,22 @@ impl Function {
     }
 
     /// The boolean that it always returns, if there is one.
-    fn returns(&self, known: &HashMap<u32, bool>) -> Option<bool> {
+    fn returns(&self, known: &Known) -> Option<bool> {
         let mut values = self
             .code()
             .filter(|instruction| instruction.opcode() == op::RETURN_VALUE)
-            .map(|instruction| known.get(&instruction.operands()[0]).copied());
+            .map(|instruction| known.get(instruction.operands()[0]));
         let first = values.next()??;
         values.all(|value| value == Some(first)).then_some(first)
     }
 
     /// Local variables that hold a known boolean wherever they hold anything: they are stored to
     /// once, and otherwise only loaded.
-    fn constant_variables(&self, known: &HashMap<u32, bool>) -> HashMap<u32, bool> {
+    fn constant_variables(&self, known: &Known) -> HashMap<u32, bool> {
+        let is_known = |i: &Instruction| i.opcode() == op::STORE && known.get(i.operands()[1]).is_some();
+        if !self.code().any(is_known) {
+            return HashMap::new();
+        }
         let declared = self.code().filter(|i| i.opcode() == op::VARIABLE && i.operands().len() == 3);
         let mut variables: HashMap<u32, Option<bool>> = declared.map(|i| (i.operands()[1], None)).collect();
         let mut others = HashSet::new();
@@ -373,8 +400,8 @@ impl Function {
                 _ => (None, operands),
             };
             if let Some(held) = own.and_then(|id| variables.get_mut(&id)) {
-                match known.get(&operands[1]) {
-                    Some(value) if held.is_none() => *held = Some(*value),
+                match known.get(operands[1]) {
+                    Some(value) if held.is_none() => *held = Some(value),
                     _ => {
                         others.insert(operands[0]);
                     }
@@ -390,17 +417,17 @@ impl Function {
     }
 
     /// Makes jumps of branches on known conditions, and removes the blocks that are not reached.
-    fn jump(&mut self, known: &HashMap<u32, bool>, removed: &mut HashSet<u32>) {
+    fn jump(&mut self, known: &Known, removed: &mut HashSet<u32>) {
         let mut changed = false;
         for block in &mut self.blocks {
             let last = block.terminator();
             if last.opcode() != op::BRANCH_CONDITIONAL {
                 continue;
             }
-            let Some(condition) = known.get(&last.operands()[0]) else {
+            let Some(condition) = known.get(last.operands()[0]) else {
                 continue;
             };
-            let target = last.operands()[if *condition { 1 } else { 2 }];
+            let target = last.operands()[if condition { 1 } else { 2 }];
             block.code.pop();
             // The header of a selection no longer is one; that of a loop is.
             block.code.pop_if(|merge| merge.opcode() == op::SELECTION_MERGE);

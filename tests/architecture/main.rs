@@ -6,6 +6,7 @@
 
 mod circles;
 mod modules;
+mod optional;
 
 use std::path::Path;
 
@@ -70,6 +71,14 @@ fn files_form_no_circle_that_is_not_listed_with_a_reason() {
     }
     assert_none("circles of files", &unlisted);
     assert_none("lists of circles that are none", &stale);
+}
+
+/// So the library compiles without features; tests/full.sh compiles it.
+#[test]
+fn optional_crates_are_named_by_the_code_of_their_features_alone() {
+    let crates = ["src", "host/src"].map(read);
+    let files: Vec<(&str, &str)> = crates.iter().flat_map(Crate::files).collect();
+    assert_none("optional crates", &optional::strayed(Path::new(env!("CARGO_MANIFEST_DIR")), &files));
 }
 
 /// A crate of four files, in which each way to name an item occurs.

@@ -27,7 +27,7 @@ export const uint MAX_BVH_DEPTH = 64u;
 // those bits an index: of the node, of the first triangle, or of that primitive. Where there is no child,
 // the reference is NONE and no ray enters the box.
 export const uint BVH_WIDTH = 4u;
-export const uint COUNT_SHIFT = 28u;
+export const uint COUNT_SHIFT = 28u;        // of a reference to a child
 export const uint FIRST_MASK = 0x0fffffffu; // the index in a reference to a child
 export const uint MAX_LEAF_COUNT = 12u;     // triangles of a leaf
 export const uint QUADRIC_LEAF = 13u;       // its index is that of a quadric
