@@ -6,7 +6,6 @@ use glam::Vec3A;
 use obvhs::BvhBuildParams;
 use obvhs::aabb::Aabb;
 use obvhs::bvh2::Bvh2;
-use obvhs::bvh2::leaf_collapser::collapse;
 use obvhs::bvh2::node::Bvh2Node;
 use obvhs::bvh2::reinsertion::ReinsertionOptimizer;
 use obvhs::ploc::PlocBuilder;
@@ -157,7 +156,6 @@ fn clusters(boxes: &[Aabb]) -> Bvh2 {
     );
     let mut optimizer = ReinsertionOptimizer::default();
     optimizer.run(&mut bvh, params.reinsertion_batch_ratio, None);
-    collapse(&mut bvh, params.max_prims_per_leaf.min(MAX_LEAF_COUNT), params.collapse_traversal_cost);
     let again = params.reinsertion_batch_ratio * params.post_collapse_reinsertion_batch_ratio_multiplier;
     optimizer.run(&mut bvh, again, None);
     bvh

@@ -4,6 +4,7 @@
 mod alias;
 mod bvh;
 pub mod camera;
+mod collapse;
 pub mod pack;
 #[cfg(test)]
 mod tests;

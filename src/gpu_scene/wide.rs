@@ -1,11 +1,8 @@
 //! Hierarchies as the device walks them: inner nodes with up to four children.
-//!
-//! Wald and others, "Getting Rid of Packets", 2008: the nodes of a binary hierarchy are merged, the child
-//! with the largest surface first.
 
 use obvhs::aabb::Aabb;
 
-use crate::gpu_scene::bvh::Bvh;
+use crate::gpu_scene::collapse::Collapse;
 use crate::kernels::{
     BVH_PLANES, BVH_WIDTH, COUNT_SHIFT, INDEX_MASK, INSTANCE, INSTANCE_LEAF, KIND_SHIFT, MAX_BVH_NODES, NONE,
     QUADRIC_LEAF, REVOLUTION, REVOLUTION_LEAF, TRIANGLE,
@@ -28,24 +25,20 @@ pub struct Wide {
 
 impl Wide {
     /// Appends the hierarchy below the pair `root`, and returns the index of its root.
-    pub fn append(&mut self, bvh: &Bvh, root: u32) -> u32 {
+    pub fn append(&mut self, collapse: &Collapse, root: u32) -> u32 {
         let first = self.reserve();
-        let mut pending = vec![(first, bvh.pairs[root as usize].to_vec())];
-        while let Some((node, mut children)) = pending.pop() {
-            while children.len() < WIDTH {
-                let inner = (0..children.len()).filter(|i| children[*i].count() == 0);
-                let area = |i: &usize| children[*i].bounds.half_area();
-                let Some(largest) = inner.max_by(|a, b| area(a).total_cmp(&area(b))) else { break };
-                let child = children.swap_remove(largest);
-                children.extend(bvh.pairs[child.first() as usize]);
-            }
-            for (slot, child) in children.into_iter().enumerate() {
-                let reference = if child.count() == 0 {
-                    let index = self.reserve();
-                    pending.push((index, bvh.pairs[child.first() as usize].to_vec()));
-                    index
-                } else {
-                    self.add_leaf(&bvh.primitives[child.first() as usize..][..child.count() as usize], child.bounds)
+        let mut pending = vec![(first, root)];
+        while let Some((node, pair)) = pending.pop() {
+            // No ray enters a box that is not valid.
+            let children = collapse.children(pair).into_iter().filter(|child| child.bounds.valid());
+            for (slot, child) in children.enumerate() {
+                let reference = match collapse.leaf(&child) {
+                    Some(primitives) => self.add_leaf(&primitives, child.bounds),
+                    None => {
+                        let index = self.reserve();
+                        pending.push((index, child.first()));
+                        index
+                    }
                 };
                 self.set(node, slot, &child.bounds, reference);
             }
@@ -58,7 +51,7 @@ impl Wide {
         self.children.len() <= MAX_BVH_NODES as usize
     }
 
-    /// Adds a node without children.
+    /// Adds a node without children: boxes that are inverted, at the largest distance.
     fn reserve(&mut self) -> u32 {
         let (lower, upper) = ([[FAR; 4]; 3], [[-FAR; 4]; 3]);
         self.planes.extend(lower);
@@ -68,15 +61,12 @@ impl Wide {
     }
 
     fn set(&mut self, node: u32, slot: usize, bounds: &Aabb, reference: u32) {
-        // A box that no ray enters stays inverted at the largest distance.
-        if bounds.valid() {
-            let planes = &mut self.planes[(node * BVH_PLANES) as usize..];
-            for axis in 0..3 {
-                planes[axis][slot] = bounds.min[axis];
-                planes[axis + 3][slot] = bounds.max[axis];
-            }
-            self.children[node as usize][slot] = reference;
+        let planes = &mut self.planes[(node * BVH_PLANES) as usize..];
+        for axis in 0..3 {
+            planes[axis][slot] = bounds.min[axis];
+            planes[axis + 3][slot] = bounds.max[axis];
         }
+        self.children[node as usize][slot] = reference;
     }
 
     /// Adds the primitives of a leaf, and returns the reference to it: to a node of several leaves if a leaf of
@@ -163,9 +153,10 @@ mod tests {
                 let is_quadric = |i: u32| i.is_multiple_of(divisor);
                 let reference = |i: u32| if is_quadric(i) { DISK } else { TRIANGLE } << KIND_SHIFT | i;
                 let bvh = build(&boxes, &(0..count as u32).map(reference).collect::<Vec<u32>>(), 64);
+                let collapse = Collapse::of(&bvh, |reference| reference >> KIND_SHIFT == TRIANGLE);
                 let mut wide = Wide::default();
-                wide.append(&bvh, 0);
-                let root = wide.append(&bvh, 0);
+                wide.append(&collapse, 0);
+                let root = wide.append(&collapse, 0);
                 let [triangles, quadrics] = visits(&wide, root, count);
                 for i in 0..count {
                     let expected = if is_quadric(i as u32) { (0, 1) } else { (1, 0) };

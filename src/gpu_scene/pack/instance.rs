@@ -14,8 +14,9 @@ use obvhs::aabb::Aabb;
 use super::space::Bounds;
 use super::{PackError, Packer, RenderSpace, rows};
 use crate::gpu_scene::bvh::{Bvh, OBJECT_DEPTH};
+use crate::gpu_scene::collapse::Collapse;
 use crate::gpu_scene::wide::Wide;
-use crate::kernels::{INSTANCE, Instance, KIND_SHIFT, MAX_BVH_DEPTH};
+use crate::kernels::{INSTANCE, Instance, KIND_SHIFT, MAX_BVH_DEPTH, TRIANGLE};
 use crate::scene::{Geometry, Scene, Shape};
 
 /// Maximum number of primitives of all copies of an object that is copied. An object with one instance is
@@ -174,13 +175,14 @@ impl Packer {
     /// them.
     pub(super) fn widen(&mut self, bvh: &Bvh) -> Result<Wide, PackError> {
         let mut wide = Wide::default();
+        let collapse = Collapse::of(bvh, |primitive| primitive >> KIND_SHIFT == TRIANGLE);
         if !bvh.pairs.is_empty() {
-            wide.append(bvh, 0);
+            wide.append(&collapse, 0);
         }
         let mut roots = BTreeMap::new();
         for instance in &mut self.instances {
             let root = instance.root;
-            instance.root = *roots.entry(root).or_insert_with(|| wide.append(bvh, root));
+            instance.root = *roots.entry(root).or_insert_with(|| wide.append(&collapse, root));
         }
         if wide.fits() { Ok(wide) } else { Err(PackError::TooManyPrimitives(self.references.len())) }
     }
