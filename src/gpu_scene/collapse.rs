@@ -106,10 +106,10 @@ impl<'a> Collapse<'a> {
         let first = self.split(pair, slots).1;
         for (child, slots) in self.bvh.pairs[pair as usize].iter().zip([first, slots - first]) {
             // As few nodes as the least cost takes.
-            let needed = (1..=slots).find(|slots_| self.cost(child, *slots_) <= self.cost(child, slots));
-            match needed.unwrap_or(1) {
-                needed if needed > 1 && child.count() == 0 => self.spread(child.first(), needed, children),
-                _ => children.push(*child),
+            let least = self.cost(child, slots);
+            match (1..slots).find(|fewer| self.cost(child, *fewer) <= least).unwrap_or(slots) {
+                1 => children.push(*child),
+                needed => self.spread(child.first(), needed, children),
             }
         }
     }
@@ -122,20 +122,75 @@ fn area(child: &Child) -> f32 {
 
 /// All pairs of all hierarchies, each after those below it.
 fn below_first(bvh: &Bvh) -> Vec<u32> {
-    let is_below: Vec<bool> = {
-        let mut is_below = vec![false; bvh.pairs.len()];
-        let inner = bvh.pairs.iter().flatten().filter(|child| child.count() == 0);
-        inner.for_each(|child| is_below[child.first() as usize] = true);
-        is_below
-    };
-    let roots = (0..bvh.pairs.len() as u32).filter(|pair| !is_below[*pair as usize]);
-    let mut order: Vec<u32> = roots.collect();
+    let inner = |pair: &[Child; 2]| pair.map(|child| (child.count() == 0).then_some(child.first()));
+    let mut is_root = vec![true; bvh.pairs.len()];
+    bvh.pairs.iter().flat_map(inner).flatten().for_each(|pair| is_root[pair as usize] = false);
+    let mut order: Vec<u32> = (0..bvh.pairs.len() as u32).filter(|pair| is_root[*pair as usize]).collect();
     let mut next = 0;
-    while let Some(pair) = order.get(next).copied() {
-        let inner = bvh.pairs[pair as usize].iter().filter(|child| child.count() == 0);
-        order.extend(inner.map(|child| child.first()));
+    while let Some(pair) = order.get(next) {
+        order.extend(inner(&bvh.pairs[*pair as usize]).into_iter().flatten());
         next += 1;
     }
     order.reverse();
     order
+}
+
+#[cfg(test)]
+mod tests {
+    use glam::Vec3A;
+    use obvhs::aabb::Aabb;
+
+    use super::*;
+    use crate::gpu_scene::bvh::build;
+
+    /// The cost of what a pair becomes on the device.
+    fn cost(collapse: &Collapse, pair: u32, bounds: &Aabb) -> f64 {
+        let below: f64 = collapse
+            .children(pair)
+            .iter()
+            .map(|child| match collapse.leaf(child) {
+                Some(primitives) => f64::from(area(child)) * primitives.len() as f64,
+                None => cost(collapse, child.first(), &child.bounds),
+            })
+            .sum();
+        below + f64::from(bounds.half_area() * NODE_COST)
+    }
+
+    /// The least cost by trying every way: a subtree becomes a leaf, a node, or up to `slots` nodes.
+    fn least(bvh: &Bvh, child: &Child, slots: usize) -> f64 {
+        let mut primitives = Vec::new();
+        Collapse { bvh, costs: Vec::new(), counts: Vec::new() }.gather(child, &mut primitives);
+        let is_small = primitives.len() <= MAX_LEAF_COUNT as usize;
+        let leaf = if is_small { f64::from(area(child)) * primitives.len() as f64 } else { f64::INFINITY };
+        if child.count() > 0 {
+            return leaf;
+        }
+        let [left, right] = &bvh.pairs[child.first() as usize];
+        let split = |slots: usize| {
+            (1..slots)
+                .map(|first| least(bvh, left, first) + least(bvh, right, slots - first))
+                .fold(f64::INFINITY, f64::min)
+        };
+        leaf.min(split(WIDTH) + f64::from(area(child) * NODE_COST)).min(split(slots))
+    }
+
+    #[test]
+    fn the_cost_is_the_least_of_all_ways() {
+        for count in [2, 3, 9, 16, 23] {
+            let boxes: Vec<Aabb> = (0..count)
+                .map(|i| {
+                    let lower = Vec3A::new((i * 7 % 11) as f32, (i * 5 % 13) as f32, (i * 3 % 17) as f32);
+                    Aabb::new(lower, lower + Vec3A::new(1.0, 0.1 * i as f32, 2.0))
+                })
+                .collect();
+            let bvh = build(&boxes, &(0..count).collect::<Vec<u32>>(), 64);
+            let collapse = Collapse::of(&bvh, |_| true);
+            let bounds = bvh.pairs[0][0].bounds.union(&bvh.pairs[0][1].bounds);
+            let found = cost(&collapse, 0, &bounds);
+            let [left, right] = &bvh.pairs[0];
+            let ways = (1..WIDTH).map(|first| least(&bvh, left, first) + least(&bvh, right, WIDTH - first));
+            let expected = ways.fold(f64::INFINITY, f64::min) + f64::from(bounds.half_area() * NODE_COST);
+            assert!((found / expected - 1.0).abs() < 1e-5, "{count}: {found}, {expected}");
+        }
+    }
 }
