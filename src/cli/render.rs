@@ -80,6 +80,10 @@ fn run_with(args: &RenderArgs, step: impl Fn(&mut Renderer) -> Result<(), Render
             warn_of_other_maker(path, &checkpoint.made_by, &MadeBy::new(renderer.device()));
         }
     }
+    if !args.quiet {
+        let seconds = renderer.compile_time().as_secs_f64();
+        terminal::say(format_args!("compiled the kernels in {seconds:.1} s"));
+    }
     signals.begin();
     let begin = Begin { iterations: renderer.iterations(), photons: renderer.photons(), time: Instant::now() };
     let outcome = iterate(args, &scene, &signals, &mut renderer, &begin, step);
