@@ -5,6 +5,7 @@
 
 #[cfg(feature = "study")]
 pub mod advise;
+pub mod cache;
 pub mod compare;
 pub mod devices;
 mod failure;

@@ -1,7 +1,8 @@
 //! A device with one compute queue.
 
 use std::ffi::CStr;
-use std::sync::atomic::{AtomicU64, Ordering};
+use std::path::Path;
+use std::sync::atomic::Ordering;
 use std::sync::{Arc, Mutex};
 use std::time::Duration;
 
@@ -9,13 +10,12 @@ use ash::vk;
 use bytemuck::Pod;
 
 use crate::buffer::{Buffer, RawBuffer};
-use crate::error::{Context, Error, Result};
+use crate::error::{Error, Result};
 use crate::frame::Frame;
 use crate::guard::{GUARD_BYTES, Guards};
 use crate::instance::Instance;
 use crate::kernel::{Compiling, Kernel, Pass};
 use crate::physical::{self, DeviceInfo, DeviceMemory, Requirements, compute_family};
-use crate::pipeline::Pipelines;
 use crate::recording::{Recorder, lock};
 use crate::shared::DeviceShared;
 use crate::texels::{GUARD_ROWS, RawTexels, Texels};
@@ -39,60 +39,31 @@ pub struct Device {
 
 impl Instance {
     /// Opens the device that `selector` names by its index or by a part of its name; without a
-    /// selector, the first one that has what `requirements` ask for.
+    /// selector, the first one that has what `requirements` ask for. In the folder `cache` the driver keeps
+    /// what it has compiled; without it, it is left to the driver whether it keeps anything.
     ///
     /// # Errors
     /// There is no such device, or it lacks something of `requirements`.
-    pub fn open(&self, selector: Option<&str>, requirements: &Requirements) -> Result<Device> {
+    pub fn open(&self, selector: Option<&str>, requirements: &Requirements, cache: Option<&Path>) -> Result<Device> {
         let (physical, info) = self.choose(selector, requirements)?;
         let family = compute_family(&self.shared.raw, physical)
             .ok_or_else(|| Error::Unfit { device: info.name.clone(), reason: "it has no compute queue".into() })?;
-        Device::with_family(self.clone(), physical, info, requirements.texels_per_row, family, &[])
+        Device::with_family(self.clone(), physical, info, requirements.texels_per_row, family, &[], cache)
     }
 }
 
 impl Device {
-    /// Opens a device with one queue of a family, given by its index and its number of timestamp bits.
+    /// Opens a device as [`DeviceShared::open`] does.
     pub(crate) fn with_family(
         instance: Instance,
         physical: vk::PhysicalDevice,
         info: DeviceInfo,
         texels_per_row: u32,
-        (family, timestamp_bits): (u32, u32),
+        family: (u32, u32),
         extensions: &[&CStr],
+        cache: Option<&Path>,
     ) -> Result<Self> {
-        let vulkan = &instance.shared.raw;
-        let extensions: Vec<_> = extensions.iter().map(|name| name.as_ptr()).collect();
-        let queues = [vk::DeviceQueueCreateInfo::default().queue_family_index(family).queue_priorities(&[1.0])];
-        let create = vk::DeviceCreateInfo::default().queue_create_infos(&queues).enabled_extension_names(&extensions);
-        // SAFETY: `physical` belongs to this instance, which the device keeps alive.
-        let raw = unsafe { vulkan.create_device(physical, &create, None) }.context("vkCreateDevice")?;
-        let pool = vk::CommandPoolCreateInfo::default()
-            .queue_family_index(family)
-            .flags(vk::CommandPoolCreateFlags::RESET_COMMAND_BUFFER);
-        // SAFETY: the device was just made with one queue of this family.
-        let (queue, properties, memory) = unsafe {
-            (
-                raw.get_device_queue(family, 0),
-                vulkan.get_physical_device_properties(physical),
-                vulkan.get_physical_device_memory_properties(physical),
-            )
-        };
-        let mut shared = DeviceShared {
-            nanoseconds_per_tick: (timestamp_bits > 0).then_some(properties.limits.timestamp_period),
-            pipelines: Pipelines::default(),
-            allocated: AtomicU64::new(0),
-            raw,
-            physical,
-            info,
-            texels_per_row,
-            queue,
-            command_pool: vk::CommandPool::null(),
-            memory,
-            instance,
-        };
-        // SAFETY: the device has a queue of this family; destroyed with it.
-        shared.command_pool = unsafe { shared.raw.create_command_pool(&pool, None) }.context("vkCreateCommandPool")?;
+        let shared = DeviceShared::open(instance, physical, info, texels_per_row, family, extensions, cache)?;
         let shared = Arc::new(shared);
         let staging = RawBuffer::host(&shared, "staging", STAGING_BYTES)?;
         let timer = Timer::new(&shared)?;
@@ -335,7 +306,7 @@ mod tests {
             descriptor_sets: 1,
             workgroup_size: 1,
         };
-        let device = Instance::new(false).unwrap().open(None, &requirements).unwrap();
+        let device = Instance::new(false).unwrap().open(None, &requirements, None).unwrap();
         let DeviceMemory { total_bytes, free_bytes } = device.memory();
         assert!(0 < free_bytes && free_bytes <= total_bytes, "{free_bytes} of {total_bytes}");
         let before = device.allocated_bytes();

@@ -18,6 +18,7 @@ mod machine;
 mod memory;
 mod physical;
 mod pipeline;
+mod pipeline_cache;
 #[cfg(feature = "present")]
 mod present;
 mod recording;

@@ -6,6 +6,7 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use ash::vk;
 
 use crate::error::{Context, Error, Result};
+use crate::pipeline_cache::PipelineCache;
 use crate::specialize;
 
 /// SPIR-V for a workgroup size.
@@ -29,25 +30,30 @@ struct Key {
 }
 
 /// The pipelines of a device.
-#[derive(Default)]
 pub(crate) struct Pipelines {
     made: Mutex<HashMap<Key, Arc<vk::Pipeline>>>,
+    cache: PipelineCache,
 }
 
 impl Pipelines {
+    /// Returns no pipelines yet. They will be compiled with a cache of the driver.
+    pub fn new(cache: PipelineCache) -> Self {
+        Self { made: Mutex::default(), cache }
+    }
+
     /// Returns a pipeline, compiled now unless the device has it already.
     pub fn get(&self, device: &ash::Device, source: Source) -> Result<Arc<vk::Pipeline>> {
         let kept = self.made().get(&source.key).map(Arc::clone);
         match kept {
             Some(kept) => Ok(kept),
             None => {
-                let pipeline = source.compile(device)?;
+                let pipeline = source.compile(device, self.cache.handle())?;
                 Ok(self.keep(device, source.key, pipeline))
             }
         }
     }
 
-    /// Destroys all pipelines.
+    /// Destroys all pipelines and the driver's cache, whose file is written.
     ///
     /// # Safety
     /// Nothing uses them any more, and `device` is the one that made them.
@@ -56,6 +62,13 @@ impl Pipelines {
             // SAFETY: the caller promises it.
             unsafe { device.destroy_pipeline(*pipeline, None) };
         }
+        // SAFETY: the caller promises it.
+        unsafe { self.cache.close(device) };
+    }
+
+    #[cfg(test)]
+    pub fn cache(&self) -> &PipelineCache {
+        &self.cache
     }
 
     fn made(&self) -> MutexGuard<'_, HashMap<Key, Arc<vk::Pipeline>>> {
@@ -106,7 +119,7 @@ impl Source {
         Self { spirv, constants: constants.into_iter().collect(), key, layout }
     }
 
-    fn compile(&self, device: &ash::Device) -> Result<vk::Pipeline> {
+    fn compile(&self, device: &ash::Device, cache: vk::PipelineCache) -> Result<vk::Pipeline> {
         let words = specialize::specialize(&self.spirv, |id| self.constants.get(&id).copied());
         // SAFETY: the code was compiled and reflected by the build script; the module is
         // destroyed once the pipeline has been made, the pipeline by `Pipelines`.
@@ -118,7 +131,7 @@ impl Source {
                 .module(module)
                 .name(c"main");
             let create = [vk::ComputePipelineCreateInfo::default().stage(stage).layout(self.layout)];
-            let made = device.create_compute_pipelines(vk::PipelineCache::null(), &create, None);
+            let made = device.create_compute_pipelines(cache, &create, None);
             device.destroy_shader_module(module, None);
             let pipelines = made.map_err(|(_, result)| Error::Vulkan { call: "compiling a kernel", result })?;
             Ok(pipelines[0])

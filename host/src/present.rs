@@ -4,6 +4,7 @@ mod painter;
 mod surface;
 mod swapchain;
 
+use std::path::Path;
 use std::sync::Arc;
 
 use ash::{khr, vk};
@@ -40,7 +41,7 @@ struct FrameInFlight {
 
 impl Screen {
     /// Opens the device that `selector` names, or the first that fits, for a window of this size. The window
-    /// is kept alive as long as the screen.
+    /// is kept alive as long as the screen. `cache` is the folder of [`Instance::open`].
     ///
     /// # Errors
     /// As [`Instance::open`], or the device cannot draw there.
@@ -50,6 +51,7 @@ impl Screen {
         selector: Option<&str>,
         requirements: &Requirements,
         validation: bool,
+        cache: Option<&Path>,
     ) -> Result<Self> {
         let display = surface::display(&*window)?;
         let instance = Instance::with_extensions(validation, |_| {
@@ -61,7 +63,8 @@ impl Screen {
         let name = info.name.clone();
         let family = surface.family(physical)?.ok_or_else(|| Error::NoPresentation(name.clone()))?;
         let extensions = [khr::swapchain::NAME];
-        let device = Device::with_family(instance, physical, info, requirements.texels_per_row, family, &extensions)?;
+        let row = requirements.texels_per_row;
+        let device = Device::with_family(instance, physical, info, row, family, &extensions, cache)?;
         let swapchain = Swapchain::new(&device.shared, &surface, physical, size)?;
         let painter = Painter::new(&device.shared, physical, &swapchain)?;
         let frame = FrameInFlight::new(&device.shared)?;

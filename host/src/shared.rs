@@ -1,12 +1,16 @@
 //! The Vulkan handles of a device, which all its parts hold.
 
+use std::ffi::CStr;
+use std::path::Path;
 use std::sync::atomic::AtomicU64;
 
 use ash::vk;
 
+use crate::error::{Context, Result};
 use crate::instance::Instance;
 use crate::physical::DeviceInfo;
 use crate::pipeline::Pipelines;
+use crate::pipeline_cache::PipelineCache;
 
 /// A Vulkan device with its queue and command pool. Buffers, texels, passes and the timer hold it,
 /// so that it is destroyed after them.
@@ -27,6 +31,54 @@ pub(crate) struct DeviceShared {
     pub allocated: AtomicU64,
     /// Kept alive until the device is destroyed.
     pub instance: Instance,
+}
+
+impl DeviceShared {
+    /// Opens a device with one queue of a family, given by its index and its number of timestamp bits. `cache` is
+    /// the folder for the driver's compiled kernels.
+    pub fn open(
+        instance: Instance,
+        physical: vk::PhysicalDevice,
+        info: DeviceInfo,
+        texels_per_row: u32,
+        (family, timestamp_bits): (u32, u32),
+        extensions: &[&CStr],
+        cache: Option<&Path>,
+    ) -> Result<Self> {
+        let vulkan = &instance.shared.raw;
+        let extensions: Vec<_> = extensions.iter().map(|name| name.as_ptr()).collect();
+        let queues = [vk::DeviceQueueCreateInfo::default().queue_family_index(family).queue_priorities(&[1.0])];
+        let create = vk::DeviceCreateInfo::default().queue_create_infos(&queues).enabled_extension_names(&extensions);
+        // SAFETY: `physical` belongs to this instance, which the device keeps alive.
+        let raw = unsafe { vulkan.create_device(physical, &create, None) }.context("vkCreateDevice")?;
+        let pool = vk::CommandPoolCreateInfo::default()
+            .queue_family_index(family)
+            .flags(vk::CommandPoolCreateFlags::RESET_COMMAND_BUFFER);
+        // SAFETY: the device was just made with one queue of this family.
+        let (queue, properties, memory) = unsafe {
+            (
+                raw.get_device_queue(family, 0),
+                vulkan.get_physical_device_properties(physical),
+                vulkan.get_physical_device_memory_properties(physical),
+            )
+        };
+        let mut shared = Self {
+            nanoseconds_per_tick: (timestamp_bits > 0).then_some(properties.limits.timestamp_period),
+            pipelines: Pipelines::new(PipelineCache::open(&raw, &properties, cache)),
+            allocated: AtomicU64::new(0),
+            raw,
+            physical,
+            info,
+            texels_per_row,
+            queue,
+            command_pool: vk::CommandPool::null(),
+            memory,
+            instance,
+        };
+        // SAFETY: the device has a queue of this family; destroyed with it.
+        shared.command_pool = unsafe { shared.raw.create_command_pool(&pool, None) }.context("vkCreateCommandPool")?;
+        Ok(shared)
+    }
 }
 
 impl Drop for DeviceShared {

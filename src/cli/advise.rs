@@ -7,9 +7,9 @@ use std::time::Duration;
 use clap::Args;
 use serde::Serialize;
 
+use super::cache::open_device;
 use super::values::{resolution, seconds, target_error};
 use super::{Failure, SceneMemory, terminal};
-use crate::render::device::{DeviceOptions, open_device};
 use crate::render::options::Options;
 use crate::scene::Scene;
 use crate::study::advise::{Advice, Expected, Goal, Length, advise};
@@ -85,7 +85,7 @@ pub fn run(args: &AdviseArgs) -> Result<(), Failure> {
         Goal::Error(_) => PROBE_FOR_ERROR,
     };
     let probe = args.probe.unwrap_or(Duration::from_secs_f64(usual));
-    let device = Arc::new(open_device(&DeviceOptions { selector: args.device.as_deref(), validation: false })?);
+    let device = Arc::new(open_device(args.device.as_deref(), false)?);
     let base = Options { resolution: args.resolution, ..Options::default() };
     let advice = advise(&device, &scene, &base, goal, Length::Time(probe))?;
     let options = options(args, &advice);

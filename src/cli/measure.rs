@@ -9,6 +9,7 @@ use std::time::{Duration, Instant};
 use clap::Args;
 use goblet_host::Device;
 
+use super::cache::open_device;
 use super::failure::CompareError;
 use super::outputs::{Files, Written};
 use super::values::{positive_u32, seconds};
@@ -18,7 +19,6 @@ use crate::gpu_scene::pack::pack;
 use crate::image::compare::SizeMismatch;
 use crate::image::file;
 use crate::image::film::Image;
-use crate::render::device::{DeviceOptions, open_device};
 use crate::render::error::RenderError;
 use crate::render::options::Options;
 use crate::render::renderer::Renderer;
@@ -117,7 +117,7 @@ pub fn run(args: &MeasureArgs) -> Result<(), Failure> {
     check_files(args, &scene, settings.len())?;
     fs::create_dir_all(&args.output).map_err(|reason| failed(&args.output, reason))?;
     let given = given_reference(args)?;
-    let device = Arc::new(open_device(&DeviceOptions { selector: args.device.as_deref(), validation: false })?);
+    let device = Arc::new(open_device(args.device.as_deref(), false)?);
     let (image, source) = match given {
         Some(given) => given,
         None => own_reference(args, &device, &scene)?,

@@ -22,6 +22,7 @@ pub use signal::STOPPED;
 use signal::Signals;
 use spinner::Spinner;
 
+use super::cache::open_device;
 use super::outputs::{AN_IMAGE, Files, THE_CHECKPOINT, THE_STATISTICS, Written};
 use super::stats::Stats;
 use super::{Failure, terminal};
@@ -29,7 +30,6 @@ use crate::image::estimate::Estimate;
 use crate::image::file::{self, Channel};
 use crate::render::aov;
 use crate::render::checkpoint::{Checkpoint, CheckpointError, MadeBy};
-use crate::render::device::{DeviceOptions, open_device};
 use crate::render::error::RenderError;
 use crate::render::renderer::Renderer;
 use crate::scene::Scene;
@@ -67,7 +67,7 @@ fn run_with(args: &RenderArgs, step: impl Fn(&mut Renderer) -> Result<(), Render
     let resumed = args.resume.as_deref().map(read_checkpoint).transpose()?;
     let load_time = start.elapsed();
 
-    let device = Arc::new(open_device(&DeviceOptions { selector: args.device.as_deref(), validation: args.validate })?);
+    let device = Arc::new(open_device(args.device.as_deref(), args.validate)?);
     let notice = Spinner::new("preparing the scene", args.quiet);
     let mut renderer = Renderer::new(device, &scene, &args.options())?;
     drop(notice);
@@ -79,6 +79,10 @@ fn run_with(args: &RenderArgs, step: impl Fn(&mut Renderer) -> Result<(), Render
         if !args.quiet {
             warn_of_other_maker(path, &checkpoint.made_by, &MadeBy::new(renderer.device()));
         }
+    }
+    if !args.quiet {
+        let seconds = renderer.compile_time().as_secs_f64();
+        terminal::say(format_args!("compiled the kernels in {seconds:.1} s"));
     }
     signals.begin();
     let begin = Begin { iterations: renderer.iterations(), photons: renderer.photons(), time: Instant::now() };

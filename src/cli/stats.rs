@@ -55,7 +55,9 @@ struct Seconds {
     compile: f64,
     /// The time of the host for kd-trees over visible points; it is part of `render`.
     kd_build: f64,
+    /// From the first iteration on; `--time` limits it.
     render: f64,
+    /// With all that comes before the first iteration.
     total: f64,
 }
 

@@ -1,5 +1,7 @@
 //! Opens a device that can render.
 
+use std::path::Path;
+
 use goblet_host::{Device, Instance};
 
 use crate::kernels::REQUIREMENTS;
@@ -13,6 +15,9 @@ pub struct DeviceOptions<'a> {
     /// Whether the Vulkan validation layers check every call. [`Device::validation_messages`] has
     /// their messages.
     pub validation: bool,
+    /// A folder for compiled kernels, where the driver gives them away: a later device reads them there. They
+    /// are written when the device is dropped. Nothing fails if this is not possible. `None` writes nothing.
+    pub cache: Option<&'a Path>,
 }
 
 /// Opens a device.
@@ -21,5 +26,5 @@ pub struct DeviceOptions<'a> {
 /// There is no such device, it lacks a feature that goblet needs, or the validation layers are wanted
 /// and not installed.
 pub fn open_device(options: &DeviceOptions<'_>) -> goblet_host::Result<Device> {
-    Instance::new(options.validation)?.open(options.selector, &REQUIREMENTS)
+    Instance::new(options.validation)?.open(options.selector, &REQUIREMENTS, options.cache)
 }

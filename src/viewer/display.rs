@@ -7,6 +7,7 @@ use winit::window::Window;
 
 use super::layout::Placement;
 use super::quantity::Picture;
+use crate::cli::cache;
 use crate::kernels::{
     CURVE_ACES, CURVE_AGX, CURVE_LINEAR, CURVE_SRGB, REQUIREMENTS, Specialization, ToneMap, ToneMapPush,
 };
@@ -78,7 +79,8 @@ impl Display {
     /// # Errors
     /// No such device can show images in the window.
     pub fn new(window: Arc<Window>, selector: Option<&str>, validation: bool) -> Result<Self> {
-        let screen = Screen::new(Arc::clone(&window), window.inner_size().into(), selector, &REQUIREMENTS, validation)?;
+        let (size, cache) = (window.inner_size().into(), cache::folder());
+        let screen = Screen::new(Arc::clone(&window), size, selector, &REQUIREMENTS, validation, cache.as_deref())?;
         let (shown, pixels, pass) = arrays(&screen, screen.size())?;
         screen.device().write_texels(&shown, &[[0.0; 4]])?;
         Ok(Self { shown, pixels, pass, image: [1, 1], is_light: true, mapped: None, screen })

@@ -9,9 +9,9 @@ use goblet_host::Device;
 use super::plan::{Next, Standing, next};
 use super::rendering::{Kept, Render};
 use super::shared::{Loaded, Save, Shared, Target, Wish};
+use crate::cli::cache::open_device;
 use crate::cli::outputs::{AN_IMAGE, Files};
 use crate::cli::{Failure, RenderArgs};
-use crate::render::device::{DeviceOptions, open_device};
 use crate::render::error::RenderError;
 use crate::render::options::Options;
 use crate::render::renderer::Renderer;
@@ -59,7 +59,7 @@ pub fn run(shared: &Shared, args: &RenderArgs, scene: Scene) {
     // The threads of a software device inherit the niceness. If it cannot be set, that is no error.
     #[cfg(unix)]
     let _ = rustix::process::nice(NICENESS);
-    match open_device(&DeviceOptions { selector: args.device.as_deref(), validation: args.validate }) {
+    match open_device(args.device.as_deref(), args.validate) {
         Ok(device) => run_on(&Arc::new(device), shared, args, scene),
         Err(error) => without_device(shared, &error.to_string()),
     }

@@ -142,7 +142,7 @@ fn run_with_room(bench: &Bench, blocks: u32, arguments: &[&str]) -> Run {
     // Without the trap, the system kills who writes too much.
     let script = format!("trap '' XFSZ; ulimit -f {blocks}; exec \"$0\" \"$@\"");
     command.args(["-c", &script, env!("CARGO_BIN_EXE_goblet")]).args(arguments).current_dir(bench.0.path());
-    command::leave_array(&mut command);
+    command::isolate(&mut command);
     Run::of(command.output().unwrap())
 }
 

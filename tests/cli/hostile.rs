@@ -13,6 +13,8 @@ use flate2::Compression;
 use flate2::write::GzEncoder;
 use tempfile::TempDir;
 
+use crate::support::command::CACHE;
+
 /// Address space of a process, KiB, as of a small machine.
 const MOST_ADDRESSES: u32 = 8_000_000;
 /// Memory that may really be in use at once, KiB.
@@ -72,6 +74,7 @@ impl Bench {
                 env!("CARGO_BIN_EXE_goblet"),
             ])
             .args(arguments)
+            .env(CACHE, "")
             .current_dir(self.0.path())
             .stdin(Stdio::null())
             .stdout(log.try_clone().unwrap())

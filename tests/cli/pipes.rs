@@ -31,7 +31,7 @@ fn run_closed(bench: &Bench, closed: &str, arguments: &[&str]) -> Run {
     let mut command = Command::new("sh");
     let script = format!("exec \"$0\" \"$@\" {closed}");
     command.args(["-c", &script, env!("CARGO_BIN_EXE_goblet")]).args(arguments).current_dir(bench.0.path());
-    command::leave_array(&mut command);
+    command::isolate(&mut command);
     Run::of(command.output().unwrap())
 }
 
@@ -177,7 +177,7 @@ fn start(bench: &Bench, hangup: &str, more: &[&str]) -> Child {
     command.args(["-c", script, env!("CARGO_BIN_EXE_goblet"), "render", "scene.pbrt", "--quiet"]);
     command.args(["--iterations", "4000000000", "-o", "x.exr", "--checkpoint", "c"]).args(more);
     command.current_dir(bench.0.path()).stdout(Stdio::piped()).stderr(Stdio::piped());
-    command::leave_array(&mut command);
+    command::isolate(&mut command);
     command.spawn().unwrap()
 }
 

@@ -7,7 +7,7 @@ use goblet::image::file;
 use goblet::image::film::Image;
 use serde_json::Value;
 
-use crate::support::command::{Bench, LIGHT, SCENE, scene};
+use crate::support::command::{Bench, CACHE, LIGHT, Run, SCENE, scene};
 
 const MESH: &str = r#"Shape "trianglemesh" "integer indices" [ 0 2 1 0 3 2 3 5 4 3 4 2 ] "point3 P" [ -2 -1 -2  2 -1 -2  2 -1 2  -2 -1 2  2 2 2  -2 2 2 ]"#;
 
@@ -329,7 +329,29 @@ fn workgroup_and_batch_sizes_do_not_change_the_bytes() {
 fn validation_has_nothing_to_say() {
     let bench = Bench::new();
     let run = bench.rendered(&["-o", "x.exr", "--validate"]);
-    assert_eq!(run.stderr, "wrote x.exr\n");
+    let lines: Vec<&str> = run.stderr.lines().collect();
+    assert!(
+        matches!(lines[..], [compiled, "wrote x.exr"] if compiled.starts_with("compiled the kernels in ")),
+        "{run:?}"
+    );
+}
+
+#[test]
+fn whatever_is_in_the_way_of_the_cache_a_render_is_the_same() {
+    let bench = Bench::new();
+    bench.rendered(&["-o", "without.exr"]);
+    bench.write("file", "kept");
+    for folder in ["cache", "cache", "file", "file/below"] {
+        let run = bench.command(&["render", "scene.pbrt", "-o", "with.exr"]).env(CACHE, folder).output().unwrap();
+        let run = Run::of(run);
+        assert!(run.code == 0 && bench.bytes("with.exr") == bench.bytes("without.exr"), "{folder}: {run:?}");
+    }
+    assert_eq!(bench.text("file"), "kept");
+    // Where the driver gives its kernels away.
+    if let Ok(files) = fs::read_dir(bench.path("cache")) {
+        let names: Vec<_> = files.map(|file| file.unwrap().file_name().into_string().unwrap()).collect();
+        assert!(matches!(&names[..], [name] if name.starts_with("kernels-")), "{names:?}");
+    }
 }
 
 #[test]

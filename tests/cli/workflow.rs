@@ -5,7 +5,7 @@ use std::fs;
 use std::path::Path;
 use std::process::Command;
 
-use crate::support::command::{Bench, LIGHT, scene};
+use crate::support::command::{self, Bench, LIGHT, scene};
 
 /// The lines of a step's `run: |`.
 fn script(step: &str) -> String {
@@ -28,6 +28,7 @@ fn gate(bench: &Bench, scenes: &str) -> bool {
     bash.args(["--noprofile", "--norc", "-eo", "pipefail", "-c", &script("Render and compare")]);
     bash.current_dir(bench.0.path()).env("PATH", std::env::join_paths(folders).expect("a path"));
     bash.envs([("SCENES", scenes), ("OPTIONS", "--iterations 4"), ("MAX_RELMSE", "0.01"), ("MAX_ENERGY", "0.01")]);
+    command::isolate(&mut bash);
     let output = bash.output().expect("bash");
     println!("{}{}", String::from_utf8_lossy(&output.stdout), String::from_utf8_lossy(&output.stderr));
     output.status.success()

@@ -274,6 +274,7 @@ fn the_number_of_threads_does_not_change_a_byte_of_the_file() {
             .args(["--resolution", "24x24", "--photons", "5000", "--iterations", "4", "--quiet", "-o"])
             .arg(&output)
             .env("LP_NUM_THREADS", threads)
+            .env(support::command::CACHE, "")
             .status()
             .expect("a process");
         assert!(status.success());

@@ -21,7 +21,7 @@ fn program(bench: &Bench, program: &str) -> Command {
     let all = std::env::join_paths(folders.chain(std::env::split_paths(&path))).unwrap();
     let mut command = Command::new(program);
     command.current_dir(bench.0.path()).env("PATH", all).env("GOBLET", goblet).env_remove("SHARD");
-    command::leave_array(&mut command);
+    command::isolate(&mut command);
     command
 }
 

@@ -27,6 +27,9 @@ Shape "sphere" "float radius" 0.5
 AttributeEnd
 "#;
 
+/// The variable that names the folder for compiled kernels; empty for none.
+pub const CACHE: &str = "GOBLET_CACHE";
+
 /// The light of [`SCENE`].
 pub const LIGHT: &str = r#"LightSource "point" "point3 from" [ 0 1.5 -1 ] "rgb I" [ 5 5 5 ]"#;
 
@@ -36,8 +39,10 @@ pub fn scene(from: &str, to: &str) -> String {
     SCENE.replace(from, to)
 }
 
-/// The tests may themselves be run in an array job.
-pub fn leave_array(command: &mut Command) {
+/// Keeps goblet from what is around the tests: they may themselves be run in an array job, and the user's cache
+/// is not theirs.
+pub fn isolate(command: &mut Command) {
+    command.env(CACHE, "");
     for index in ["SLURM_ARRAY_TASK_ID", "JOB_COMPLETION_INDEX", "AWS_BATCH_JOB_ARRAY_INDEX"] {
         command.env_remove(index);
     }
@@ -91,7 +96,7 @@ impl Bench {
     pub fn command(&self, arguments: &[&str]) -> Command {
         let mut command = Command::new(env!("CARGO_BIN_EXE_goblet"));
         command.args(arguments).current_dir(self.0.path()).stdin(Stdio::null());
-        leave_array(&mut command);
+        isolate(&mut command);
         command
     }
 

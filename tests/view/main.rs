@@ -25,7 +25,9 @@ const R: u32 = 'r' as u32;
 const S: u32 = 's' as u32;
 
 fn goblet() -> Command {
-    Command::new(env!("CARGO_BIN_EXE_goblet"))
+    let mut command = Command::new(env!("CARGO_BIN_EXE_goblet"));
+    support::command::isolate(&mut command);
+    command
 }
 
 fn scene() -> PathBuf {

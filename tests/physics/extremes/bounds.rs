@@ -20,7 +20,7 @@ struct Guarded(MutexGuard<'static, Arc<Device>>);
 impl Guarded {
     fn new() -> Self {
         static DEVICE: LazyLock<Mutex<Arc<Device>>> = LazyLock::new(|| {
-            let device = Instance::new(true).expect("Vulkan").open(None, &REQUIREMENTS).expect("a device");
+            let device = Instance::new(true).expect("Vulkan").open(None, &REQUIREMENTS, None).expect("a device");
             Mutex::new(Arc::new(device))
         });
         Self(DEVICE.lock().unwrap_or_else(std::sync::PoisonError::into_inner))

@@ -55,7 +55,9 @@ pub const OPTIONS: &[RenderOption] = &[
         fallback: Fallback::Nothing,
         group: QUALITY,
         help: "Stop after this much render time, at the end of an iteration",
-        more: "With --iterations as well, the render stops at whichever comes first.",
+        more: "The time counts from the first iteration: loading the scene and compiling the kernels are not in \
+               it. --stats has both figures: seconds.render, which this option limits, and seconds.total. With \
+               --iterations as well, the render stops at whichever comes first.",
         effect: Effect::End,
         needs: Needs::Nothing,
         is_knob: false,
