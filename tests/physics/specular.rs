@@ -69,7 +69,7 @@ fn a_floor_lit_and_seen_through_a_tinted_pane_is_darkened_twice() {
         square(1.0, 0.0),
         solid([-1.1, -1.1, 0.02], [1.1, 1.1, 0.04])
     );
-    let shot = Shot { depth: 3, ..FLOOR };
+    let shot = FLOOR;
     let rendered = shot.take(&camera("0 0 5  0 0 0  0 1 0", 12.0), &world);
     let crossing = 1.0 - glass_reflectance(1.0);
     let expected = TINT.map(|tint| 0.8 / PI * 3.0 * (tint * crossing).powi(4));
