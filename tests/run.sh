@@ -16,6 +16,8 @@ done
 
 # Nothing is built twice here, so that what incremental builds keep would only cost time.
 export CARGO_INCREMENTAL="${CARGO_INCREMENTAL:-0}"
+# A failed test names its line without them too.
+export CARGO_PROFILE_DEV_DEBUG=false
 
 step() {
     echo "== $*"

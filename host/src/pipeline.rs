@@ -18,14 +18,14 @@ pub struct Code {
 }
 
 /// Once a device has this many pipelines, those that no pass uses are dropped before another is kept.
-const ENOUGH: usize = 256;
+const ENOUGH: usize = 1024;
 
 /// What a pipeline is made from. The arrays of a kernel, and with them its layout, follow from its code.
 #[derive(Clone, PartialEq, Eq, Hash)]
 struct Key {
     /// Address of the SPIR-V, which is static.
     code: usize,
-    /// Values of the constants that the code has, in the order of their ids.
+    /// Values of the constants that the code uses, in the order of their ids.
     values: Vec<[u8; 4]>,
 }
 

@@ -8,22 +8,26 @@ const FLAG: u32 = 3;
 const KIND: u32 = 4;
 const MAIN: u32 = 5;
 const CALLED: u32 = 6;
+const UNUSED: u32 = 15;
 const RETURN: u32 = 253;
 
 fn instruction(opcode: u32, operands: &[u32]) -> Vec<u32> {
     Instruction::new(opcode, operands).0
 }
 
-/// `if (FLAG) { called(); }`, where FLAG is the constant of id 7 and false unless said otherwise.
+/// `if (FLAG) { called(); }`, where FLAG is the constant of id 7 and false unless said otherwise. The constant
+/// of id 8 has no use.
 fn module() -> Vec<u32> {
     let parts = [
         vec![0x0723_0203, 0x0001_0300, 0, 20, 0],
         instruction(op::ENTRY_POINT, &[5, MAIN, 0x006e_6961]),
         instruction(op::NAME, &[CALLED, 0x0066]),
         instruction(op::DECORATE, &[FLAG, SPEC_ID, 7]),
+        instruction(op::DECORATE, &[UNUSED, SPEC_ID, 8]),
         instruction(19, &[VOID]),
         instruction(op::TYPE_BOOL, &[BOOL]),
         instruction(op::SPEC_CONSTANT_FALSE, &[BOOL, FLAG]),
+        instruction(op::SPEC_CONSTANT_FALSE, &[BOOL, UNUSED]),
         instruction(33, &[KIND, VOID]),
         instruction(op::FUNCTION, &[VOID, MAIN, 0, KIND]),
         instruction(op::LABEL, &[10]),
@@ -80,7 +84,7 @@ fn constants_that_nobody_gives_keep_their_values() {
 }
 
 #[test]
-fn a_kernel_names_its_constants() {
+fn a_kernel_names_the_constants_that_it_uses() {
     assert_eq!(constants(&module()), [7]);
     assert!(constants(&specialize(&module(), |_| None)).is_empty());
 }
