@@ -52,11 +52,11 @@ pub fn constants(words: &[u32]) -> Vec<u32> {
             // A type, the constant itself, and its value.
             (op::CONSTANT | op::SPEC_CONSTANT_TRUE | op::SPEC_CONSTANT_FALSE | op::SPEC_CONSTANT, _) => (),
             // A literal may equal the id of a constant. One constant too many is harmless.
-            _ => used.extend(operands.iter().filter_map(|word| declared.get(word))),
+            _ => used.extend(operands.iter().filter_map(|word| declared.get(word).copied())),
         }
         rest = rest.get(length.max(1)..).unwrap_or_default();
     }
-    let mut ids: Vec<_> = used.into_iter().copied().collect();
+    let mut ids: Vec<u32> = used.into_iter().collect();
     ids.sort_unstable();
     ids
 }
