@@ -39,6 +39,7 @@ impl Prepared {
             specialization: Specialization {
                 scene: packed.features,
                 material: packed.material_features,
+                device: goblet::render::device_features(device.info(), crate::sets::WORKGROUP_SIZE),
                 pass: PassFeatures {
                     is_resumable: false,
                     is_queue: goblet::render::is_queue(device.info().kind, &packed.features),

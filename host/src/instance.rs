@@ -3,7 +3,7 @@
 use std::ffi::{CStr, c_char, c_void};
 use std::sync::{Arc, Mutex};
 
-use ash::vk;
+use ash::{khr, vk};
 
 use crate::error::{Context, Error, Result};
 use crate::physical::{API_VERSION, DeviceInfo, Requirements, describe};
@@ -46,9 +46,15 @@ impl Instance {
         let application = vk::ApplicationInfo::default().application_name(c"goblet").api_version(API_VERSION);
         let layers = [VALIDATION_LAYER.as_ptr()];
         let mut extensions = extensions(&entry)?;
+        let has_portability = has_extension(&entry, khr::portability_enumeration::NAME)?;
         let checks = [vk::ValidationFeatureEnableEXT::SYNCHRONIZATION_VALIDATION];
         let mut features = vk::ValidationFeaturesEXT::default().enabled_validation_features(&checks);
         let mut create = vk::InstanceCreateInfo::default().application_info(&application);
+        if has_portability {
+            // Without it, devices that are a layer over another system's, such as MoltenVK, are not listed.
+            extensions.push(khr::portability_enumeration::NAME.as_ptr());
+            create = create.flags(vk::InstanceCreateFlags::ENUMERATE_PORTABILITY_KHR);
+        }
         if validation {
             extensions.push(ash::ext::debug_utils::NAME.as_ptr());
             create = create.enabled_layer_names(&layers).push_next(&mut features);
@@ -142,6 +148,12 @@ fn has_validation(entry: &ash::Entry) -> Result<bool> {
     // SAFETY: the loader is loaded.
     let layers = unsafe { entry.enumerate_instance_layer_properties() }.context("listing layers")?;
     Ok(layers.iter().any(|layer| layer.layer_name_as_c_str() == Ok(VALIDATION_LAYER)))
+}
+
+fn has_extension(entry: &ash::Entry, name: &CStr) -> Result<bool> {
+    // SAFETY: the loader is loaded.
+    let extensions = unsafe { entry.enumerate_instance_extension_properties(None) }.context("listing extensions")?;
+    Ok(extensions.iter().any(|extension| extension.extension_name_as_c_str() == Ok(name)))
 }
 
 fn messenger(

@@ -225,7 +225,8 @@ impl<Push: Pod> Compiling<Push> {
             device: device.info.name.clone(),
             reason: format!("kernel {} was not built for workgroups of {workgroup_size}", K::NAME),
         })?;
-        let source = Source::new(code, |id| specialization.value(id), pass.layout);
+        let lanes = device.info.subgroups.required_for(workgroup_size);
+        let source = Source::new(code, |id| specialization.value(id), pass.layout, lanes);
         let device = Arc::clone(device);
         let thread = Builder::new().spawn(move || device.pipelines.get(&device.raw, source)).map_err(Error::Thread)?;
         Ok(Self { pass: Some(pass), thread: Some(thread) })

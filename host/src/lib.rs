@@ -26,6 +26,7 @@ mod shared;
 #[cfg(unix)]
 mod signal;
 mod specialize;
+mod subgroups;
 mod texels;
 mod timing;
 
@@ -42,4 +43,5 @@ pub use pipeline::Code;
 pub use present::{Interface, Screen};
 #[cfg(unix)]
 pub use signal::is_ignored;
+pub use subgroups::Subgroups;
 pub use texels::Texels;

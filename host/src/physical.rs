@@ -5,6 +5,7 @@ use std::ffi::c_char;
 use ash::{ext, vk};
 
 use crate::machine;
+use crate::subgroups::Subgroups;
 
 /// The Vulkan version that every device must have.
 pub(crate) const API_VERSION: u32 = vk::API_VERSION_1_2;
@@ -58,8 +59,8 @@ pub struct DeviceInfo {
     pub max_buffer_bytes: u64,
     /// The largest number of rows of an image.
     pub max_image_rows: u32,
-    /// Whether compute kernels can use ballots and shuffles of a subgroup.
-    pub has_shuffle: bool,
+    /// Its subgroups.
+    pub subgroups: Subgroups,
     /// The reason why it cannot be used; `None` if it can.
     pub unfit: Option<String>,
 }
@@ -84,8 +85,7 @@ pub(crate) fn describe(
     requirements: &Requirements,
 ) -> DeviceInfo {
     let mut driver = vk::PhysicalDeviceDriverProperties::default();
-    let mut subgroup = vk::PhysicalDeviceSubgroupProperties::default();
-    let mut properties = vk::PhysicalDeviceProperties2::default().push_next(&mut driver).push_next(&mut subgroup);
+    let mut properties = vk::PhysicalDeviceProperties2::default().push_next(&mut driver);
     // SAFETY: `physical` belongs to `instance`, whose version 1.2 has this function.
     unsafe { instance.get_physical_device_properties2(physical, &mut properties) };
     let properties = properties.properties;
@@ -108,10 +108,7 @@ pub(crate) fn describe(
         kind,
         memory: memory(instance, physical, kind),
         max_buffer_bytes: u64::from(properties.limits.max_storage_buffer_range),
-        has_shuffle: subgroup.supported_stages.contains(vk::ShaderStageFlags::COMPUTE)
-            && subgroup
-                .supported_operations
-                .contains(vk::SubgroupFeatureFlags::BALLOT | vk::SubgroupFeatureFlags::SHUFFLE),
+        subgroups: Subgroups::of(instance, physical),
         max_image_rows: properties.limits.max_image_dimension2_d,
         unfit: unfit(instance, physical, &properties, requirements),
     }

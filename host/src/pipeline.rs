@@ -105,18 +105,25 @@ pub(crate) struct Source {
     constants: HashMap<u32, [u8; 4]>,
     key: Key,
     layout: vk::PipelineLayout,
+    /// Lanes of a subgroup; the device's choice if `None`.
+    lanes: Option<u32>,
 }
 
 impl Source {
     /// Takes code with the values of its specialization constants by their ids. `layout` must live until it
-    /// is compiled.
-    pub fn new(code: &Code, value: impl Fn(u32) -> Option<[u8; 4]>, layout: vk::PipelineLayout) -> Self {
+    /// is compiled. Subgroups have `lanes` lanes, which divide the workgroup; the device chooses if it is `None`.
+    pub fn new(
+        code: &Code,
+        value: impl Fn(u32) -> Option<[u8; 4]>,
+        layout: vk::PipelineLayout,
+        lanes: Option<u32>,
+    ) -> Self {
         let word = |word: &[u8]| u32::from_le_bytes([word[0], word[1], word[2], word[3]]);
         let spirv: Vec<u32> = code.spirv.chunks_exact(4).map(word).collect();
         let constants: Vec<_> =
             specialize::constants(&spirv).into_iter().filter_map(|id| value(id).map(|value| (id, value))).collect();
         let key = Key { code: code.spirv.as_ptr().addr(), values: constants.iter().map(|(_, value)| *value).collect() };
-        Self { spirv, constants: constants.into_iter().collect(), key, layout }
+        Self { spirv, constants: constants.into_iter().collect(), key, layout, lanes }
     }
 
     fn compile(&self, device: &ash::Device, cache: vk::PipelineCache) -> Result<vk::Pipeline> {
@@ -126,10 +133,16 @@ impl Source {
         unsafe {
             let create = vk::ShaderModuleCreateInfo::default().code(&words);
             let module = device.create_shader_module(&create, None).context("vkCreateShaderModule")?;
-            let stage = vk::PipelineShaderStageCreateInfo::default()
+            let mut subgroups = vk::PipelineShaderStageRequiredSubgroupSizeCreateInfo::default();
+            let mut stage = vk::PipelineShaderStageCreateInfo::default()
                 .stage(vk::ShaderStageFlags::COMPUTE)
                 .module(module)
                 .name(c"main");
+            if let Some(lanes) = self.lanes {
+                subgroups.required_subgroup_size = lanes;
+                stage =
+                    stage.flags(vk::PipelineShaderStageCreateFlags::REQUIRE_FULL_SUBGROUPS).push_next(&mut subgroups);
+            }
             let create = [vk::ComputePipelineCreateInfo::default().stage(stage).layout(self.layout)];
             let made = device.create_compute_pipelines(cache, &create, None);
             device.destroy_shader_module(module, None);

@@ -4,11 +4,11 @@ use std::ffi::CStr;
 use std::path::Path;
 use std::sync::atomic::AtomicU64;
 
-use ash::vk;
+use ash::{ext, khr, vk};
 
 use crate::error::{Context, Result};
 use crate::instance::Instance;
-use crate::physical::DeviceInfo;
+use crate::physical::{DeviceInfo, has_extension};
 use crate::pipeline::Pipelines;
 use crate::pipeline_cache::PipelineCache;
 
@@ -46,9 +46,20 @@ impl DeviceShared {
         cache: Option<&Path>,
     ) -> Result<Self> {
         let vulkan = &instance.shared.raw;
-        let extensions: Vec<_> = extensions.iter().map(|name| name.as_ptr()).collect();
+        let mut extensions: Vec<_> = extensions.iter().map(|name| name.as_ptr()).collect();
         let queues = [vk::DeviceQueueCreateInfo::default().queue_family_index(family).queue_priorities(&[1.0])];
-        let create = vk::DeviceCreateInfo::default().queue_create_infos(&queues).enabled_extension_names(&extensions);
+        let mut subgroups = vk::PhysicalDeviceSubgroupSizeControlFeatures::default();
+        let mut create = vk::DeviceCreateInfo::default().queue_create_infos(&queues);
+        if info.subgroups.required.is_some() {
+            extensions.push(ext::subgroup_size_control::NAME.as_ptr());
+            subgroups = subgroups.subgroup_size_control(true).compute_full_subgroups(true);
+            create = create.push_next(&mut subgroups);
+        }
+        // A layer over another system's devices, such as MoltenVK, wants to hear that its limits are known.
+        if has_extension(vulkan, physical, khr::portability_subset::NAME) {
+            extensions.push(khr::portability_subset::NAME.as_ptr());
+        }
+        create = create.enabled_extension_names(&extensions);
         // SAFETY: `physical` belongs to this instance, which the device keeps alive.
         let raw = unsafe { vulkan.create_device(physical, &create, None) }.context("vkCreateDevice")?;
         let pool = vk::CommandPoolCreateInfo::default()

@@ -14,6 +14,7 @@
 #include "kernel/counters.glsl"
 #include "kernel/interruption.glsl"
 #include "kernel/invocation.glsl"
+#include "kernel/subgroup.glsl"
 #include "kernel/tile.glsl"
 #include "lookup/disc.glsl"
 #include "lookup/flux.glsl"
@@ -21,7 +22,6 @@
 #include "lookup/grid.glsl"
 #include "lookup/records.glsl"
 #include "scene/constants.glsl"
-#extension GL_KHR_shader_subgroup_basic : require
 #extension GL_KHR_shader_subgroup_ballot : require
 #extension GL_KHR_shader_subgroup_shuffle : require
 
@@ -54,7 +54,7 @@ const uint MAX_ROUNDS = 60000u;
 
 // Number of lanes that work together: a power of two, and at most the number of bits in a word.
 uint lanes() {
-    return min(min(gl_SubgroupSize, gl_WorkGroupSize.x), 32u);
+    return min(subgroup_lanes(), 32u);
 }
 
 // One bit for each lane that works together.
@@ -72,7 +72,7 @@ uint peer(uint lane) {
 // device puts invocations into subgroups: a later dispatch goes on with the same peers.
 uint invocation_index_by_subgroup() {
     uint workgroup = gl_WorkGroupID.y * gl_NumWorkGroups.x + gl_WorkGroupID.x;
-    return workgroup * gl_WorkGroupSize.x + gl_SubgroupID * gl_SubgroupSize + gl_SubgroupInvocationID;
+    return workgroup * gl_WorkGroupSize.x + gl_SubgroupID * subgroup_lanes() + gl_SubgroupInvocationID;
 }
 
 vec3 min_over_lanes(vec3 v) {

@@ -156,6 +156,7 @@ impl Contents {
                 material: packed.material_features,
                 camera: view.features(),
                 render: options.features(&resolved),
+                device: Specialization::DECLARED.device,
                 pass: PassFeatures { is_resumable: false, is_queue: false },
             }),
             memory: Memory { scene: memory.scene, buffers: memory.buffers },

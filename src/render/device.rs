@@ -2,9 +2,9 @@
 
 use std::path::Path;
 
-use goblet_host::{Device, Instance};
+use goblet_host::{Device, DeviceInfo, Instance};
 
-use crate::kernels::REQUIREMENTS;
+use crate::kernels::{DeviceFeatures, REQUIREMENTS};
 
 /// Which device to open, and how.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -27,4 +27,10 @@ pub struct DeviceOptions<'a> {
 /// and not installed.
 pub fn open_device(options: &DeviceOptions<'_>) -> goblet_host::Result<Device> {
     Instance::new(options.validation)?.open(options.selector, &REQUIREMENTS, options.cache)
+}
+
+/// Returns what kernels with workgroups of this size are specialised to on a device.
+pub fn device_features(device: &DeviceInfo, workgroup_size: u32) -> DeviceFeatures {
+    let lanes = device.subgroups.lanes(workgroup_size);
+    DeviceFeatures { knows_lanes: lanes.is_some(), lanes: lanes.unwrap_or(1) }
 }

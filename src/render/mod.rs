@@ -22,5 +22,6 @@ mod settings;
 mod stage;
 pub(crate) mod unsampled;
 
+pub use device::device_features;
 pub use pacing::photons_per_invocation;
 pub use passes::is_queue;

@@ -19,6 +19,7 @@ use crate::kernels::{MaterialFeatures, PassFeatures, PixelState, SceneFeatures, 
 use crate::render::buffers::{Buffers, Sizes};
 use crate::render::checkpoint::{Checkpoint, CheckpointError, MadeBy};
 use crate::render::counters::Tally;
+use crate::render::device::device_features;
 use crate::render::error::RenderError;
 use crate::render::identity::Identity;
 use crate::render::iteration;
@@ -96,11 +97,12 @@ impl Base {
                 material: self.material_features,
                 camera: view.features(),
                 render: options.features(resolved),
+                device: device_features(device.info(), resolved.workgroup_size),
                 pass: PassFeatures { is_resumable: false, is_queue: false },
             },
             // The gather pass of the grid needs shuffles within a subgroup; the pass of the tree runs on any
             // device.
-            lookup: if device.info().has_shuffle { options.lookup } else { LookupKind::KdTree },
+            lookup: if device.info().subgroups.has_shuffle { options.lookup } else { LookupKind::KdTree },
             workgroup_size: resolved.workgroup_size,
             solver: options.revolution_solver,
             max_depth: resolved.max_depth,

@@ -52,7 +52,7 @@ mod tests {
             memory: goblet_host::DeviceMemory { total_bytes: 1, free_bytes: 1 },
             max_buffer_bytes: 1,
             max_image_rows: 1,
-            has_shuffle: false,
+            subgroups: goblet_host::Subgroups::default(),
             unfit: None,
         };
         let machine = Machine::new(&device);

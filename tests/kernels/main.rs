@@ -22,6 +22,7 @@ mod revolution;
 mod rough;
 mod sampling;
 mod statistics;
+mod subgroup;
 mod sum;
 #[path = "../support/mod.rs"]
 mod support;

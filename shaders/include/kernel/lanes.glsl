@@ -1,7 +1,7 @@
 // The lanes of a subgroup that work together on a queue of rays.
 #extension GL_EXT_control_flow_attributes : require
-#extension GL_KHR_shader_subgroup_basic : require
 #extension GL_KHR_shader_subgroup_shuffle : require
+#include "kernel/subgroup.glsl"
 #include "scene/features.glsl"
 
 // A loop over inner nodes goes on while this many eighths of the lanes are at one.
@@ -15,7 +15,7 @@ const uint BODY_LANES = 4u;
 // The sum over all lanes, which must be active. A few shuffles: CPU drivers make loops over lanes of ballots
 // and sums.
 uint sum_of_lanes(uint value) {
-    [[unroll]] for (uint step = 1u; step < gl_SubgroupSize; step <<= 1u) {
+    [[unroll]] for (uint step = 1u; step < subgroup_lanes(); step <<= 1u) {
         value += subgroupShuffle(value, gl_SubgroupInvocationID ^ step);
     }
     return value;
@@ -32,7 +32,7 @@ bool any_lane(bool busy) {
 // Whether a loop goes on in which `lane` has something to do.
 bool goes_on(bool lane, uint eighths) {
     if (IS_QUEUE) {
-        return 8u * sum_of_lanes(lane ? 1u : 0u) >= eighths * gl_SubgroupSize;
+        return 8u * sum_of_lanes(lane ? 1u : 0u) >= eighths * subgroup_lanes();
     }
     return lane;
 }
@@ -41,7 +41,7 @@ bool goes_on(bool lane, uint eighths) {
 bool waits_for(bool walks, bool is_answered) {
     if (IS_QUEUE) {
         uint sum = sum_of_lanes((walks ? 1u : 0u) | (is_answered ? 0x10000u : 0u));
-        return (sum & 0xffffu) > 0u && 8u * (sum >> 16u) < ANSWERED_LANES * gl_SubgroupSize;
+        return (sum & 0xffffu) > 0u && 8u * (sum >> 16u) < ANSWERED_LANES * subgroup_lanes();
     }
     return walks;
 }
@@ -50,7 +50,7 @@ bool waits_for(bool walks, bool is_answered) {
 bool is_turn_of(bool waits, bool walks) {
     if (IS_QUEUE) {
         uint sum = sum_of_lanes((waits ? 1u : 0u) | (walks ? 0x10000u : 0u));
-        return 8u * (sum & 0xffffu) >= BODY_LANES * gl_SubgroupSize || sum >> 16u == 0u;
+        return 8u * (sum & 0xffffu) >= BODY_LANES * subgroup_lanes() || sum >> 16u == 0u;
     }
     return true;
 }

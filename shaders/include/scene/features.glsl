@@ -74,6 +74,12 @@ FEATURES RenderFeatures {
     float CELL_SCALE = 1.0;             // width of a cell of the hash grid, in diameters of the largest disc
 };
 
+// Of a device and its workgroups: src/render/device.rs.
+FEATURES DeviceFeatures {
+    bool KNOWS_LANES = false;           // each subgroup has LANES lanes; without it, each invocation finds the number
+    uint LANES = 1u;                    // lanes of a subgroup: subgroup.glsl
+};
+
 // Of a pass: src/render/passes/path.rs.
 FEATURES PassFeatures {
     bool IS_RESUMABLE = false;          // invocations go on in further dispatches: interruption.glsl
