@@ -28,7 +28,7 @@ impl<T: Pod> Buffer<T> {
         let usage = vk::BufferUsageFlags::STORAGE_BUFFER
             | vk::BufferUsageFlags::TRANSFER_SRC
             | vk::BufferUsageFlags::TRANSFER_DST;
-        let mut raw = RawBuffer::new(device, name, bytes + guard, usage, vk::MemoryPropertyFlags::DEVICE_LOCAL)?;
+        let mut raw = RawBuffer::new(device, name, bytes + guard, usage, [vk::MemoryPropertyFlags::DEVICE_LOCAL; 2])?;
         raw.guard_from = bytes;
         Ok(Self { raw: Arc::new(raw), length, element: PhantomData })
     }
@@ -79,7 +79,9 @@ impl RawBuffer {
     pub fn host(device: &Arc<DeviceShared>, name: &'static str, bytes: u64) -> Result<Self> {
         let usage = vk::BufferUsageFlags::TRANSFER_SRC | vk::BufferUsageFlags::TRANSFER_DST;
         let visible = vk::MemoryPropertyFlags::HOST_VISIBLE | vk::MemoryPropertyFlags::HOST_COHERENT;
-        let mut buffer = Self::new(device, name, bytes, usage, visible)?;
+        // Without it, the memory may be one that the host writes fast and reads very slowly.
+        let cached = visible | vk::MemoryPropertyFlags::HOST_CACHED;
+        let mut buffer = Self::new(device, name, bytes, usage, [cached, visible])?;
         if let Some(memory) = &buffer.memory {
             // SAFETY: the memory is host visible and not mapped yet.
             let mapped =
@@ -94,7 +96,7 @@ impl RawBuffer {
         name: &'static str,
         bytes: u64,
         usage: vk::BufferUsageFlags,
-        properties: vk::MemoryPropertyFlags,
+        properties: [vk::MemoryPropertyFlags; 2],
     ) -> Result<Self> {
         let create = vk::BufferCreateInfo::default().size(bytes).usage(usage);
         // SAFETY: the size is positive; the buffer is destroyed on drop.

@@ -16,12 +16,13 @@ pub(crate) struct Memory {
 }
 
 impl Memory {
-    /// Allocates memory for a buffer or image that messages call `name`.
+    /// Allocates memory for a buffer or image that messages call `name`: with the properties `wanted` if there is
+    /// any, else with those that are `needed`.
     pub fn new(
         device: &Arc<DeviceShared>,
         name: &'static str,
         needs: vk::MemoryRequirements,
-        properties: vk::MemoryPropertyFlags,
+        [wanted, needed]: [vk::MemoryPropertyFlags; 2],
     ) -> Result<Self> {
         let bytes = needs.size;
         let held = device.allocated.load(Ordering::Relaxed);
@@ -31,7 +32,8 @@ impl Memory {
         if held + bytes > free {
             return Err(out_of_memory());
         }
-        let index = memory_type(device, needs.memory_type_bits, properties).ok_or_else(out_of_memory)?;
+        let find = |properties| memory_type(device, needs.memory_type_bits, properties);
+        let index = find(wanted).or_else(|| find(needed)).ok_or_else(out_of_memory)?;
         let allocate = vk::MemoryAllocateInfo::default().allocation_size(bytes).memory_type_index(index);
         // SAFETY: the memory type is one that its user allows.
         let handle = unsafe { device.raw.allocate_memory(&allocate, None) }.map_err(|_| out_of_memory())?;

@@ -107,7 +107,7 @@ impl RawTexels {
         let vulkan = &self.device.raw;
         // SAFETY: the image was just made by this device.
         let needs = unsafe { vulkan.get_image_memory_requirements(self.image) };
-        let memory = Memory::new(&self.device, self.name, needs, vk::MemoryPropertyFlags::DEVICE_LOCAL)?;
+        let memory = Memory::new(&self.device, self.name, needs, [vk::MemoryPropertyFlags::DEVICE_LOCAL; 2])?;
         // SAFETY: fresh memory of the required size, bound once, as long-lived as the image.
         unsafe { vulkan.bind_image_memory(self.image, memory.handle, 0) }.context("vkBindImageMemory")?;
         self.memory = Some(memory);

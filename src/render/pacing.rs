@@ -27,38 +27,50 @@ pub fn photons_per_invocation(kind: DeviceKind) -> u64 {
 
 /// The time that a dispatch should take in a responsive render.
 const MOMENT: Duration = Duration::from_millis(40);
-/// The number of invocations in the first dispatch of a responsive render, and the smallest number in any
-/// but the last. Every workgroup size divides it.
+/// The time that a dispatch should take on a GPU: the systems of some end a dispatch after two seconds.
+const BREATH: Duration = Duration::from_millis(100);
+/// The same on a CPU, which has no watchdog, and whose cores wait for each other at the end of a dispatch.
+const BREATH_OF_CPU: Duration = Duration::from_secs(1);
+/// The number of invocations in the first dispatch, before any time is measured, and the smallest number in
+/// any but the last. Every workgroup size divides it.
 const FEWEST_INVOCATIONS: u64 = 128;
+/// The number in the first dispatch on a CPU, unless the render is responsive.
+const FIRST_INVOCATIONS_OF_CPU: u64 = 1 << 16;
 
 /// The number of invocations of a pass in one dispatch.
 #[derive(Clone, Copy, Debug)]
 pub struct Pace {
-    /// The largest number of invocations in a dispatch; `None` if there is no limit.
-    invocations: Option<u64>,
+    /// The largest number of invocations in a dispatch.
+    invocations: u64,
+    /// The time that a dispatch should take.
+    target: Duration,
 }
 
 impl Pace {
-    /// Returns a pace without limit, or, if `responsive`, with a limit that keeps a dispatch near [`MOMENT`].
-    pub fn new(responsive: bool) -> Self {
-        Self { invocations: responsive.then_some(FEWEST_INVOCATIONS) }
+    /// Returns the pace of a pass that has not run yet, on a kind of device.
+    pub fn new(kind: DeviceKind, responsive: bool) -> Self {
+        let (invocations, target) = match kind {
+            _ if responsive => (FEWEST_INVOCATIONS, MOMENT),
+            DeviceKind::Cpu => (FIRST_INVOCATIONS_OF_CPU, BREATH_OF_CPU),
+            _ => (FEWEST_INVOCATIONS, BREATH),
+        };
+        Self { invocations, target }
     }
 
     /// Returns the number of invocations of the next dispatch, if `left` invocations remain. Only the last
     /// dispatch may end within a workgroup.
     pub fn next(&self, left: u64) -> u64 {
-        self.invocations.map_or(left, |invocations| invocations.min(left))
+        self.invocations.min(left)
     }
 
     /// Adapts the limit to the time that a dispatch took.
     pub fn observe(&mut self, invocations: u64, took: Duration) {
-        let Some(most) = &mut self.invocations else { return };
-        if invocations < *most && took < MOMENT {
+        if invocations < self.invocations && took < self.target {
             return; // The time of a small last dispatch says little.
         }
-        let wanted = invocations as f64 * MOMENT.as_secs_f64() / took.as_secs_f64().max(1e-6);
-        let wanted = (wanted as u64).min(most.saturating_mul(4)) / FEWEST_INVOCATIONS * FEWEST_INVOCATIONS;
-        *most = wanted.max(FEWEST_INVOCATIONS);
+        let wanted = invocations as f64 * self.target.as_secs_f64() / took.as_secs_f64().max(1e-6);
+        let wanted = (wanted as u64).min(self.invocations.saturating_mul(4));
+        self.invocations = (wanted / FEWEST_INVOCATIONS * FEWEST_INVOCATIONS).max(FEWEST_INVOCATIONS);
     }
 }
 
@@ -92,7 +104,7 @@ impl Schedule {
         let first = if kind == DeviceKind::Cpu { FIRST_OF_CPU } else { FIRST };
         let photons = asked.unwrap_or(first).clamp(1, max);
         let target = if kind == DeviceKind::Cpu { TARGET_OF_CPU } else { TARGET };
-        let pace = Pace::new(responsive);
+        let pace = Pace::new(kind, responsive);
         Self {
             paces: Paces { eye: pace, photon: pace, gather: pace },
             photons,
@@ -158,7 +170,7 @@ mod tests {
 
     #[test]
     fn dispatches_come_to_take_a_moment() {
-        let mut pace = Pace::new(true);
+        let mut pace = Pace::new(DeviceKind::Cpu, true);
         for _ in 0..20 {
             let invocations = pace.next(1_000_003);
             assert!(invocations.is_multiple_of(FEWEST_INVOCATIONS));
@@ -170,7 +182,22 @@ mod tests {
         assert!(pace.next(u64::MAX) > 9_000, "the last few tell little");
         pace.observe(9_984, Duration::from_secs(100));
         assert_eq!(pace.next(u64::MAX), FEWEST_INVOCATIONS);
-        assert_eq!(Pace::new(false).next(u64::MAX), u64::MAX);
+    }
+
+    /// Paths of a millisecond each: no dispatch takes much longer than its time, the first one included.
+    #[test]
+    fn dispatches_of_a_slow_pass_are_short_from_the_first_one_on() {
+        for kind in [DeviceKind::Discrete, DeviceKind::Integrated, DeviceKind::Virtual, DeviceKind::Other] {
+            let mut pace = Pace::new(kind, false);
+            let mut left: u64 = 100_000;
+            while left > 0 {
+                let invocations = pace.next(left);
+                let took = Duration::from_millis(invocations);
+                assert!(took <= BREATH.max(Duration::from_millis(FEWEST_INVOCATIONS)), "{kind:?}: {took:?}");
+                pace.observe(invocations, took);
+                left -= invocations;
+            }
+        }
     }
 
     #[test]
