@@ -142,11 +142,15 @@ fn unfit(
         .map(|(what, has, needed)| format!("it has {has} {what}, and {needed} are needed"))
 }
 
-/// Returns the index and the number of timestamp bits of the first queue family that computes.
+/// Returns the index and the number of timestamp bits of the first queue family that computes and does not draw,
+/// or else of the first that computes: a queue of its own leaves the screen to others.
 pub(crate) fn compute_family(instance: &ash::Instance, physical: vk::PhysicalDevice) -> Option<(u32, u32)> {
     // SAFETY: `physical` belongs to `instance`.
     let families = unsafe { instance.get_physical_device_queue_family_properties(physical) };
-    let index = families.iter().position(|family| family.queue_flags.contains(vk::QueueFlags::COMPUTE))?;
+    let computes = |family: &vk::QueueFamilyProperties| family.queue_flags.contains(vk::QueueFlags::COMPUTE);
+    let draws = |family: &vk::QueueFamilyProperties| family.queue_flags.contains(vk::QueueFlags::GRAPHICS);
+    let alone = families.iter().position(|family| computes(family) && !draws(family));
+    let index = alone.or_else(|| families.iter().position(computes))?;
     Some((u32::try_from(index).ok()?, families[index].timestamp_valid_bits))
 }
 
