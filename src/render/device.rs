@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use goblet_host::{Device, Instance};
+use goblet_host::{ArrayKind, Device, Instance, Requirements};
 
 use crate::kernels::REQUIREMENTS;
 
@@ -18,6 +18,9 @@ pub struct DeviceOptions<'a> {
     /// A folder for compiled kernels, where the driver gives them away: a later device reads them there. They
     /// are written when the device is dropped. Nothing fails if this is not possible. `None` writes nothing.
     pub cache: Option<&'a Path>,
+    /// What the arrays that kernels load from are in. `None` is what the device loads from faster. It changes no
+    /// byte of an image.
+    pub arrays: Option<ArrayKind>,
 }
 
 /// Opens a device.
@@ -26,5 +29,6 @@ pub struct DeviceOptions<'a> {
 /// There is no such device, it lacks a feature that goblet needs, or the validation layers are wanted
 /// and not installed.
 pub fn open_device(options: &DeviceOptions<'_>) -> goblet_host::Result<Device> {
-    Instance::new(options.validation)?.open(options.selector, &REQUIREMENTS, options.cache)
+    let requirements = Requirements { arrays: options.arrays, ..REQUIREMENTS };
+    Instance::new(options.validation)?.open(options.selector, &requirements, options.cache)
 }
