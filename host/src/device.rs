@@ -383,4 +383,16 @@ mod tests {
         drop(buffer);
         assert_eq!(device.allocated_bytes(), before);
     }
+
+    #[test]
+    fn a_group_that_is_larger_than_a_binding_is_refused_with_both_numbers() {
+        let requirements = Requirements { arrays: Some(ArrayKind::Buffers), ..Requirements::default() };
+        let device = Instance::new(false).unwrap().open(None, &requirements, None).unwrap();
+        let limit = device.info().max_buffer_bytes;
+        let half = Extent::of::<[u32; 4]>("half", limit / 32 + 1);
+        let Err(Error::BufferTooLarge { buffer, bytes, limit: told }) = device.group("two halves", &[half; 2]) else {
+            panic!("two halves fit");
+        };
+        assert_eq!((buffer.as_str(), bytes, told), ("two halves", 16 + 32 * (limit / 32 + 1), limit));
+    }
 }

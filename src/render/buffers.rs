@@ -97,7 +97,8 @@ pub fn invocations_by_tile(resolution: [u32; 2]) -> u64 {
 
 device_arrays! {
     /// The arrays that passes share; `shaders/` documents their contents. They are split by field, because a
-    /// device may bind no more than 128 MiB of a buffer and 1 GiB of texels at once.
+    /// device may bind no more than 128 MiB of a buffer and 1 GiB of texels at once. Where arrays are in buffers,
+    /// the four sums share one, so that no kernel binds more than 12: 128 MiB are then two million pixels.
     pub struct Buffers(sizes) {
         camera: Texels<Camera>[1_u32],
         /// Tables for sampling the pixel filter.

@@ -32,3 +32,17 @@ pub fn open_device(options: &DeviceOptions<'_>) -> goblet_host::Result<Device> {
     let requirements = Requirements { arrays: options.arrays, ..REQUIREMENTS };
     Instance::new(options.validation)?.open(options.selector, &requirements, options.cache)
 }
+
+#[cfg(test)]
+mod tests {
+    use goblet_host::BindingCounts;
+
+    use super::*;
+
+    /// What MoltenVK and SwiftShader bind, with room for the sorts of arrays to come.
+    #[test]
+    fn kernels_with_arrays_in_buffers_bind_few_buffers_and_no_image() {
+        let BindingCounts { storage_buffers, images } = REQUIREMENTS.in_buffers;
+        assert!(storage_buffers <= 12 && images == 0, "{storage_buffers} storage buffers and {images} images");
+    }
+}
