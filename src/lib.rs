@@ -84,7 +84,7 @@ pub mod study;
 pub mod viewer;
 
 pub use glam;
-pub use goblet_host::{Device, DeviceInfo, DeviceKind, Error as DeviceError};
+pub use goblet_host::{ArrayKind, Device, DeviceInfo, DeviceKind, Error as DeviceError};
 
 pub use base::host_memory::OutOfHostMemory;
 pub use gpu_scene::pack::{Envelopes, PackError, RevolutionSolver};

@@ -21,16 +21,7 @@ impl<T: Pod> Buffer<T> {
     /// Allocates a buffer with a guard zone of `guard` bytes after its end.
     pub(crate) fn new(device: &Arc<DeviceShared>, name: &'static str, length: u64, guard: u64) -> Result<Self> {
         let bytes = length.max(1).saturating_mul(size_of::<T>() as u64);
-        let limit = device.info.max_buffer_bytes;
-        if bytes > limit {
-            return Err(Error::BufferTooLarge { buffer: name.to_owned(), bytes, limit });
-        }
-        let usage = vk::BufferUsageFlags::STORAGE_BUFFER
-            | vk::BufferUsageFlags::TRANSFER_SRC
-            | vk::BufferUsageFlags::TRANSFER_DST;
-        let mut raw = RawBuffer::new(device, name, bytes + guard, usage, [vk::MemoryPropertyFlags::DEVICE_LOCAL; 2])?;
-        raw.guard_from = bytes;
-        Ok(Self { raw: Arc::new(raw), length, element: PhantomData })
+        Ok(Self { raw: Arc::new(RawBuffer::bound(device, name, bytes, guard)?), length, element: PhantomData })
     }
 }
 
@@ -60,8 +51,6 @@ pub(crate) struct RawBuffer {
     pub name: &'static str,
     pub handle: vk::Buffer,
     pub bytes: u64,
-    /// Byte at which its guard zone begins: its length, if it has none.
-    pub guard_from: u64,
     memory: Option<Memory>,
     /// Address of the host's mapping; null for device-local buffers.
     mapped: *mut u8,
@@ -75,6 +64,17 @@ unsafe impl Send for RawBuffer {}
 unsafe impl Sync for RawBuffer {}
 
 impl RawBuffer {
+    /// Allocates a buffer in device memory that kernels bind, with `guard` bytes after its end.
+    pub fn bound(device: &Arc<DeviceShared>, name: &'static str, bytes: u64, guard: u64) -> Result<Self> {
+        let limit = device.info.max_buffer_bytes;
+        if bytes > limit {
+            return Err(Error::BufferTooLarge { buffer: name.to_owned(), bytes, limit });
+        }
+        let transfers = vk::BufferUsageFlags::TRANSFER_SRC | vk::BufferUsageFlags::TRANSFER_DST;
+        let usage = vk::BufferUsageFlags::STORAGE_BUFFER | transfers;
+        Self::new(device, name, bytes + guard, usage, [vk::MemoryPropertyFlags::DEVICE_LOCAL; 2])
+    }
+
     /// Allocates a buffer in host memory, which stays mapped.
     pub fn host(device: &Arc<DeviceShared>, name: &'static str, bytes: u64) -> Result<Self> {
         let usage = vk::BufferUsageFlags::TRANSFER_SRC | vk::BufferUsageFlags::TRANSFER_DST;
@@ -101,15 +101,8 @@ impl RawBuffer {
         let create = vk::BufferCreateInfo::default().size(bytes).usage(usage);
         // SAFETY: the size is positive; the buffer is destroyed on drop.
         let handle = unsafe { device.raw.create_buffer(&create, None) }.context("vkCreateBuffer")?;
-        let mut buffer = Self {
-            name,
-            handle,
-            bytes,
-            guard_from: bytes,
-            memory: None,
-            mapped: std::ptr::null_mut(),
-            device: Arc::clone(device),
-        };
+        let mut buffer =
+            Self { name, handle, bytes, memory: None, mapped: std::ptr::null_mut(), device: Arc::clone(device) };
         // SAFETY: the buffer was just made by this device.
         let needs = unsafe { device.raw.get_buffer_memory_requirements(handle) };
         let memory = Memory::new(device, name, needs, properties)?;

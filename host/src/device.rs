@@ -1,6 +1,7 @@
 //! A device with one compute queue.
 
 use std::ffi::CStr;
+use std::ops::Range;
 use std::path::Path;
 use std::sync::atomic::Ordering;
 use std::sync::{Arc, Mutex};
@@ -12,13 +13,15 @@ use bytemuck::Pod;
 use crate::buffer::{Buffer, RawBuffer};
 use crate::error::{Error, Result};
 use crate::frame::Frame;
+use crate::group::{Group, Layout};
 use crate::guard::{GUARD_BYTES, Guards};
+use crate::image::{GUARD_ROWS, RawImage};
 use crate::instance::Instance;
 use crate::kernel::{Compiling, Kernel, Pass};
-use crate::physical::{self, DeviceInfo, DeviceMemory, Requirements, compute_family};
+use crate::physical::{self, ArrayKind, DeviceInfo, DeviceMemory, Requirements, compute_family};
 use crate::recording::{Recorder, lock};
 use crate::shared::DeviceShared;
-use crate::texels::{GUARD_ROWS, RawTexels, Texels};
+use crate::texels::{Extent, Part, Storage, Texels};
 use crate::timing::Timer;
 
 /// Size of the staging buffer: the bytes of a transfer between host and device.
@@ -102,12 +105,25 @@ impl Device {
     /// # Errors
     /// Too large for one binding, or out of device memory.
     pub fn buffer<T: Pod>(&self, name: &'static str, length: u64) -> Result<Buffer<T>> {
-        let guard = self.guards.as_ref().map_or(0, |_| GUARD_BYTES);
-        let buffer = Buffer::new(&self.shared, name, length, guard)?;
-        if let Some(guards) = &self.guards {
-            guards.watch_buffer(self.recorder(), buffer.raw())?;
-        }
+        let buffer = Buffer::new(&self.shared, name, length, self.guard_bytes())?;
+        self.watch(buffer.raw(), [(name, buffer.raw().bytes - self.guard_bytes())].into_iter())?;
         Ok(buffer)
+    }
+
+    /// Returns the bytes of a guard zone in a buffer.
+    fn guard_bytes(&self) -> u64 {
+        self.guards.as_ref().map_or(0, |_| GUARD_BYTES)
+    }
+
+    /// Fills a new buffer with the pattern and watches the guard zones after the ends of arrays in it.
+    fn watch(&self, buffer: &Arc<RawBuffer>, ends: impl Iterator<Item = (&'static str, u64)>) -> Result<()> {
+        match &self.guards {
+            None => Ok(()),
+            Some(guards) => {
+                let zones = ends.map(|(name, end)| (name, end..end + GUARD_BYTES));
+                guards.watch_buffer(self.recorder(), buffer, zones)
+            }
+        }
     }
 
     /// Allocates a buffer that holds `data`.
@@ -126,13 +142,17 @@ impl Device {
     /// The transfer fails.
     pub fn write<T: Pod>(&self, buffer: &Buffer<T>, data: &[T]) -> Result<()> {
         assert!(data.len() as u64 <= buffer.len(), "buffer {} is too short", buffer.name());
-        let bytes: &[u8] = bytemuck::cast_slice(data);
+        self.write_bytes(buffer.raw(), 0, bytemuck::cast_slice(data))
+    }
+
+    /// Writes bytes to a place in a buffer.
+    fn write_bytes(&self, buffer: &RawBuffer, first: u64, bytes: &[u8]) -> Result<()> {
         let staging = lock(&self.staging);
         for (index, chunk) in bytes.chunks(STAGING_BYTES as usize).enumerate() {
             staging.map_write(chunk);
-            let offset = index as u64 * STAGING_BYTES;
+            let offset = first + index as u64 * STAGING_BYTES;
             let mut recording = self.recorder().begin()?;
-            recording.copy(&staging, 0, buffer.raw(), offset, chunk.len() as u64);
+            recording.copy(&staging, 0, buffer, offset, chunk.len() as u64);
             recording.submit()?;
         }
         Ok(())
@@ -144,33 +164,77 @@ impl Device {
     /// The transfer fails.
     pub fn read<T: Pod>(&self, buffer: &Buffer<T>) -> Result<Vec<T>> {
         let mut data = vec![T::zeroed(); buffer.len() as usize];
-        let bytes: &mut [u8] = bytemuck::cast_slice_mut(&mut data);
+        self.read_bytes(buffer.raw(), 0, bytemuck::cast_slice_mut(&mut data))?;
+        Ok(data)
+    }
+
+    /// Reads bytes from a place in a buffer.
+    fn read_bytes(&self, buffer: &RawBuffer, first: u64, bytes: &mut [u8]) -> Result<()> {
         let staging = lock(&self.staging);
         for (index, chunk) in bytes.chunks_mut(STAGING_BYTES as usize).enumerate() {
-            let offset = index as u64 * STAGING_BYTES;
+            let offset = first + index as u64 * STAGING_BYTES;
             let mut recording = self.recorder().begin()?;
-            recording.copy(buffer.raw(), offset, &staging, 0, chunk.len() as u64);
+            recording.copy(buffer, offset, &staging, 0, chunk.len() as u64);
             recording.submit()?;
             staging.map_read(chunk);
         }
-        Ok(data)
+        Ok(())
     }
 
     /// Allocates texels for `length` elements, with undefined contents. Empty ones have memory for one
     /// element.
     ///
     /// # Errors
-    /// Too large for one image, or out of device memory.
+    /// Too large for one image or binding, or out of device memory.
     pub fn texels<T: Pod>(&self, name: &'static str, length: u64) -> Result<Texels<T>> {
-        let guard_rows = self.guards.as_ref().map_or(0, |_| GUARD_ROWS);
-        let texels = Texels::new(&self.shared, name, length, guard_rows)?;
+        let extent = Extent::of::<T>(name, length);
+        let storage = match self.shared.info.arrays {
+            ArrayKind::Images => self.image(&extent)?,
+            ArrayKind::Buffers => {
+                let bytes = extent.bytes();
+                let buffer = Arc::new(RawBuffer::bound(&self.shared, name, bytes, self.guard_bytes())?);
+                self.watch(&buffer, [(name, bytes)].into_iter())?;
+                Storage::Part(Part { buffer, first: 0, bytes, member: None })
+            }
+        };
+        Ok(Texels::new(&extent, storage))
+    }
+
+    /// Allocates a group of texels, with undefined contents: kernels bind them together. Their elements are
+    /// whole texels of four words.
+    ///
+    /// # Errors
+    /// As [`Device::texels`]; where they are in buffers, all of a group are in one.
+    pub fn group(&self, name: &'static str, extents: &[Extent]) -> Result<Group> {
+        if self.shared.info.arrays == ArrayKind::Images {
+            let images: Result<Vec<Storage>> = extents.iter().map(|extent| self.image(extent)).collect();
+            return Ok(Group::new(extents.iter().copied().zip(images?)));
+        }
+        let layout = Layout::new(extents, self.guard_bytes());
+        let buffer = Arc::new(RawBuffer::bound(&self.shared, name, layout.bytes, self.guard_bytes())?);
+        let named = || extents.iter().zip(&layout.places);
+        self.watch(&buffer, named().map(|(extent, place)| (extent.name, place.end)))?;
+        self.write_bytes(&buffer, 0, bytemuck::cast_slice(&layout.table))?;
+        let part = |member: usize, place: &Range<u64>| Part {
+            buffer: Arc::clone(&buffer),
+            first: place.start,
+            bytes: place.end - place.start,
+            member: Some(member as u32),
+        };
+        let parts = named().enumerate().map(|(i, (extent, place))| (*extent, Storage::Part(part(i, place))));
+        Ok(Group::new(parts))
+    }
+
+    /// Allocates an image for texels.
+    fn image(&self, extent: &Extent) -> Result<Storage> {
+        let image = extent.image(&self.shared, self.guards.as_ref().map_or(0, |_| GUARD_ROWS))?;
         let mut recording = self.recorder().begin()?;
-        recording.transition(texels.raw(), vk::ImageLayout::UNDEFINED, vk::ImageLayout::GENERAL);
+        recording.transition(&image, vk::ImageLayout::UNDEFINED, vk::ImageLayout::GENERAL);
         recording.submit()?;
         if let Some(guards) = &self.guards {
-            guards.watch_texels(self.recorder(), texels.raw())?;
+            guards.watch_image(self.recorder(), &image)?;
         }
-        Ok(texels)
+        Ok(Storage::Image(image))
     }
 
     /// Allocates texels that hold `data`.
@@ -189,13 +253,17 @@ impl Device {
     /// The transfer fails.
     pub fn write_texels<T: Pod>(&self, texels: &Texels<T>, data: &[T]) -> Result<()> {
         assert!(data.len() as u64 <= texels.len(), "texels {} are too short", texels.name());
-        let rows = staged_rows(texels.raw());
         let bytes: &[u8] = bytemuck::cast_slice(data);
+        let image = match texels.storage() {
+            Storage::Part(part) => return self.write_bytes(&part.buffer, part.first, bytes),
+            Storage::Image(image) => image,
+        };
+        let rows = staged_rows(image);
         let staging = lock(&self.staging);
-        for (index, chunk) in bytes.chunks((rows * texels.raw().row_bytes()) as usize).enumerate() {
+        for (index, chunk) in bytes.chunks((rows * image.row_bytes()) as usize).enumerate() {
             staging.map_write(chunk);
             let mut recording = self.recorder().begin()?;
-            recording.copy_to_rows(&staging, texels.raw(), index as u64 * rows, chunk.len() as u64);
+            recording.copy_to_rows(&staging, image, index as u64 * rows, chunk.len() as u64);
             recording.submit()?;
         }
         Ok(())
@@ -216,12 +284,19 @@ impl Device {
     pub fn read_first_texels<T: Pod>(&self, texels: &Texels<T>, count: u64) -> Result<Vec<T>> {
         assert!(count <= texels.len(), "texels {} are too short", texels.name());
         let mut data = vec![T::zeroed(); count as usize];
-        let rows = staged_rows(texels.raw());
         let bytes: &mut [u8] = bytemuck::cast_slice_mut(&mut data);
+        let image = match texels.storage() {
+            Storage::Part(part) => {
+                self.read_bytes(&part.buffer, part.first, bytes)?;
+                return Ok(data);
+            }
+            Storage::Image(image) => image,
+        };
+        let rows = staged_rows(image);
         let staging = lock(&self.staging);
-        for (index, chunk) in bytes.chunks_mut((rows * texels.raw().row_bytes()) as usize).enumerate() {
+        for (index, chunk) in bytes.chunks_mut((rows * image.row_bytes()) as usize).enumerate() {
             let mut recording = self.recorder().begin()?;
-            recording.copy_from_rows(texels.raw(), index as u64 * rows, &staging, chunk.len() as u64);
+            recording.copy_from_rows(image, index as u64 * rows, &staging, chunk.len() as u64);
             recording.submit()?;
             staging.map_read(chunk);
         }
@@ -288,8 +363,8 @@ impl Device {
 }
 
 /// Returns the rows of texels that fit into the staging buffer, at least one.
-fn staged_rows(texels: &RawTexels) -> u64 {
-    (STAGING_BYTES / texels.row_bytes()).max(1)
+fn staged_rows(image: &RawImage) -> u64 {
+    (STAGING_BYTES / image.row_bytes()).max(1)
 }
 
 #[cfg(test)]
@@ -298,14 +373,7 @@ mod tests {
 
     #[test]
     fn a_device_tells_its_memory_and_counts_what_is_allocated() {
-        let requirements = Requirements {
-            storage_buffers: 1,
-            images: 1,
-            texels_per_row: 1024,
-            push_constant_bytes: 0,
-            descriptor_sets: 1,
-            workgroup_size: 1,
-        };
+        let requirements = Requirements { texels_per_row: 1024, ..Requirements::default() };
         let device = Instance::new(false).unwrap().open(None, &requirements, None).unwrap();
         let DeviceMemory { total_bytes, free_bytes } = device.memory();
         assert!(0 < free_bytes && free_bytes <= total_bytes, "{free_bytes} of {total_bytes}");
@@ -314,5 +382,17 @@ mod tests {
         assert!(device.allocated_bytes() >= before + 4096);
         drop(buffer);
         assert_eq!(device.allocated_bytes(), before);
+    }
+
+    #[test]
+    fn a_group_that_is_larger_than_a_binding_is_refused_with_both_numbers() {
+        let requirements = Requirements { arrays: Some(ArrayKind::Buffers), ..Requirements::default() };
+        let device = Instance::new(false).unwrap().open(None, &requirements, None).unwrap();
+        let limit = device.info().max_buffer_bytes;
+        let half = Extent::of::<[u32; 4]>("half", limit / 32 + 1);
+        let Err(Error::BufferTooLarge { buffer, bytes, limit: told }) = device.group("two halves", &[half; 2]) else {
+            panic!("two halves fit");
+        };
+        assert_eq!((buffer.as_str(), bytes, told), ("two halves", 16 + 32 * (limit / 32 + 1), limit));
     }
 }

@@ -8,7 +8,7 @@ use crate::error::Result;
 use crate::guard::Guards;
 use crate::kernel::Pass;
 use crate::recording::{Recorder, Recording};
-use crate::texels::Texels;
+use crate::texels::{Part, Storage, Texels};
 
 /// Workgroups along one axis that every device can dispatch.
 const MAX_GROUPS: u64 = 65535;
@@ -67,28 +67,19 @@ impl<'a> Frame<'a> {
     /// Fills the first `count` elements of a buffer with zeros. Panics if it has fewer.
     pub fn clear_first<T: Pod>(&mut self, buffer: &Buffer<T>, count: u64) {
         assert!(count <= buffer.len(), "buffer {} is too short", buffer.name());
-        let bytes = count * size_of::<T>() as u64;
-        if bytes == 0 {
-            return;
-        }
-        // SAFETY: the buffer outlives the run and is long enough; elements are whole words.
-        unsafe {
-            self.recording.recorder.device.raw.cmd_fill_buffer(
-                self.recording.commands,
-                buffer.raw().handle,
-                0,
-                bytes,
-                0,
-            );
-        }
-        self.recording.barrier();
+        self.recording.fill(buffer.raw(), 0..count * size_of::<T>() as u64, 0);
     }
 
     /// Fills texels with zeros.
     pub fn clear_texels<T: Pod>(&mut self, texels: &Texels<T>) {
-        self.recording.fill_texels(texels.raw(), [0; 4]);
-        if let Some(guards) = self.guards {
-            guards.renew(&mut self.recording, texels.raw());
+        match texels.storage() {
+            Storage::Part(Part { buffer, first, bytes, .. }) => self.recording.fill(buffer, *first..first + bytes, 0),
+            Storage::Image(image) => {
+                self.recording.fill_image(image, [0; 4]);
+                if let Some(guards) = self.guards {
+                    guards.renew(&mut self.recording, image);
+                }
+            }
         }
     }
 

@@ -2,17 +2,18 @@
 //! filled with a pattern, and every frame that dispatched a kernel checks that the pattern is intact. New
 //! arrays are filled with the pattern, too. Other devices have no guard zones, and pay nothing for them.
 
+use std::ops::Range;
 use std::sync::{Arc, Mutex, Weak};
 
 use ash::vk;
 
 use crate::buffer::RawBuffer;
 use crate::error::Result;
+use crate::image::{GUARD_ROWS, RawImage};
 use crate::recording::{Recorder, Recording};
 use crate::shared::DeviceShared;
-use crate::texels::{GUARD_ROWS, RawTexels};
 
-/// Bytes of a guard zone after a buffer.
+/// Bytes of a guard zone after a buffer, or after an array in a buffer.
 pub(crate) const GUARD_BYTES: u64 = 4096;
 /// Bytes of guard zones that one transfer checks.
 const SCRATCH_BYTES: u64 = 8 << 20;
@@ -20,10 +21,10 @@ const SCRATCH_BYTES: u64 = 8 << 20;
 /// Alignment of copies of guard zones: the bytes of the largest texel.
 const ALIGNMENT: u64 = 16;
 
-/// An array that has a guard zone.
+/// The guard zone of an array. What has one in a buffer has a name and a range of bytes.
 enum Guarded {
-    Buffer(Weak<RawBuffer>),
-    Texels(Weak<RawTexels>),
+    Buffer(&'static str, Weak<RawBuffer>, Range<u64>),
+    Image(Weak<RawImage>),
 }
 
 /// The guard zones of a device.
@@ -49,33 +50,38 @@ impl Guards {
         Ok(Self { word, pattern, scratch, fresh, arrays: Mutex::default(), broken: Mutex::default() })
     }
 
-    /// Fills a new buffer with the pattern, and watches its guard zone.
-    pub fn watch_buffer(&self, recorder: Recorder<'_>, buffer: &Arc<RawBuffer>) -> Result<()> {
+    /// Fills a new buffer with the pattern, and watches its guard zones, each after the array of a name.
+    pub fn watch_buffer(
+        &self,
+        recorder: Recorder<'_>,
+        buffer: &Arc<RawBuffer>,
+        zones: impl Iterator<Item = (&'static str, Range<u64>)>,
+    ) -> Result<()> {
         let mut recording = recorder.begin()?;
-        recording.fill(buffer, self.word);
+        recording.fill(buffer, 0..buffer.bytes, self.word);
         recording.submit()?;
-        self.watch(Guarded::Buffer(Arc::downgrade(buffer)));
+        self.watch(zones.map(|(name, range)| Guarded::Buffer(name, Arc::downgrade(buffer), range)));
         Ok(())
     }
 
-    /// Fills new texels with the pattern, and watches their guard zone.
-    pub fn watch_texels(&self, recorder: Recorder<'_>, texels: &Arc<RawTexels>) -> Result<()> {
+    /// Fills a new image with the pattern, and watches its guard zone.
+    pub fn watch_image(&self, recorder: Recorder<'_>, image: &Arc<RawImage>) -> Result<()> {
         let mut recording = recorder.begin()?;
-        recording.fill_texels(texels, [self.word; 4]);
+        recording.fill_image(image, [self.word; 4]);
         recording.submit()?;
-        self.watch(Guarded::Texels(Arc::downgrade(texels)));
+        self.watch([Guarded::Image(Arc::downgrade(image))].into_iter());
         Ok(())
     }
 
-    fn watch(&self, array: Guarded) {
+    fn watch(&self, zones: impl Iterator<Item = Guarded>) {
         if let Ok(mut arrays) = self.arrays.lock() {
-            arrays.push(array);
+            arrays.extend(zones);
         }
     }
 
-    /// Fills the guard zone of texels with the pattern again, after all of the image was cleared.
-    pub fn renew(&self, recording: &mut Recording<'_>, texels: &RawTexels) {
-        recording.copy_to_regions(&self.fresh, texels, &texels.guard_regions());
+    /// Fills the guard zone of an image with the pattern again, after all of the image was cleared.
+    pub fn renew(&self, recording: &mut Recording<'_>, image: &RawImage) {
+        recording.copy_to_regions(&self.fresh, image, &image.guard_regions());
     }
 
     /// Returns a message for each guard zone that was found broken.
@@ -104,7 +110,7 @@ impl Guards {
                 let found = &rest[..zone.bytes as usize];
                 rest = &rest[zone.bytes.next_multiple_of(ALIGNMENT) as usize..];
                 if found == &self.pattern[..found.len()] {
-                    arrays.push(zone.array.downgrade());
+                    arrays.push(zone.downgrade());
                 } else {
                     let byte = found.iter().zip(&self.pattern).position(|(a, b)| a != b).unwrap_or(0);
                     let (passes, name) = (passes.join(", "), zone.name);
@@ -124,41 +130,39 @@ struct Zone {
 }
 
 enum Array {
-    Buffer(Arc<RawBuffer>),
-    Texels(Arc<RawTexels>),
-}
-
-impl Array {
-    fn downgrade(&self) -> Guarded {
-        match self {
-            Self::Buffer(buffer) => Guarded::Buffer(Arc::downgrade(buffer)),
-            Self::Texels(texels) => Guarded::Texels(Arc::downgrade(texels)),
-        }
-    }
+    Buffer(Arc<RawBuffer>, Range<u64>),
+    Image(Arc<RawImage>),
 }
 
 impl Zone {
     fn of(guarded: Guarded) -> Option<Self> {
         Some(match guarded {
-            Guarded::Buffer(buffer) => {
+            Guarded::Buffer(name, buffer, range) => {
                 let buffer = buffer.upgrade()?;
-                Self { name: buffer.name, bytes: buffer.bytes - buffer.guard_from, array: Array::Buffer(buffer) }
+                Self { name, bytes: range.end - range.start, array: Array::Buffer(buffer, range) }
             }
-            Guarded::Texels(texels) => {
-                let texels = texels.upgrade()?;
-                Self { name: texels.name, bytes: texels.guard_bytes(), array: Array::Texels(texels) }
+            Guarded::Image(image) => {
+                let image = image.upgrade()?;
+                Self { name: image.name, bytes: image.guard_bytes(), array: Array::Image(image) }
             }
         })
+    }
+
+    fn downgrade(&self) -> Guarded {
+        match &self.array {
+            Array::Buffer(buffer, range) => Guarded::Buffer(self.name, Arc::downgrade(buffer), range.clone()),
+            Array::Image(image) => Guarded::Image(Arc::downgrade(image)),
+        }
     }
 
     /// Records a copy of it to a buffer, from byte `offset` on.
     fn copy(&self, recording: &mut Recording<'_>, to: &RawBuffer, offset: u64) {
         match &self.array {
-            Array::Buffer(buffer) => recording.copy(buffer, buffer.guard_from, to, offset, self.bytes),
-            Array::Texels(texels) => {
+            Array::Buffer(buffer, range) => recording.copy(buffer, range.start, to, offset, self.bytes),
+            Array::Image(image) => {
                 let moved = |region: vk::BufferImageCopy| region.buffer_offset(region.buffer_offset + offset);
-                let regions: Vec<_> = texels.guard_regions().into_iter().map(moved).collect();
-                recording.copy_from_regions(texels, to, &regions);
+                let regions: Vec<_> = image.guard_regions().into_iter().map(moved).collect();
+                recording.copy_from_regions(image, to, &regions);
             }
         }
     }

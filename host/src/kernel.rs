@@ -9,15 +9,16 @@ use bytemuck::Pod;
 
 use crate::buffer::{Buffer, RawBuffer};
 use crate::error::{Context, Error, Result};
+use crate::image::RawImage;
 use crate::pipeline::{Code, Source};
 use crate::shared::DeviceShared;
-use crate::texels::{RawTexels, Texels};
+use crate::texels::{Part, Storage, Texels};
 
 /// A kernel with its arrays. Implemented by generated code only.
 pub trait Kernel {
     /// The file stem of its source: its label, its timer and its crash marker.
     const NAME: &'static str;
-    /// Its code, for each workgroup size.
+    /// Its code, for each kind of arrays and each workgroup size.
     const CODE: &'static [Code];
     /// Its push constants.
     type Push: Pod;
@@ -42,7 +43,7 @@ pub struct Binding<'a> {
 
 enum Resource<'a> {
     Buffer(&'a Arc<RawBuffer>),
-    Texels(&'a Arc<RawTexels>),
+    Image(&'a Arc<RawImage>),
 }
 
 impl<'a> Binding<'a> {
@@ -51,15 +52,23 @@ impl<'a> Binding<'a> {
         Self { set, binding, resource: Resource::Buffer(buffer.raw()) }
     }
 
-    /// Binds `texels` at `set` and `binding`.
+    /// Binds `texels`, which are in no group, at `set` and `binding`.
     pub fn texels<T: Pod>(set: u32, binding: u32, texels: &'a Texels<T>) -> Self {
-        Self { set, binding, resource: Resource::Texels(texels.raw()) }
+        Self { set, binding, resource: resource(texels, None) }
+    }
+
+    /// Binds `texels`, which are the array with number `member` of a group: in an image at `set` and `binding`,
+    /// in the group's buffer at `set` and `group`, as all arrays of the group are.
+    pub fn member<T: Pod>(set: u32, binding: u32, group: u32, member: u32, texels: &'a Texels<T>) -> Self {
+        let resource = resource(texels, Some(member));
+        let binding = if matches!(resource, Resource::Image(_)) { binding } else { group };
+        Self { set, binding, resource }
     }
 
     fn descriptor_type(&self) -> vk::DescriptorType {
         match self.resource {
             Resource::Buffer(_) => vk::DescriptorType::STORAGE_BUFFER,
-            Resource::Texels(_) => vk::DescriptorType::STORAGE_IMAGE,
+            Resource::Image(_) => vk::DescriptorType::STORAGE_IMAGE,
         }
     }
 
@@ -69,22 +78,52 @@ impl<'a> Binding<'a> {
         let image = vk::DescriptorImageInfo::default();
         match self.resource {
             Resource::Buffer(raw) => ([buffer.buffer(raw.handle).range(raw.bytes)], [image]),
-            Resource::Texels(raw) => ([buffer], [image.image_view(raw.view).image_layout(vk::ImageLayout::GENERAL)]),
+            Resource::Image(raw) => ([buffer], [image.image_view(raw.view).image_layout(vk::ImageLayout::GENERAL)]),
         }
     }
 
     fn keep(&self) -> Kept {
         match self.resource {
             Resource::Buffer(raw) => Kept::Buffer(Arc::clone(raw)),
-            Resource::Texels(raw) => Kept::Texels(Arc::clone(raw)),
+            Resource::Image(raw) => Kept::Image(Arc::clone(raw)),
         }
     }
+}
+
+/// Returns the image or the buffer that has texels. Panics if their number in a group is not `member`: the
+/// kernel would look for them at another place.
+fn resource<T>(texels: &Texels<T>, member: Option<u32>) -> Resource<'_> {
+    match texels.storage() {
+        Storage::Image(image) => Resource::Image(image),
+        Storage::Part(Part { buffer, member: has, .. }) => {
+            assert_eq!(*has, member, "the number of {} in a group", texels.name());
+            Resource::Buffer(buffer)
+        }
+    }
+}
+
+/// Returns bindings without those that repeat an earlier one, as arrays in the buffer of a group do. Panics if
+/// one place has two arrays.
+fn distinct(bindings: Vec<Binding<'_>>) -> Vec<Binding<'_>> {
+    let mut distinct: Vec<Binding<'_>> = Vec::new();
+    for binding in bindings {
+        match distinct.iter().find(|other| (other.set, other.binding) == (binding.set, binding.binding)) {
+            None => distinct.push(binding),
+            Some(other) => assert!(
+                matches!((&other.resource, &binding.resource), (Resource::Buffer(a), Resource::Buffer(b)) if Arc::ptr_eq(a, b)),
+                "set {}, binding {}: arrays of one group are in two",
+                binding.set,
+                binding.binding
+            ),
+        }
+    }
+    distinct
 }
 
 /// An array that a pass keeps alive.
 enum Kept {
     Buffer(#[expect(dead_code, reason = "held, not used")] Arc<RawBuffer>),
-    Texels(#[expect(dead_code, reason = "held, not used")] Arc<RawTexels>),
+    Image(#[expect(dead_code, reason = "held, not used")] Arc<RawImage>),
 }
 
 /// A compiled kernel with its arrays bound; `Push` are its push constants.
@@ -114,7 +153,7 @@ impl<Push: Pod> Pass<Push> {
 
     /// Creates a pass without its pipeline.
     fn unfinished<K: Kernel<Push = Push>>(device: &Arc<DeviceShared>, kernel: &K, workgroup_size: u32) -> Result<Self> {
-        let bindings = kernel.bindings();
+        let bindings = distinct(kernel.bindings());
         let mut pass = Self {
             name: K::NAME,
             pipeline: None,
@@ -195,7 +234,7 @@ impl<Push: Pod> Pass<Push> {
                         .descriptor_type(binding.descriptor_type());
                     match binding.resource {
                         Resource::Buffer(_) => write.buffer_info(buffer),
-                        Resource::Texels(_) => write.image_info(image),
+                        Resource::Image(_) => write.image_info(image),
                     }
                 })
                 .collect();
@@ -220,7 +259,8 @@ impl<Push: Pod> Compiling<Push> {
         workgroup_size: u32,
     ) -> Result<Self> {
         let pass = Pass::unfinished(device, kernel, workgroup_size)?;
-        let code = K::CODE.iter().find(|code| code.workgroup_size == workgroup_size);
+        let (arrays, size) = (device.info.arrays, workgroup_size);
+        let code = K::CODE.iter().find(|code| code.arrays == arrays && code.workgroup_size == size);
         let code = code.ok_or_else(|| Error::Unfit {
             device: device.info.name.clone(),
             reason: format!("kernel {} was not built for workgroups of {workgroup_size}", K::NAME),

@@ -1,8 +1,8 @@
 //! The Vulkan compute layer of goblet. It knows Vulkan and no physics.
 //!
 //! An [`Instance`] lists devices, and [`Instance::open`] opens a [`Device`]. The device makes
-//! [`Buffer`]s, [`Texels`] (arrays in images, which software devices read faster) and [`Pass`]es (compiled
-//! kernels with their arrays bound). A [`Frame`] records passes and runs them in order.
+//! [`Buffer`]s, [`Texels`] (arrays in images or buffers, whichever the device reads faster) and [`Pass`]es
+//! (compiled kernels with their arrays bound). A [`Frame`] records passes and runs them in order.
 //!
 //! Synchronisation: one global memory barrier follows every command of a frame, and [`Frame::run`] returns
 //! when the device has finished. All `unsafe` code of the project is in this crate.
@@ -11,7 +11,9 @@ mod buffer;
 mod device;
 mod error;
 mod frame;
+mod group;
 mod guard;
+mod image;
 mod instance;
 mod kernel;
 mod machine;
@@ -34,14 +36,15 @@ pub use buffer::Buffer;
 pub use device::Device;
 pub use error::{Error, Result};
 pub use frame::Frame;
+pub use group::Group;
 pub use instance::Instance;
 pub use kernel::{Binding, Compiling, Kernel, Pass, SpecializationValues};
 pub use machine::total_memory as machine_memory;
-pub use physical::{DeviceInfo, DeviceKind, DeviceMemory, Requirements};
+pub use physical::{ArrayKind, BindingCounts, DeviceInfo, DeviceKind, DeviceMemory, Requirements};
 pub use pipeline::Code;
 #[cfg(feature = "present")]
 pub use present::{Interface, Screen};
 #[cfg(unix)]
 pub use signal::is_ignored;
 pub use subgroups::Subgroups;
-pub use texels::Texels;
+pub use texels::{Extent, Texels};

@@ -11,12 +11,14 @@ use crate::subgroups::Subgroups;
 pub(crate) const API_VERSION: u32 = vk::API_VERSION_1_2;
 
 /// The least limits of a device that can run a program.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Default)]
 pub struct Requirements {
-    /// Storage buffers bound to one kernel.
-    pub storage_buffers: u32,
-    /// Storage images bound to one kernel.
-    pub images: u32,
+    /// What is bound to one kernel where texels are in images.
+    pub in_images: BindingCounts,
+    /// What is bound to one kernel where texels are in buffers.
+    pub in_buffers: BindingCounts,
+    /// What texels are to be in. `None` leaves it to the device.
+    pub arrays: Option<ArrayKind>,
     /// Texels in a row of a storage image.
     pub texels_per_row: u32,
     /// Bytes of push constants.
@@ -25,6 +27,25 @@ pub struct Requirements {
     pub descriptor_sets: u32,
     /// Invocations in one workgroup.
     pub workgroup_size: u32,
+}
+
+/// Numbers of bindings.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct BindingCounts {
+    /// Of storage buffers.
+    pub storage_buffers: u32,
+    /// Of storage images.
+    pub images: u32,
+}
+
+/// What texels are in. Software devices load from images many times faster than from buffers. GPUs load from
+/// buffers as fast, and many bind few images.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum ArrayKind {
+    /// Each array is in an image.
+    Images,
+    /// Each array is in a storage buffer; arrays of a group share one.
+    Buffers,
 }
 
 /// The kind of a device, in order of preference.
@@ -59,6 +80,10 @@ pub struct DeviceInfo {
     pub max_buffer_bytes: u64,
     /// The largest number of rows of an image.
     pub max_image_rows: u32,
+    /// What texels are in on this device.
+    pub arrays: ArrayKind,
+    /// The reason for that.
+    pub arrays_reason: String,
     /// Its subgroups.
     pub subgroups: Subgroups,
     /// The reason why it cannot be used; `None` if it can.
@@ -101,6 +126,7 @@ pub(crate) fn describe(
         String::from_utf8_lossy(&bytes).into_owned()
     };
     let driver = format!("{} {}", text(&driver.driver_name), text(&driver.driver_info));
+    let (arrays, arrays_reason) = choose_arrays(kind, &properties.limits, requirements);
     DeviceInfo {
         index: 0,
         name: text(&properties.device_name),
@@ -110,8 +136,49 @@ pub(crate) fn describe(
         max_buffer_bytes: u64::from(properties.limits.max_storage_buffer_range),
         subgroups: Subgroups::of(instance, physical),
         max_image_rows: properties.limits.max_image_dimension2_d,
-        unfit: unfit(instance, physical, &properties, requirements),
+        arrays,
+        arrays_reason,
+        unfit: unfit(instance, physical, &properties, requirements, arrays),
     }
+}
+
+/// Returns what texels are in on a device, and the reason.
+fn choose_arrays(
+    kind: DeviceKind,
+    limits: &vk::PhysicalDeviceLimits,
+    requirements: &Requirements,
+) -> (ArrayKind, String) {
+    if let Some(arrays) = requirements.arrays {
+        return (arrays, "as asked for".into());
+    }
+    match (kind, missing(limits, &array_needs(requirements, ArrayKind::Images))) {
+        (DeviceKind::Cpu, None) => (ArrayKind::Images, "CPUs load from images faster than from buffers".into()),
+        (DeviceKind::Cpu, Some(lack)) => (ArrayKind::Buffers, format!("{lack} for images")),
+        _ => (ArrayKind::Buffers, "GPUs load from buffers as fast as from images".into()),
+    }
+}
+
+/// A limit: what it is of, the device's, and the least that is needed.
+type Need = (&'static str, fn(&vk::PhysicalDeviceLimits) -> u32, u32);
+
+/// Returns the limits on which a kind of arrays depends.
+fn array_needs(requirements: &Requirements, arrays: ArrayKind) -> [Need; 3] {
+    let (counts, row) = match arrays {
+        ArrayKind::Images => (requirements.in_images, requirements.texels_per_row),
+        ArrayKind::Buffers => (requirements.in_buffers, 0),
+    };
+    [
+        ("storage buffers per stage", |limits| limits.max_per_stage_descriptor_storage_buffers, counts.storage_buffers),
+        ("storage images per stage", |limits| limits.max_per_stage_descriptor_storage_images, counts.images),
+        ("texels in a row", |limits| limits.max_image_dimension2_d, row),
+    ]
+}
+
+/// Returns what a device lacks.
+fn missing(limits: &vk::PhysicalDeviceLimits, needs: &[Need]) -> Option<String> {
+    let needs = needs.iter().map(|(what, has, needed)| (what, has(limits), *needed));
+    let lack = needs.into_iter().find(|(_, has, needed)| has < needed);
+    lack.map(|(what, has, needed)| format!("it has {has} {what}, and {needed} are needed"))
 }
 
 /// Returns the reason why a device cannot run the program; `None` if it can.
@@ -120,15 +187,12 @@ fn unfit(
     physical: vk::PhysicalDevice,
     properties: &vk::PhysicalDeviceProperties,
     requirements: &Requirements,
+    arrays: ArrayKind,
 ) -> Option<String> {
-    let limits = &properties.limits;
-    let needs = [
-        ("storage buffers per stage", limits.max_per_stage_descriptor_storage_buffers, requirements.storage_buffers),
-        ("storage images per stage", limits.max_per_stage_descriptor_storage_images, requirements.images),
-        ("texels in a row", limits.max_image_dimension2_d, requirements.texels_per_row),
-        ("bytes of push constants", limits.max_push_constants_size, requirements.push_constant_bytes),
-        ("descriptor sets", limits.max_bound_descriptor_sets, requirements.descriptor_sets),
-        ("invocations per workgroup", limits.max_compute_work_group_invocations, requirements.workgroup_size),
+    let needs: [Need; 3] = [
+        ("bytes of push constants", |limits| limits.max_push_constants_size, requirements.push_constant_bytes),
+        ("descriptor sets", |limits| limits.max_bound_descriptor_sets, requirements.descriptor_sets),
+        ("invocations per workgroup", |limits| limits.max_compute_work_group_invocations, requirements.workgroup_size),
     ];
     if properties.api_version < API_VERSION {
         return Some("it has no Vulkan 1.2".into());
@@ -136,10 +200,8 @@ fn unfit(
     if compute_family(instance, physical).is_none() {
         return Some("it has no compute queue".into());
     }
-    needs
-        .into_iter()
-        .find(|(_, has, needed)| has < needed)
-        .map(|(what, has, needed)| format!("it has {has} {what}, and {needed} are needed"))
+    let limits = &properties.limits;
+    missing(limits, &array_needs(requirements, arrays)).or_else(|| missing(limits, &needs))
 }
 
 /// Returns the index and the number of timestamp bits of the first queue family that computes and does not draw,

@@ -6,11 +6,14 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use ash::vk;
 
 use crate::error::{Context, Error, Result};
+use crate::physical::ArrayKind;
 use crate::pipeline_cache::PipelineCache;
 use crate::specialize;
 
-/// SPIR-V for a workgroup size.
+/// SPIR-V for a kind of arrays and a workgroup size.
 pub struct Code {
+    /// What texels are in.
+    pub arrays: ArrayKind,
     /// Invocations of a workgroup.
     pub workgroup_size: u32,
     /// The SPIR-V, as little-endian words.

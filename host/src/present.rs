@@ -17,10 +17,10 @@ use swapchain::Swapchain;
 use crate::buffer::Buffer;
 use crate::device::Device;
 use crate::error::{Context, Error, Result};
+use crate::image::WHOLE;
 use crate::instance::Instance;
 use crate::physical::Requirements;
 use crate::shared::DeviceShared;
-use crate::texels::WHOLE;
 
 /// A window's surface with a device that draws there. At most one frame is in flight.
 pub struct Screen {

@@ -1,13 +1,14 @@
 //! Commands that a device runs in order: transfers, barriers, submission.
 
+use std::ops::Range;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 use ash::vk;
 
 use crate::buffer::RawBuffer;
 use crate::error::{Context, Error, Result};
+use crate::image::{RawImage, WHOLE};
 use crate::shared::DeviceShared;
-use crate::texels::{RawTexels, WHOLE};
 use crate::timing::{MAX_TIMED, Timer};
 
 /// The parts of a device that recordings use.
@@ -72,31 +73,33 @@ impl Recording<'_> {
         self.barrier();
     }
 
-    /// Fills a buffer and its guard zone with a word.
-    pub fn fill(&mut self, buffer: &RawBuffer, word: u32) {
-        // SAFETY: the buffer outlives the run.
-        unsafe {
-            self.recorder.device.raw.cmd_fill_buffer(self.commands, buffer.handle, 0, vk::WHOLE_SIZE, word);
+    /// Fills a range of a buffer, whole words and inside it, with a word.
+    pub fn fill(&mut self, buffer: &RawBuffer, range: Range<u64>, word: u32) {
+        let bytes = range.end - range.start;
+        if bytes == 0 {
+            return;
         }
+        // SAFETY: the range is inside the buffer, which outlives the run.
+        unsafe { self.recorder.device.raw.cmd_fill_buffer(self.commands, buffer.handle, range.start, bytes, word) };
         self.barrier();
     }
 
     /// Fills all of an image with four words a texel, or the first of them.
-    pub fn fill_texels(&mut self, texels: &RawTexels, words: [u32; 4]) {
+    pub fn fill_image(&mut self, image: &RawImage, words: [u32; 4]) {
         let color = vk::ClearColorValue { uint32: words };
-        self.transfer(texels, vk::ImageLayout::TRANSFER_DST_OPTIMAL, |vulkan, commands, layout| {
+        self.transfer(image, vk::ImageLayout::TRANSFER_DST_OPTIMAL, |vulkan, commands, layout| {
             // SAFETY: the image outlives the run and is in this layout.
-            unsafe { vulkan.cmd_clear_color_image(commands, texels.image, layout, &color, &[WHOLE]) };
+            unsafe { vulkan.cmd_clear_color_image(commands, image.image, layout, &color, &[WHOLE]) };
         });
     }
 
     /// Copies the first `bytes` bytes of a buffer to texels, from a row on.
-    pub fn copy_to_rows(&mut self, from: &RawBuffer, to: &RawTexels, first_row: u64, bytes: u64) {
+    pub fn copy_to_rows(&mut self, from: &RawBuffer, to: &RawImage, first_row: u64, bytes: u64) {
         self.copy_to_regions(from, to, &to.regions(first_row, bytes));
     }
 
     /// Copies the first bytes of a buffer to regions of an image.
-    pub fn copy_to_regions(&mut self, from: &RawBuffer, to: &RawTexels, regions: &[vk::BufferImageCopy]) {
+    pub fn copy_to_regions(&mut self, from: &RawBuffer, to: &RawImage, regions: &[vk::BufferImageCopy]) {
         self.transfer(to, vk::ImageLayout::TRANSFER_DST_OPTIMAL, |vulkan, commands, layout| {
             // SAFETY: both places are inside what they are in, which outlives the run.
             unsafe { vulkan.cmd_copy_buffer_to_image(commands, from.handle, to.image, layout, regions) };
@@ -104,12 +107,12 @@ impl Recording<'_> {
     }
 
     /// Copies `bytes` bytes of texels, from a row on, to the start of a buffer.
-    pub fn copy_from_rows(&mut self, from: &RawTexels, first_row: u64, to: &RawBuffer, bytes: u64) {
+    pub fn copy_from_rows(&mut self, from: &RawImage, first_row: u64, to: &RawBuffer, bytes: u64) {
         self.copy_from_regions(from, to, &from.regions(first_row, bytes));
     }
 
     /// Copies regions of an image to the first bytes of a buffer.
-    pub fn copy_from_regions(&mut self, from: &RawTexels, to: &RawBuffer, regions: &[vk::BufferImageCopy]) {
+    pub fn copy_from_regions(&mut self, from: &RawImage, to: &RawBuffer, regions: &[vk::BufferImageCopy]) {
         self.transfer(from, vk::ImageLayout::TRANSFER_SRC_OPTIMAL, |vulkan, commands, layout| {
             // SAFETY: both places are inside what they are in, which outlives the run.
             unsafe { vulkan.cmd_copy_image_to_buffer(commands, from.image, layout, to.handle, regions) };
@@ -120,7 +123,7 @@ impl Recording<'_> {
     /// Records a transfer for which texels need another layout.
     fn transfer(
         &mut self,
-        texels: &RawTexels,
+        texels: &RawImage,
         layout: vk::ImageLayout,
         record: impl FnOnce(&ash::Device, vk::CommandBuffer, vk::ImageLayout),
     ) {
@@ -130,7 +133,7 @@ impl Recording<'_> {
     }
 
     /// Changes the layout of texels, between the commands before and those after.
-    pub fn transition(&mut self, texels: &RawTexels, from: vk::ImageLayout, to: vk::ImageLayout) {
+    pub fn transition(&mut self, texels: &RawImage, from: vk::ImageLayout, to: vk::ImageLayout) {
         let access = vk::AccessFlags::MEMORY_READ | vk::AccessFlags::MEMORY_WRITE;
         let barrier = [vk::ImageMemoryBarrier::default()
             .src_access_mask(access)

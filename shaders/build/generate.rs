@@ -15,7 +15,10 @@ const SHARED_SET: u32 = 0;
 
 /// A kernel, by its SPIR-V and by its text.
 pub struct Kernel {
+    /// As it is where texels are in images.
     pub reflected: Reflected,
+    /// What it binds where they are in buffers.
+    pub bindings_in_buffers: Vec<Binding>,
     pub source: Source,
 }
 
@@ -79,7 +82,7 @@ fn write_constants(out: &mut String, constants: &[Constant]) -> Result<()> {
 
 fn write_structs(out: &mut String, kernels: &[Kernel], is_library: bool) -> Result<()> {
     let mut all = BTreeMap::<&str, &Twin>::new();
-    for Kernel { reflected, source } in kernels {
+    for Kernel { reflected, source, .. } in kernels {
         for twin in reflected.structs.iter().chain(&reflected.push) {
             let is_push = reflected.push.as_ref() == Some(twin);
             let declared = source.find_struct(if is_push { "Push" } else { &twin.name });
@@ -119,7 +122,7 @@ fn features(kernels: &[Kernel]) -> Result<Vec<Features>> {
 /// The scene's arrays as they are bound, with their declarations.
 fn scene(kernels: &[Kernel]) -> Result<Vec<scene::Array>> {
     let mut shared = BTreeMap::<u32, scene::Array>::new();
-    for Kernel { reflected, source } in kernels {
+    for Kernel { reflected, source, .. } in kernels {
         for binding in reflected.bindings.iter().filter(|binding| binding.set == SHARED_SET) {
             let declared = source.find_array(&binding.name).ok_or("an array of the scene is not in scene.glsl")?;
             shared.insert(binding.binding, scene::Array { binding: binding.clone(), declared: declared.clone() });
@@ -137,18 +140,24 @@ fn scene(kernels: &[Kernel]) -> Result<Vec<scene::Array>> {
 
 /// What a device needs to run all kernels.
 fn write_requirements(out: &mut String, kernels: &[Kernel], sizes: &[u32]) -> Result<()> {
-    let most = |resource: Resource| {
-        let count = |kernel: &Kernel| kernel.reflected.bindings.iter().filter(|b| b.resource == resource).count();
+    type Bindings = fn(&Kernel) -> &Vec<Binding>;
+    let most = |bindings: Bindings, resource: Resource| {
+        let count = |kernel: &Kernel| bindings(kernel).iter().filter(|b| b.resource == resource).count();
         kernels.iter().map(count).max().unwrap_or(0)
     };
-    let (buffers, images) = (most(Resource::Buffer), most(Resource::Texels));
+    let counts = |bindings: Bindings| {
+        let (buffers, images) = (most(bindings, Resource::Buffer), most(bindings, Resource::Texels));
+        format!("goblet_host::BindingCounts {{ storage_buffers: {buffers}, images: {images} }}")
+    };
+    let in_images = counts(|kernel| &kernel.reflected.bindings);
+    let in_buffers = counts(|kernel| &kernel.bindings_in_buffers);
     let bindings = || kernels.iter().flat_map(|kernel| &kernel.reflected.bindings);
     let sets = bindings().map(|binding| binding.set + 1).max().unwrap_or(0);
     let push = kernels.iter().flat_map(|kernel| &kernel.reflected.push).map(|push| push.bytes).max().unwrap_or(0);
     let size = sizes.iter().max().unwrap_or(&1);
     writeln!(out, "/// What a device needs to run every kernel.")?;
     writeln!(out, "pub const REQUIREMENTS: goblet_host::Requirements = goblet_host::Requirements {{")?;
-    writeln!(out, "    storage_buffers: {buffers},\n    images: {images},")?;
+    writeln!(out, "    in_images: {in_images},\n    in_buffers: {in_buffers},\n    arrays: None,")?;
     writeln!(out, "    texels_per_row: TEXELS_PER_ROW,\n    push_constant_bytes: {push},")?;
     writeln!(out, "    descriptor_sets: {sets},\n    workgroup_size: {size},\n}};")?;
     Ok(())
@@ -173,7 +182,7 @@ fn write_field(out: &mut String, binding: &Binding, doc: &str) -> Result<()> {
 }
 
 fn write_kernel(out: &mut String, kernel: &Kernel, sizes: &[u32]) -> Result<()> {
-    let Kernel { reflected, source } = kernel;
+    let Kernel { reflected, source, .. } = kernel;
     let name = camel_case(&reflected.name);
     let (shared, own): (Vec<_>, Vec<_>) = reflected.bindings.iter().partition(|b| b.set == SHARED_SET);
     writeln!(out, "/// The arrays of `{}.comp`.\n///", reflected.name)?;
@@ -188,9 +197,12 @@ fn write_kernel(out: &mut String, kernel: &Kernel, sizes: &[u32]) -> Result<()> 
     writeln!(out, "}}\n\nimpl goblet_host::Kernel for {name}<'_> {{")?;
     writeln!(out, "    const NAME: &'static str = \"{}\";", reflected.name)?;
     writeln!(out, "    const CODE: &'static [goblet_host::Code] = &[")?;
-    for size in sizes {
-        let file = format!("include_bytes!(concat!(env!(\"OUT_DIR\"), \"/{}.{size}.spv\"))", reflected.name);
-        writeln!(out, "        goblet_host::Code {{ workgroup_size: {size}, spirv: {file} }},")?;
+    for (arrays, suffix) in [("Images", "images"), ("Buffers", "buffers")] {
+        for size in sizes {
+            let file = format!("concat!(env!(\"OUT_DIR\"), \"/{}.{size}.{suffix}.spv\")", reflected.name);
+            writeln!(out, "        goblet_host::Code {{ arrays: goblet_host::ArrayKind::{arrays},")?;
+            writeln!(out, "            workgroup_size: {size}, spirv: include_bytes!({file}) }},")?;
+        }
     }
     writeln!(out, "    ];")?;
     let push = reflected.push.as_ref().map_or("()", |push| &push.name);
@@ -198,9 +210,15 @@ fn write_kernel(out: &mut String, kernel: &Kernel, sizes: &[u32]) -> Result<()> 
     writeln!(out, "    fn bindings(&self) -> Vec<goblet_host::Binding<'_>> {{\n        vec![")?;
     for binding in &reflected.bindings {
         let owner = if binding.set == SHARED_SET { "scene." } else { "" };
-        let made = if binding.resource == Resource::Buffer { "buffer" } else { "texels" };
-        let Binding { set, binding, name, .. } = binding;
-        writeln!(out, "            goblet_host::Binding::{made}({set}, {binding}, self.{owner}{name}),")?;
+        let Binding { set, binding, name, resource, .. } = binding;
+        let made = match (resource, source.find_array(name).and_then(|array| array.member.as_ref())) {
+            (Resource::Buffer, _) => format!("buffer({set}, {binding}"),
+            (Resource::Texels, None) => format!("texels({set}, {binding}"),
+            (Resource::Texels, Some(member)) => {
+                format!("member({set}, {binding}, {}, {}", member.binding, member.number)
+            }
+        };
+        writeln!(out, "            goblet_host::Binding::{made}, self.{owner}{name}),")?;
     }
     writeln!(out, "        ]\n    }}\n}}\n")?;
     Ok(())

@@ -1,7 +1,7 @@
 //! Turns GLSL kernels into typed Rust.
 //!
 //! Every `.comp` file of a folder is put together with its includes ([`source`]), compiled to
-//! SPIR-V once per workgroup size ([`compile`]), reflected ([`reflect`]), and described in
+//! SPIR-V once per kind of arrays and workgroup size ([`compile`]), reflected ([`reflect`]), and described in
 //! `$OUT_DIR/kernels.rs` ([`generate`]): one struct per GPU struct, one per kernel whose fields are
 //! its bindings, one for the scene's arrays, one per group of features. Each of these is thereby
 //! written once, in GLSL; renaming a binding or a field stops Rust from compiling.
@@ -10,14 +10,15 @@
 //!
 //! | line | declares |
 //! |---|---|
-//! | `TEXELS(T, name)`, `STORED_TEXELS`, `UPDATED_TEXELS` | an array in an image: [`texels`] |
+//! | `TEXELS(T, name)`, `STORED_TEXELS`, `UPDATED_TEXELS` | an array in an image or a buffer: [`texels`] |
+//! | `GROUPED_TEXELS(group, T, name)` and its like | the same, in the buffer of a group |
 //! | `BUFFER(T, name)`, `UPDATED_BUFFER` | an array in a storage buffer: `name.data[i]` |
 //! | `VALUE(T, name)`, `UPDATED_VALUE` | one value in a storage buffer: `name.value` |
 //! | `SCENE_TEXELS(part, T, name)`, `SCENE_BUFFER` | an array of the scene: scene.glsl |
 //! | `FEATURES Name {` .. `};` | specialization constants: features.glsl |
 //! | `export const uint NAME = 1u;` | a number that Rust knows too |
 //!
-//! Sets, bindings and ids of constants are numbered in the order of these lines.
+//! Arrays of texels of the scene are a group. Sets, bindings and ids of constants are numbered in the order of these lines.
 
 use std::error::Error;
 use std::path::{Path, PathBuf};
@@ -40,6 +41,16 @@ pub struct Build<'a> {
     pub workgroup_sizes: &'a [u32],
     /// What the generated Rust declares.
     pub scope: Scope,
+}
+
+/// What arrays of texels are in: each kernel is built for both.
+#[derive(Clone, Copy, PartialEq, Default)]
+pub enum ArrayKind {
+    /// Each is in an image.
+    #[default]
+    Images,
+    /// Each is in a storage buffer; those of a group are in one.
+    Buffers,
 }
 
 /// What the generated Rust declares.
@@ -95,7 +106,8 @@ fn check_includes(root: &Path, folder: &Path) -> Result<()> {
         if path.is_dir() {
             check_includes(root, &path)?;
         } else {
-            let mut source = source::read(root, &path, &path.strip_prefix(root)?.display().to_string())?;
+            let shown = path.strip_prefix(root)?.display().to_string();
+            let mut source = source::read(root, &path, &shown, ArrayKind::Images)?;
             if path.ends_with("geometry/trace.glsl") {
                 let begin = source.text.find("\nbool next_query").ok_or("trace.glsl has no next_query")?;
                 source.text.insert_str(begin + 1, HOOK[0]);
@@ -116,21 +128,25 @@ fn kernel_files(folder: &Path) -> Result<Vec<PathBuf>> {
     Ok(paths)
 }
 
-/// Compiles a kernel for each workgroup size, and reflects it.
+/// Compiles a kernel for each kind of arrays and each workgroup size, and reflects it.
 fn build_kernel(root: &Path, path: &Path, build: &Build<'_>, out: &Path) -> Result<generate::Kernel> {
     let shown = format!("{}/{}", build.folder, path.file_name().unwrap_or_default().display());
     let name = path.file_stem().and_then(|stem| stem.to_str()).ok_or("a kernel's file name is not UTF-8")?;
-    let source = source::read(root, path, &shown)?;
-    let mut reflected = None;
-    for size in build.workgroup_sizes {
-        let spirv = compile::compile(&source, *size)?;
-        let kernel = reflect::reflect(name, &spirv, &source).map_err(|error| format!("{shown}: {error}"))?;
-        if kernel.workgroup_size != [*size, 1, 1] {
-            return Err(format!("{shown}: include kernel/invocation.glsl").into());
+    let build_for = |arrays: ArrayKind, suffix: &str| -> Result<(source::Source, reflect::Reflected)> {
+        let source = source::read(root, path, &shown, arrays)?;
+        let mut reflected = None;
+        for size in build.workgroup_sizes {
+            let spirv = compile::compile(&source, *size)?;
+            let kernel = reflect::reflect(name, &spirv, &source).map_err(|error| format!("{shown}: {error}"))?;
+            if kernel.workgroup_size != [*size, 1, 1] {
+                return Err(format!("{shown}: include kernel/invocation.glsl").into());
+            }
+            fs::write(out.join(format!("{name}.{size}.{suffix}.spv")), spirv)?;
+            reflected = Some(kernel);
         }
-        fs::write(out.join(format!("{name}.{size}.spv")), spirv)?;
-        reflected = Some(kernel);
-    }
-    let reflected = reflected.ok_or("no workgroup size to build for")?;
-    Ok(generate::Kernel { reflected, source })
+        Ok((source, reflected.ok_or("no workgroup size to build for")?))
+    };
+    let (source, reflected) = build_for(ArrayKind::Images, "images")?;
+    let (_, in_buffers) = build_for(ArrayKind::Buffers, "buffers")?;
+    Ok(generate::Kernel { reflected, bindings_in_buffers: in_buffers.bindings, source })
 }

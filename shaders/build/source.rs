@@ -1,10 +1,10 @@
 //! A kernel's text with its includes, and what it declares that crosses to the GPU.
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use crate::{Result, texels};
+use crate::{ArrayKind, Result, texels};
 
 /// A kernel, ready for the compiler.
 #[derive(Default)]
@@ -33,6 +33,17 @@ pub struct Array {
     pub element: String,
     pub doc: String,
     pub part: Option<Part>,
+    pub member: Option<Member>,
+}
+
+/// An array's place in a group.
+#[derive(Clone, PartialEq)]
+pub struct Member {
+    pub group: String,
+    /// The binding of the group's buffer, which is that of its first array.
+    pub binding: usize,
+    /// Its number in the group.
+    pub number: usize,
 }
 
 /// What an array of the scene tells of, for the identity of a render.
@@ -107,8 +118,8 @@ impl Source {
 }
 
 /// Reads a kernel, shown to people by a name. Errors name file and line.
-pub fn read(root: &Path, path: &Path, shown: &str) -> Result<Source> {
-    let mut reader = Reader { includes: root.join("shaders/include"), ..Reader::default() };
+pub fn read(root: &Path, path: &Path, shown: &str, arrays: ArrayKind) -> Result<Source> {
+    let mut reader = Reader { includes: root.join("shaders/include"), arrays, ..Reader::default() };
     reader.read_file(path, shown)?;
     let Reader { mut source, extensions, body, .. } = reader;
     source.text = format!("#version 460\n{extensions}{body}");
@@ -117,6 +128,9 @@ pub fn read(root: &Path, path: &Path, shown: &str) -> Result<Source> {
 
 /// The file with the scene's arrays: they are in set 0, all others in set 1.
 const SCENE: &str = "scene/scene.glsl";
+
+/// The group of the scene's texels.
+const SCENE_GROUP: &str = "scene";
 
 #[derive(Default)]
 struct Reader {
@@ -130,6 +144,9 @@ struct Reader {
     /// How many bindings of each set, and how many specialization constants there are.
     bindings: [usize; 2],
     constants: usize,
+    arrays: ArrayKind,
+    /// The binding of each group, and how many arrays it has so far.
+    groups: BTreeMap<String, (usize, usize)>,
 }
 
 /// A block that goes over several lines.
@@ -246,35 +263,48 @@ impl Reader {
         let Some((macro_name, arguments)) = call(code) else {
             return Ok(line.to_owned());
         };
-        let (macro_name, part, arguments) = match (macro_name.strip_prefix("SCENE_"), arguments.as_slice()) {
-            (Some(name), [part, arguments @ ..]) => (name, Some(part_of(part)?), arguments),
-            _ => (macro_name, None, arguments.as_slice()),
+        let (macro_name, part, group, arguments) = match (macro_name.split_once('_'), arguments.as_slice()) {
+            (Some(("SCENE", name)), [part, arguments @ ..]) => (name, Some(part_of(part)?), None, arguments),
+            (Some(("GROUPED", name)), [group, arguments @ ..]) => (name, None, Some(*group), arguments),
+            _ => (macro_name, None, None, arguments.as_slice()),
         };
         let [element, name] = arguments else {
             return Err(format!("expected {macro_name}(type, name)").into());
         };
         let set = usize::from(!is_scene);
         let place = format!("set = {set}, binding = {}", self.bindings[set]);
+        let has_texels = macro_name.ends_with("TEXELS");
+        let group = if is_scene { Some(SCENE_GROUP) } else { group };
+        let member = group.filter(|_| has_texels).map(|group| self.join(group, self.bindings[set]));
         self.bindings[set] += 1;
-        self.source.arrays.push(Array { name: (*name).to_owned(), element: (*element).to_owned(), doc, part });
+        let array = Array { name: (*name).to_owned(), element: (*element).to_owned(), doc, part, member };
+        self.source.arrays.push(array.clone());
         match macro_name {
             "BUFFER" => Ok(buffer(&place, "readonly ", element, "data[]", name)),
             "UPDATED_BUFFER" => Ok(buffer(&place, "", element, "data[]", name)),
             "VALUE" => Ok(buffer(&place, "readonly ", element, "value", name)),
             "UPDATED_VALUE" => Ok(buffer(&place, "", element, "value", name)),
-            _ => texels::declare(macro_name, &place, element, name, &self.source),
+            _ => texels::declare(macro_name, &place, &array, &self.source, self.arrays),
         }
+    }
+
+    /// Gives an array at a binding a place in a group.
+    fn join(&mut self, group: &str, binding: usize) -> Member {
+        let (binding, length) = self.groups.entry(group.to_owned()).or_insert((binding, 0));
+        *length += 1;
+        Member { group: group.to_owned(), binding: *binding, number: *length - 1 }
     }
 }
 
-/// The macros that declare arrays, without SCENE_.
+/// The macros that declare arrays, without SCENE_ or GROUPED_.
 const MACROS: [&str; 7] =
     ["BUFFER", "UPDATED_BUFFER", "VALUE", "UPDATED_VALUE", "TEXELS", "STORED_TEXELS", "UPDATED_TEXELS"];
 
 /// A line that declares an array: the macro and its arguments.
 fn call(code: &str) -> Option<(&str, Vec<&str>)> {
     let (name, arguments) = code.strip_suffix(')')?.split_once('(')?;
-    MACROS.contains(&name.strip_prefix("SCENE_").unwrap_or(name)).then(|| (name, arguments.split(", ").collect()))
+    let plain = name.strip_prefix("SCENE_").or_else(|| name.strip_prefix("GROUPED_").filter(|n| n.ends_with("TEXELS")));
+    MACROS.contains(&plain.unwrap_or(name)).then(|| (name, arguments.split(", ").collect()))
 }
 
 fn buffer(place: &str, access: &str, element: &str, member: &str, name: &str) -> String {

@@ -1,5 +1,6 @@
-//! Arrays of structs in images. lavapipe loads texels eight at a time, and from storage buffers
-//! word by word, lane by lane: several times slower. Graphics cards do not mind. So
+//! Arrays of structs, of vectors or of words, that kernels load whole elements of. lavapipe loads from images
+//! eight texels at a time, and from storage buffers word by word, lane by lane: several times slower. Graphics
+//! cards load from both alike, and some bind few images. So
 //!
 //! ```glsl
 //! TEXELS(Triangle, triangles)            // to read: Triangle triangles_at(uint i)
@@ -7,66 +8,124 @@
 //! UPDATED_TEXELS(uvec4, sums)            // both
 //! ```
 //!
-//! become an image and functions, by the fields of the struct.
+//! become functions, by the fields of the struct, and an image or a buffer with the same words in the same
+//! order. Arrays of a group are in one buffer, at whose start the host has written where each begins, in
+//! texels.
 
 use std::fmt::Write;
 
-use crate::Result;
 use crate::reflect::Twin;
-use crate::source::{Field, Source};
+use crate::source::{Array, Field, Member, Source};
+use crate::{ArrayKind, Result};
 
 /// Components of a texel.
 const WORDS: u32 = 4;
 
-/// Of texel `t`.
-const PLACE: &str = "ivec2(t % TEXELS_PER_ROW, t / TEXELS_PER_ROW)";
+/// Where the functions of an array find its texels.
+struct Place {
+    /// The variable that has them.
+    variable: String,
+    /// The texel where the array begins, as the start of a sum.
+    first: String,
+    is_image: bool,
+    /// Whether a texel is one word.
+    is_scalar: bool,
+}
 
-/// The image and the functions of an array that one of the macros declares.
-pub fn declare(macro_name: &str, place: &str, element: &str, name: &str, source: &Source) -> Result<String> {
+/// The image or buffer, and the functions, of an array that one of the macros declares.
+pub fn declare(macro_name: &str, at: &str, array: &Array, source: &Source, arrays: ArrayKind) -> Result<String> {
     let (qualifier, loads, stores) = match macro_name {
         "TEXELS" => ("readonly ", true, false),
         "STORED_TEXELS" => ("writeonly ", false, true),
         _ => ("", true, true),
     };
-    let format = if scalar_twin(element).is_some() { "r32ui" } else { "rgba32ui" };
-    let mut out = format!("layout({format}, {place}) uniform {qualifier}uimage2D {name};");
+    let Array { name, element, member, .. } = array;
+    let is_scalar = scalar_twin(element).is_some();
+    let (variable, first, is_image) = (name.clone(), String::new(), arrays == ArrayKind::Images);
+    let mut place = Place { variable, first, is_image, is_scalar };
+    if is_scalar && member.is_some() {
+        return Err(format!("{name}: an array of a group has whole texels of four words").into());
+    }
+    let mut out = String::new();
+    if is_image {
+        let format = if is_scalar { "r32ui" } else { "rgba32ui" };
+        write!(out, "layout({format}, {at}) uniform {qualifier}uimage2D {name};")?;
+    } else {
+        if let Some(Member { group, number, .. }) = member {
+            let number = *number as u32;
+            place.variable = format!("{group}_group");
+            place.first = format!("{}.data[{}].{} + ", place.variable, number / WORDS, component(number));
+        }
+        if member.as_ref().is_none_or(|member| member.number == 0) {
+            let (kind, name) = (if is_scalar { "uint" } else { "uvec4" }, &place.variable);
+            write!(out, "layout(std430, {at}) restrict {qualifier}buffer {name}_block {{ {kind} data[]; }} {name};")?;
+        }
+    }
     if loads {
-        out += &load(element, name, source)?;
+        out += &load(element, name, &place, source)?;
     }
     if stores {
-        out += &store(element, name, source)?;
+        out += &store(element, name, &place, source)?;
     }
     Ok(out)
 }
 
+impl Place {
+    /// A load of texel `t`.
+    fn loaded(&self) -> String {
+        let variable = &self.variable;
+        match (self.is_image, self.is_scalar) {
+            (true, _) => format!("imageLoad({variable}, ivec2(t % TEXELS_PER_ROW, t / TEXELS_PER_ROW))"),
+            (false, false) => format!("{variable}.data[t]"),
+            (false, true) => format!("uvec4({variable}.data[t])"),
+        }
+    }
+
+    /// A store of a value to texel `t`.
+    fn stored(&self, value: &str) -> String {
+        let variable = &self.variable;
+        match (self.is_image, self.is_scalar) {
+            (true, _) => format!("imageStore({variable}, ivec2(t % TEXELS_PER_ROW, t / TEXELS_PER_ROW), {value})"),
+            (false, false) => format!("{variable}.data[t] = {value}"),
+            (false, true) => format!("{variable}.data[t] = {value}.x"),
+        }
+    }
+}
+
+/// The name of a component of a texel.
+fn component(word: u32) -> &'static str {
+    let first = (word % WORDS) as usize;
+    &"xyzw"[first..=first]
+}
+
 /// The function that loads an element.
-fn load(element: &str, name: &str, source: &Source) -> Result<String> {
+fn load(element: &str, name: &str, place: &Place, source: &Source) -> Result<String> {
     let (texels, value) = match plain_twin(element) {
-        Some(_) if scalar_twin(element).is_some() => (1, from_bits(element, "t0.x")),
+        Some(_) if place.is_scalar => (1, from_bits(element, "t0.x")),
         Some(_) => (1, from_bits(element, "t0")),
         None => {
             let fields = fields(element, source)?;
             (size(fields)? / WORDS, unpack(element, fields)?)
         }
     };
-    let mut out = format!(" {element} {name}_at(uint i) {{ uint t = {texels}u * i;");
+    let mut out = format!(" {element} {name}_at(uint i) {{ uint t = {}{texels}u * i;", place.first);
     for texel in 0..texels {
-        write!(out, " uvec4 t{texel} = imageLoad({name}, {PLACE}); t++;")?;
+        write!(out, " uvec4 t{texel} = {}; t++;", place.loaded())?;
     }
     write!(out, " return {value}; }}")?;
     Ok(out)
 }
 
 /// The function that stores an element.
-fn store(element: &str, name: &str, source: &Source) -> Result<String> {
+fn store(element: &str, name: &str, place: &Place, source: &Source) -> Result<String> {
     let values = match plain_twin(element) {
         Some(_) => vec![format!("uvec4({})", to_bits(element, "value"))],
         None => pack(fields(element, source)?)?,
     };
     let texels = values.len();
-    let mut out = format!(" void store_{name}(uint i, {element} value) {{ uint t = {texels}u * i;");
+    let mut out = format!(" void store_{name}(uint i, {element} value) {{ uint t = {}{texels}u * i;", place.first);
     for value in values {
-        write!(out, " imageStore({name}, {PLACE}, {value}); t++;")?;
+        write!(out, " {}; t++;", place.stored(&value))?;
     }
     write!(out, " }}")?;
     Ok(out)

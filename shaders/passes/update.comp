@@ -26,10 +26,10 @@ TEXELS(float, visible_radii2)
 TEXELS(vec4, visible_throughputs)
 TEXELS(vec4, visible_radiances)
 UPDATED_TEXELS(PixelState, pixel_states)
-UPDATED_TEXELS(uvec4, sum_red)
-UPDATED_TEXELS(uvec4, sum_green)
-UPDATED_TEXELS(uvec4, sum_blue)
-UPDATED_TEXELS(uvec4, sum_second) // luminance, second half of the rounds only
+GROUPED_UPDATED_TEXELS(sums, uvec4, sum_red)
+GROUPED_UPDATED_TEXELS(sums, uvec4, sum_green)
+GROUPED_UPDATED_TEXELS(sums, uvec4, sum_blue)
+GROUPED_UPDATED_TEXELS(sums, uvec4, sum_second) // luminance, second half of the rounds only
 
 layout(push_constant) uniform Push {
     vec3 luminance;      // luminance of each channel

@@ -17,7 +17,7 @@ const VARIABLE: &str = "GOBLET_CACHE";
 /// There is no such device, it cannot render, or the validation layers are wanted and not installed.
 pub fn open_device(selector: Option<&str>, validation: bool) -> goblet_host::Result<Device> {
     let cache = folder();
-    device::open_device(&DeviceOptions { selector, validation, cache: cache.as_deref() })
+    device::open_device(&DeviceOptions { selector, validation, cache: cache.as_deref(), arrays: None })
 }
 
 /// Returns the folder for compiled kernels: the one that [`VARIABLE`] names, or that of this user. `None` if

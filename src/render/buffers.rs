@@ -1,7 +1,7 @@
 //! The device arrays of a render. Each is declared once, with its element and its length. The bytes follow
 //! from these, so that the need of memory is known before anything is allocated.
 
-use goblet_host::{Device, Frame, Texels};
+use goblet_host::{Device, Extent, Frame, Texels};
 
 use crate::gpu_scene::camera::View;
 use crate::image::estimate::Sum;
@@ -11,7 +11,8 @@ use crate::kernels::{Camera, Counters, PhotonRecord, PixelState, TILE, VisiblePo
 const MAX_RECORDED: u64 = 1 << 20;
 
 /// Declares a struct of device arrays, with the functions `allocate` and `bytes` of [`Sizes`]. A `Buffer` is
-/// an array of words; `Texels` is an array that kernels load as an image.
+/// an array of words; `Texels` is an array that kernels load whole elements of; `Four` are four such arrays of
+/// the same length, which are a group.
 macro_rules! device_arrays {
     (
         $(#[$attribute:meta])* $visibility:vis struct $Name:ident($sizes:ident) {
@@ -20,7 +21,7 @@ macro_rules! device_arrays {
     ) => {
         $(#[$attribute])*
         $visibility struct $Name {
-            $($(#[$field_attribute])* pub $field: goblet_host::$Kind<$Element>,)*
+            $($(#[$field_attribute])* pub $field: device_arrays!(@type $Kind, $Element),)*
         }
 
         impl $Name {
@@ -34,14 +35,30 @@ macro_rules! device_arrays {
 
             /// Returns the bytes of the arrays; a device rounds the size of each array up.
             pub fn bytes($sizes: &$crate::render::buffers::Sizes) -> u64 {
-                0 $(+ u64::from($length) * size_of::<$Element>() as u64)*
+                0 $(+ device_arrays!(@arrays $Kind) * u64::from($length) * size_of::<$Element>() as u64)*
             }
         }
+    };
+    (@type Four, $Element:ty) => { [goblet_host::Texels<$Element>; 4] };
+    (@type $Kind:ident, $Element:ty) => { goblet_host::$Kind<$Element> };
+    (@arrays Four) => { 4 };
+    (@arrays $Kind:ident) => { 1 };
+    (@allocate Four, $device:ident, $name:expr, $length:expr) => {
+        $crate::render::buffers::four($device, $name, u64::from($length))?
     };
     (@allocate Buffer, $device:ident, $name:expr, $length:expr) => { $device.buffer($name, u64::from($length))? };
     (@allocate Texels, $device:ident, $name:expr, $length:expr) => { $device.texels($name, u64::from($length))? };
 }
 pub(in crate::render) use device_arrays;
+
+/// Allocates four arrays of a group, of the same length.
+///
+/// # Errors
+/// The same as for [`Device::group`].
+pub fn four<T: bytemuck::Pod>(device: &Device, name: &'static str, length: u64) -> goblet_host::Result<[Texels<T>; 4]> {
+    let mut group = device.group(name, &[Extent::of::<T>(name, length); 4])?;
+    Ok([(); 4].map(|()| group.take()))
+}
 
 /// The sizes from which the lengths of arrays follow.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -80,7 +97,8 @@ pub fn invocations_by_tile(resolution: [u32; 2]) -> u64 {
 
 device_arrays! {
     /// The arrays that passes share; `shaders/` documents their contents. They are split by field, because a
-    /// device may bind no more than 128 MiB of a buffer and 1 GiB of texels at once.
+    /// device may bind no more than 128 MiB of a buffer and 1 GiB of texels at once. Where arrays are in buffers,
+    /// the four sums share one, so that no kernel binds more than 12: 128 MiB are then two million pixels.
     pub struct Buffers(sizes) {
         camera: Texels<Camera>[1_u32],
         /// Tables for sampling the pixel filter.
@@ -106,10 +124,8 @@ device_arrays! {
 
         // Kept between iterations, by pixel.
         pixel_states: Texels<PixelState>[sizes.pixels],
-        sum_red: Texels<Sum>[sizes.pixels],
-        sum_green: Texels<Sum>[sizes.pixels],
-        sum_blue: Texels<Sum>[sizes.pixels],
-        sum_second: Texels<Sum>[sizes.pixels],
+        /// Of red, green and blue, and of the second half's luminance.
+        sums: Four<Sum>[sizes.pixels],
     }
 }
 
@@ -145,7 +161,7 @@ impl Buffers {
         frame.clear_texels(&self.visible_points);
         frame.clear_texels(&self.visible_radii2);
         frame.clear_texels(&self.visible_throughputs);
-        self.sums().into_iter().for_each(|sums| frame.clear_texels(sums));
+        self.sums.iter().for_each(|sums| frame.clear_texels(sums));
         frame.run()
     }
 
@@ -153,10 +169,5 @@ impl Buffers {
     pub fn clear_flux(&self, frame: &mut Frame<'_>) {
         let Self { flux_red, flux_green, flux_blue, flux_counts, .. } = self;
         [flux_red, flux_green, flux_blue, flux_counts].into_iter().for_each(|flux| frame.clear(flux));
-    }
-
-    /// Returns the sums of red, green and blue, and of the second half's luminance.
-    pub fn sums(&self) -> [&Texels<Sum>; 4] {
-        [&self.sum_red, &self.sum_green, &self.sum_blue, &self.sum_second]
     }
 }

@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use goblet_host::{Device, DeviceInfo, Instance};
+use goblet_host::{ArrayKind, Device, DeviceInfo, Instance, Requirements};
 
 use crate::kernels::{DeviceFeatures, REQUIREMENTS};
 
@@ -18,6 +18,9 @@ pub struct DeviceOptions<'a> {
     /// A folder for compiled kernels, where the driver gives them away: a later device reads them there. They
     /// are written when the device is dropped. Nothing fails if this is not possible. `None` writes nothing.
     pub cache: Option<&'a Path>,
+    /// What the arrays that kernels load from are in. `None` is what the device loads from faster. It changes no
+    /// byte of an image.
+    pub arrays: Option<ArrayKind>,
 }
 
 /// Opens a device.
@@ -26,11 +29,26 @@ pub struct DeviceOptions<'a> {
 /// There is no such device, it lacks a feature that goblet needs, or the validation layers are wanted
 /// and not installed.
 pub fn open_device(options: &DeviceOptions<'_>) -> goblet_host::Result<Device> {
-    Instance::new(options.validation)?.open(options.selector, &REQUIREMENTS, options.cache)
+    let requirements = Requirements { arrays: options.arrays, ..REQUIREMENTS };
+    Instance::new(options.validation)?.open(options.selector, &requirements, options.cache)
 }
 
 /// Returns what kernels with workgroups of this size are specialised to on a device.
 pub fn device_features(device: &DeviceInfo, workgroup_size: u32) -> DeviceFeatures {
     let lanes = device.subgroups.lanes(workgroup_size);
     DeviceFeatures { knows_lanes: lanes.is_some(), lanes: lanes.unwrap_or(1) }
+}
+
+#[cfg(test)]
+mod tests {
+    use goblet_host::BindingCounts;
+
+    use super::*;
+
+    /// What MoltenVK and SwiftShader bind, with room for the sorts of arrays to come.
+    #[test]
+    fn kernels_with_arrays_in_buffers_bind_few_buffers_and_no_image() {
+        let BindingCounts { storage_buffers, images } = REQUIREMENTS.in_buffers;
+        assert!(storage_buffers <= 12 && images == 0, "{storage_buffers} storage buffers and {images} images");
+    }
 }

@@ -266,7 +266,8 @@ impl Renderer {
     pub fn estimate(&self) -> Result<Estimate, RenderError> {
         let pixels = self.settings.pixels();
         host_memory::check("the image", pixels * size_of::<[Sum; 4]>() as u64)?;
-        let [red, green, blue, second] = self.buffers.sums().map(|sums| self.device.read_first_texels(sums, pixels));
+        let [red, green, blue, second] =
+            self.buffers.sums.each_ref().map(|sums| self.device.read_first_texels(sums, pixels));
         Ok(Estimate {
             resolution: self.settings.resolution,
             window: self.settings.window,
@@ -345,7 +346,7 @@ impl Renderer {
         self.identity.check(&checkpoint.identity)?;
         checkpoint.check_form(self.settings.resolution, self.settings.unit * self.exposure)?;
         let done = checkpoint.done_by(self.settings.sequence.shard)?;
-        for (texels, sums) in self.buffers.sums().into_iter().zip(checkpoint.estimate.sums()) {
+        for (texels, sums) in self.buffers.sums.iter().zip(checkpoint.estimate.sums()) {
             self.device.write_texels(texels, sums)?;
         }
         self.device.write_texels(&self.buffers.pixel_states, &checkpoint.states)?;

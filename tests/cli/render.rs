@@ -360,6 +360,7 @@ fn devices_are_listed() {
     assert_eq!((run.code, run.stderr.as_str()), (0, ""), "{run:?}");
     assert!(run.stdout.starts_with("0  ") && run.stdout.contains("driver ") && run.stdout.contains("GiB"), "{run:?}");
     assert!(run.stdout.contains("; fits\n"), "{run:?}");
+    assert!(run.stdout.contains("\n   arrays in "), "{run:?}");
 }
 
 /// The window of an EXR: its first pixel, and the size of the whole.

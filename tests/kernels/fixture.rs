@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use bytemuck::Pod;
 use glam::{DVec3, Vec3};
-use goblet_host::{Buffer, Device, Kernel, Texels};
+use goblet_host::{Buffer, Device, Extent, Kernel, Texels};
 
 use crate::generated::Specialization;
 use crate::support;
@@ -36,6 +36,17 @@ impl Fixture {
 
     pub fn upload_texels<T: Pod>(&self, data: &[T]) -> Texels<T> {
         self.device.upload_texels("input", data).expect("an upload")
+    }
+
+    /// The arrays of a group, all with the same elements.
+    pub fn upload_group<T: Pod, const N: usize>(&self, data: &[T]) -> [Texels<T>; N] {
+        let extents = [Extent::of::<T>("input", data.len() as u64); N];
+        let mut group = self.device.group("group", &extents).expect("a group");
+        [(); N].map(|()| {
+            let texels = group.take();
+            self.device.write_texels(&texels, data).expect("an upload");
+            texels
+        })
     }
 
     pub fn output<T: Pod>(&self, length: usize) -> Buffer<T> {

@@ -119,7 +119,7 @@ fn update(throughput: f32) -> (Sum, goblet::kernels::Counters) {
     let fixture = Fixture::new();
     let flux = Flux::of(&fixture, [(); 3].map(|()| vec![[1 << 28, 0]]));
     fixture.device().write(&flux.counts, &[1]).expect("an upload");
-    let sums = [(); 4].map(|()| fixture.upload_texels(&[[0_u32; 4]]));
+    let sums = fixture.upload_group::<_, 4>(&[[0_u32; 4]]);
     let kernel = Update {
         visible_radii2: &fixture.upload_texels(&[0.01_f32]),
         visible_throughputs: &fixture.upload_texels(&[[throughput, 1.0, 1.0, 1.0]]),

@@ -1,5 +1,6 @@
 //! Renders against closed forms: what light must do, whatever the scene.
 
+mod arrays;
 mod camera;
 mod contact;
 mod convergence;

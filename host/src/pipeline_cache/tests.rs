@@ -10,7 +10,7 @@ use std::sync::{Arc, Barrier};
 use super::*;
 use crate::instance::Instance;
 use crate::kernel::{Binding, Kernel, Pass, SpecializationValues};
-use crate::physical::{Requirements, compute_family};
+use crate::physical::{ArrayKind, Requirements, compute_family};
 use crate::pipeline::Code;
 use crate::shared::DeviceShared;
 
@@ -175,7 +175,10 @@ const fn spirv(size: u32) -> [u8; 4 * WORDS.len()] {
 
 impl<const SIZE: u32> Kernel for Idle<SIZE> {
     const NAME: &'static str = "idle";
-    const CODE: &'static [Code] = &[Code { workgroup_size: SIZE, spirv: &spirv(SIZE) }];
+    const CODE: &'static [Code] = &[
+        Code { arrays: ArrayKind::Images, workgroup_size: SIZE, spirv: &spirv(SIZE) },
+        Code { arrays: ArrayKind::Buffers, workgroup_size: SIZE, spirv: &spirv(SIZE) },
+    ];
     type Push = ();
     type Specialization = NoValues;
 
@@ -192,14 +195,7 @@ impl SpecializationValues for NoValues {
 
 /// A device without memory: the compilers of drivers without hardware have none.
 fn open(folder: Option<&Path>) -> Arc<DeviceShared> {
-    let requirements = Requirements {
-        storage_buffers: 1,
-        images: 1,
-        texels_per_row: 1024,
-        push_constant_bytes: 0,
-        descriptor_sets: 1,
-        workgroup_size: 2,
-    };
+    let requirements = Requirements { texels_per_row: 1024, workgroup_size: 2, ..Requirements::default() };
     let instance = Instance::new(true).unwrap();
     let (physical, info) = instance.choose(None, &requirements).unwrap();
     let family = compute_family(&instance.shared.raw, physical).unwrap();

@@ -6,8 +6,8 @@ use ash::{khr, vk};
 
 use super::surface::Surface;
 use crate::error::{Context, Error, Result};
+use crate::image::WHOLE;
 use crate::shared::DeviceShared;
-use crate::texels::WHOLE;
 
 /// Supported formats. Pixels are copied as bytes in the screen's encoding, whether or not the format
 /// encodes colours that are drawn.

@@ -19,7 +19,7 @@ const PARTS: [(Part, &str); 3] = [(Part::Shapes, "shapes"), (Part::Materials, "m
 /// Writes the structs of the scene's arrays. Arrays that are no part of the scene are given when it
 /// is uploaded, as one value.
 pub fn write(out: &mut String, arrays: &[Array]) -> Result<()> {
-    let (packed, given): (Vec<&Array>, Vec<&Array>) = arrays.iter().partition(|array| array.declared.part.is_some());
+    let packed: Vec<&Array> = arrays.iter().filter(|array| array.declared.part.is_some()).collect();
     writeln!(out, "/// The arrays of a scene, as scene.glsl declares them.")?;
     writeln!(out, "#[derive(Clone, Debug, Default)]\npub struct SceneArrays {{")?;
     for Array { binding, declared } in &packed {
@@ -31,7 +31,7 @@ pub fn write(out: &mut String, arrays: &[Array]) -> Result<()> {
     for (part, name) in PARTS {
         write_part(out, &packed, part, name)?;
     }
-    write_upload(out, &packed, &given)?;
+    write_upload(out, arrays)?;
     writeln!(out, "}}\n")?;
     write_device(out, arrays)?;
     writeln!(out, "/// The scene's arrays as kernels bind them: set 0.")?;
@@ -62,26 +62,41 @@ fn write_part(out: &mut String, packed: &[&Array], part: Part, name: &str) -> Re
     Ok(())
 }
 
-fn write_upload(out: &mut String, packed: &[&Array], given: &[&Array]) -> Result<()> {
-    let upload = |array: &Array| if array.binding.resource == Resource::Buffer { "upload" } else { "upload_texels" };
+fn write_upload(out: &mut String, arrays: &[Array]) -> Result<()> {
+    let given = || arrays.iter().filter(|array| array.declared.part.is_none());
+    let grouped = || arrays.iter().filter(|array| array.binding.resource == Resource::Texels);
+    let data = |Array { binding: Binding { name, .. }, declared }: &Array| match declared.part {
+        None => format!("std::slice::from_ref({name})"),
+        Some(_) => format!("&self.{name}"),
+    };
     writeln!(out, "    /// Copies the arrays to a device.\n    ///\n    /// # Errors")?;
     writeln!(out, "    /// Out of device memory, or an array is larger than the device can bind.")?;
     let values: String =
-        given.iter().map(|Array { binding, .. }| format!(", {}: &{}", binding.name, binding.element)).collect();
+        given().map(|Array { binding, .. }| format!(", {}: &{}", binding.name, binding.element)).collect();
     writeln!(
         out,
         "    pub fn upload(&self, device: &goblet_host::Device{values}) -> goblet_host::Result<GpuScene> {{"
     )?;
-    writeln!(out, "        Ok(GpuScene {{")?;
-    for array in given {
-        let name = &array.binding.name;
-        writeln!(out, "            {name}: device.{}(\"{name}\", &[*{name}])?,", upload(array))?;
+    writeln!(out, "        let mut group = device.group(\"scene\", &[")?;
+    for array in grouped() {
+        let Binding { name, element, .. } = &array.binding;
+        let length = array.declared.part.map_or("1".to_owned(), |_| format!("self.{name}.len() as u64"));
+        writeln!(out, "            goblet_host::Extent::of::<{element}>(\"{name}\", {length}),")?;
     }
-    for array in packed {
+    writeln!(out, "        ])?;\n        let scene = GpuScene {{")?;
+    for array in arrays {
         let name = &array.binding.name;
-        writeln!(out, "            {name}: device.{}(\"{name}\", &self.{name})?,", upload(array))?;
+        let made = match array.binding.resource {
+            Resource::Texels => "group.take()".to_owned(),
+            Resource::Buffer => format!("device.upload(\"{name}\", {})?", data(array)),
+        };
+        writeln!(out, "            {name}: {made},")?;
     }
-    writeln!(out, "        }})\n    }}")?;
+    writeln!(out, "        }};")?;
+    for array in grouped() {
+        writeln!(out, "        device.write_texels(&scene.{}, {})?;", array.binding.name, data(array))?;
+    }
+    writeln!(out, "        Ok(scene)\n    }}")?;
     Ok(())
 }
 

@@ -26,7 +26,7 @@ impl UpdatePass {
         workgroup_size: u32,
     ) -> goblet_host::Result<Self> {
         let Buffers { visible_radii2, visible_throughputs, visible_radiances, pixel_states, counters, .. } = buffers;
-        let Buffers { sum_red, sum_green, sum_blue, sum_second, .. } = buffers;
+        let [sum_red, sum_green, sum_blue, sum_second] = &buffers.sums;
         let Buffers { flux_red, flux_green, flux_blue, flux_counts, .. } = buffers;
         let kernel = Update {
             visible_radii2,

@@ -1,0 +1,53 @@
+//! The arrays that kernels load from are in images or in buffers, whichever the device loads from faster. No bit
+//! of an image depends on it.
+
+use std::sync::Arc;
+
+use goblet::scene::Scene;
+use goblet::{ArrayKind, DeviceOptions, LookupKind, Options, Renderer, Tally, open_device};
+use goblet_host::Device;
+
+use crate::support::{assert_silent, device, root};
+
+/// What two iterations come to: the image's bits, and what happened.
+fn outcome(device: &Arc<Device>, scene: &Scene, options: &Options) -> (Vec<[u32; 3]>, Tally) {
+    let mut renderer = Renderer::new(Arc::clone(device), scene, options).expect("a renderer");
+    for _ in 0..2 {
+        renderer.step().expect("an iteration");
+    }
+    let image = renderer.resolve().expect("an image");
+    assert_silent(device);
+    (image.pixels.iter().map(|pixel| pixel.map(f32::to_bits)).collect(), *renderer.tally())
+}
+
+/// Scenes without a hierarchy and with several, with all arrays of a scene between them. The buffers have guard
+/// zones after each array: what is there is no number, and must not get into the image.
+#[test]
+fn arrays_in_buffers_give_the_same_bits_as_in_images() {
+    let options = DeviceOptions { validation: true, arrays: Some(ArrayKind::Buffers), ..DeviceOptions::default() };
+    let mut in_buffers = open_device(&options).expect("a device");
+    assert_eq!(in_buffers.info().arrays, ArrayKind::Buffers);
+    in_buffers.guard(u32::MAX).expect("guard zones");
+    let (in_buffers, usual) = (Arc::new(in_buffers), device());
+    for (name, lookup, resolution) in [
+        ("cornell-caustic", LookupKind::HashGrid, [29, 23]),
+        ("cornell-caustic", LookupKind::KdTree, [1, 1]),
+        ("layers", LookupKind::HashGrid, [100, 3]),
+        ("lights", LookupKind::HashGrid, [29, 23]),
+        ("revolution", LookupKind::KdTree, [29, 23]),
+        ("shapes", LookupKind::HashGrid, [29, 23]),
+        ("textures", LookupKind::HashGrid, [29, 23]),
+    ] {
+        let scene = Scene::load(root().join(format!("tests/reference/{name}.pbrt"))).expect("a scene");
+        let options = Options {
+            resolution: Some(resolution),
+            photons: Some(1021),
+            lookup,
+            responsive: name == "lights",
+            ..Options::default()
+        };
+        let found = outcome(&in_buffers, &scene, &options);
+        assert_eq!(in_buffers.broken_guards(), Vec::<String>::new(), "{name}");
+        assert!(found == outcome(&usual, &scene, &options), "{name}, {lookup:?}: the kind of arrays changes the image");
+    }
+}
