@@ -134,7 +134,11 @@ pub(crate) fn describe(
         kind,
         memory: memory(instance, physical, kind),
         max_buffer_bytes: u64::from(properties.limits.max_storage_buffer_range),
-        subgroups: Subgroups::of(instance, physical),
+        subgroups: Subgroups::of(
+            instance,
+            physical,
+            has_extension(instance, physical, ext::subgroup_size_control::NAME),
+        ),
         max_image_rows: properties.limits.max_image_dimension2_d,
         arrays,
         arrays_reason,

@@ -4,9 +4,7 @@
 //! kernel may rely on a number of lanes only if the device has been told to run it so, or if the device runs
 //! all kernels alike.
 
-use ash::{ext, vk};
-
-use crate::physical::has_extension;
+use ash::vk;
 
 /// Lanes that a device is told to run kernels with, if it lets itself be told. Wider subgroups take more
 /// instructions for a shuffle on some graphics cards.
@@ -28,8 +26,8 @@ pub struct Subgroups {
 }
 
 impl Subgroups {
-    pub(crate) fn of(instance: &ash::Instance, physical: vk::PhysicalDevice) -> Self {
-        let has_control = has_extension(instance, physical, ext::subgroup_size_control::NAME);
+    /// Asks a device; `has_control` says whether it has `VK_EXT_subgroup_size_control`.
+    pub(crate) fn of(instance: &ash::Instance, physical: vk::PhysicalDevice, has_control: bool) -> Self {
         let mut subgroup = vk::PhysicalDeviceSubgroupProperties::default();
         let mut control = vk::PhysicalDeviceSubgroupSizeControlProperties::default();
         let mut allowed = vk::PhysicalDeviceSubgroupSizeControlFeatures::default();
