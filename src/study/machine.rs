@@ -52,6 +52,8 @@ mod tests {
             memory: goblet_host::DeviceMemory { total_bytes: 1, free_bytes: 1 },
             max_buffer_bytes: 1,
             max_image_rows: 1,
+            arrays: goblet_host::ArrayKind::Images,
+            arrays_reason: String::new(),
             has_shuffle: false,
             unfit: None,
         };

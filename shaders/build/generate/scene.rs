@@ -67,7 +67,7 @@ fn write_upload(out: &mut String, arrays: &[Array]) -> Result<()> {
     let grouped = || arrays.iter().filter(|array| array.binding.resource == Resource::Texels);
     let data = |Array { binding: Binding { name, .. }, declared }: &Array| match declared.part {
         None => format!("std::slice::from_ref({name})"),
-        Some(_) => format!("&self.{name}[..]"),
+        Some(_) => format!("&self.{name}"),
     };
     writeln!(out, "    /// Copies the arrays to a device.\n    ///\n    /// # Errors")?;
     writeln!(out, "    /// Out of device memory, or an array is larger than the device can bind.")?;
@@ -80,7 +80,7 @@ fn write_upload(out: &mut String, arrays: &[Array]) -> Result<()> {
     writeln!(out, "        let mut group = device.group(\"scene\", &[")?;
     for array in grouped() {
         let Binding { name, element, .. } = &array.binding;
-        let length = format!("({}).len() as u64", data(array));
+        let length = array.declared.part.map_or("1".to_owned(), |_| format!("self.{name}.len() as u64"));
         writeln!(out, "            goblet_host::Extent::of::<{element}>(\"{name}\", {length}),")?;
     }
     writeln!(out, "        ])?;\n        let scene = GpuScene {{")?;
