@@ -10,6 +10,7 @@ mod emission;
 mod fixture;
 mod flux;
 mod grid;
+mod guard;
 mod instance;
 mod interruption;
 mod light;
