@@ -1,0 +1,29 @@
+#!/bin/sh
+# What a driver can get wrong, on a second one: SwiftShader, a part of Chromium. Its subgroups have four lanes,
+# it has too few images for goblet's arrays, and it orders and rounds as it likes.
+#
+#   sh tests/drivers.sh
+#
+# GOBLET_TESTS=full compares all references. SWIFTSHADER names its driver file (vk_swiftshader_icd.json), if that is
+# not where Debian's chromium has it.
+set -eu
+cd "$(dirname "$0")/.."
+
+driver=${SWIFTSHADER:-}
+for folder in /usr/lib/chromium /usr/lib/chromium-browser /opt/google/chrome /snap/chromium/current/usr/lib/chromium-browser; do
+    [ -n "$driver" ] || [ ! -f "$folder/vk_swiftshader_icd.json" ] || driver=$folder/vk_swiftshader_icd.json
+done
+if [ ! -f "$driver" ]; then
+    echo "drivers.sh: no SwiftShader; install chromium, or name its vk_swiftshader_icd.json in SWIFTSHADER" >&2
+    exit 1
+fi
+export VK_DRIVER_FILES="$driver" VK_ICD_FILENAMES="$driver"
+
+if [ "${GOBLET_TESTS:-}" = full ]; then
+    references=reference::
+else
+    references="reference::cornell reference::revolution"
+fi
+# shellcheck disable=SC2086 # a list of names
+cargo test --locked --test kernels --test physics -- \
+    subgroup:: trace:: grid:: flux:: sum:: metamorphic::batches metamorphic::the_size_of_workgroups $references
