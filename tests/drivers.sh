@@ -1,6 +1,6 @@
 #!/bin/sh
-# What a driver can get wrong, on a second one: SwiftShader, a part of Chromium. Its subgroups have four lanes,
-# it has too few images for goblet's arrays, and it orders and rounds as it likes.
+# What a driver can get wrong, on a second one: SwiftShader, a part of Chromium. Its subgroups have four lanes, and
+# it has too few images for goblet's arrays.
 #
 #   sh tests/drivers.sh
 #
@@ -17,13 +17,14 @@ if [ ! -f "$driver" ]; then
     echo "drivers.sh: no SwiftShader; install chromium, or name its vk_swiftshader_icd.json in SWIFTSHADER" >&2
     exit 1
 fi
+. tests/build.sh
 export VK_DRIVER_FILES="$driver" VK_ICD_FILENAMES="$driver"
 
 if [ "${GOBLET_TESTS:-}" = full ]; then
     references=reference::
 else
-    references="reference::cornell reference::revolution"
+    references="reference::caustic_point reference::cornell reference::layered"
 fi
 # shellcheck disable=SC2086 # a list of names
-cargo test --locked --test kernels --test physics -- \
+cargo test --locked --workspace --test kernels --test physics -- \
     subgroup:: trace:: grid:: flux:: sum:: metamorphic::batches metamorphic::the_size_of_workgroups $references

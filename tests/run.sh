@@ -2,8 +2,6 @@
 # Everything that must hold before a change goes in: format, lints, build, tests. Installs what the
 # tests need first, and asks nothing. CONTRIBUTING.md says what takes how long.
 #
-# All steps use the dev profile. Clippy's driver takes the place of the compiler: what it compiles for the
-# lints is what the tests run, so that nothing is built once for each.
 set -eu
 cd "$(dirname "$0")/.."
 
@@ -14,10 +12,7 @@ for component in rustfmt clippy; do
     "cargo-${component#rust}" --version >/dev/null 2>&1 || rustup component add "$component"
 done
 
-# Nothing is built twice here, so that what incremental builds keep would only cost time.
-export CARGO_INCREMENTAL="${CARGO_INCREMENTAL:-0}"
-# A failed test names its line without them too.
-export CARGO_PROFILE_DEV_DEBUG=false
+. tests/build.sh
 
 step() {
     echo "== $*"
@@ -25,8 +20,6 @@ step() {
     "$@"
     echo "== $(($(date +%s) - before)) seconds"
 }
-
-export RUSTC_WORKSPACE_WRAPPER="$(command -v clippy-driver)"
 
 # Builds and lints everything, benches included. A warning is an error.
 build() {
