@@ -1,6 +1,6 @@
 #!/bin/sh
 # The tests of run.sh in their long form: surveys of more rays, more seeds, slopes over more
-# decades, more mutated scenes, a hundred million photons. Then the library with one feature or none,
+# decades, more mutated scenes, a hundred million photons, and all references on a second driver. Then the library with one feature or none,
 # and fuzzing, if a nightly toolchain and cargo-fuzz are there. Run it whole before a larger change is
 # called done.
 #
@@ -10,6 +10,7 @@ cd "$(dirname "$0")/.."
 export GOBLET_TESTS=full
 
 sh tests/run.sh
+sh tests/drivers.sh
 for features in "" cli study view; do
     cargo check --locked --lib --no-default-features --features "$features"
 done

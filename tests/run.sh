@@ -1,7 +1,6 @@
 #!/bin/sh
 # Everything that must hold before a change goes in: format, lints, build, tests. Installs what the
 # tests need first, and asks nothing. CONTRIBUTING.md says what takes how long.
-#
 set -eu
 cd "$(dirname "$0")/.."
 
