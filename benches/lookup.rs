@@ -71,7 +71,7 @@ fn points(side: u32) -> u64 {
 fn measure_radii(device: &Arc<Device>, scene: &Scene, side: u32) -> Result<[Pair; RADII.len()]> {
     let mut row: [Pair; RADII.len()] = [None; RADII.len()];
     for (i, radius) in RADII.into_iter().enumerate() {
-        // A disc has so many times the points of the one before.
+        // The number of points on a disc grows with the square of its radius.
         let expected = |i: usize| {
             let longest = row[i]?.map(|times| times.query).into_iter().fold(0.0, f64::max);
             Some(longest * (radius / RADII[i]).powi(2))

@@ -31,7 +31,7 @@ const ROUND: u64 = 4;
 /// Cells of other widths, in diameters of the largest disc.
 const CELL_SCALES: [f64; 2] = [0.5, 2.0];
 /// Ways take turns, every second time in the opposite order: what else the machine does then
-/// slows all of them alike. Each has so many turns.
+/// slows all of them alike. Each has `TURNS` turns.
 const TURNS: u32 = 8;
 
 /// A way to render.

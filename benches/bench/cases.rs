@@ -46,7 +46,7 @@ fn options(side: u32, photons: u64) -> Options {
     Options { resolution: Some([side; 2]), photons: Some(photons), alpha: Some(1.0), ..Options::default() }
 }
 
-/// A square image of so many pixels.
+/// A square image of about `size` pixels.
 pub fn pixels(_: &Path, size: u64) -> Result<Case> {
     let side = size.isqrt() as u32;
     Ok(Case { size: u64::from(side).pow(2), scene: CORNELL.into(), options: options(side, PHOTONS) })
@@ -57,7 +57,7 @@ pub fn photons(_: &Path, size: u64) -> Result<Case> {
     Ok(Case { size, scene: CORNELL.into(), options: options(128, size) })
 }
 
-/// A hilly floor of about so many triangles. The hills are the same, however fine.
+/// A hilly floor of about `size` triangles. The hills do not depend on `size`.
 pub fn triangles(folder: &Path, size: u64) -> Result<Case> {
     let cells = ((size as f64 / 2.0).sqrt().round() as u32).max(1);
     write_hills(&folder.join("hills.ply"), cells)?;

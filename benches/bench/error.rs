@@ -93,7 +93,7 @@ pub struct Measured {
     pub pbrt: [(f64, f64); 4],
 }
 
-/// Renders with each seed for so many seconds.
+/// Renders with each of `seeds` seeds for `seconds` seconds.
 pub fn measure(device: &Arc<Device>, references: &References, seeds: u32, seconds: f64) -> Result<Measured> {
     let scene = Scene::load(SCENE)?;
     let mut all = Vec::new();

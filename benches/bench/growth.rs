@@ -101,7 +101,7 @@ pub struct Growth {
     pub points: Vec<Point>,
 }
 
-/// Measures all sizes of a series that so many seconds are enough for.
+/// Measures the sizes of a series, in ascending order, until `seconds` seconds have passed.
 pub fn measure(device: &Arc<Device>, series: Series, seconds: f64) -> Result<Growth> {
     let folder = tempfile::tempdir()?;
     let start = Instant::now();

@@ -29,7 +29,7 @@ pub struct Answers {
 }
 
 impl Answers {
-    /// For sets of so many rays.
+    /// Allocates answers for sets of `count` rays.
     pub fn new(device: &Device, count: u64) -> Result<Self> {
         Ok(Self { nearest: device.texels("hits", count)?, any: device.texels("any_hits", count)? })
     }

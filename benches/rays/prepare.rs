@@ -57,7 +57,7 @@ impl Prepared {
         Ok(prepared)
     }
 
-    /// The camera with an image of so many pixels along each side.
+    /// The camera with an image of `side` x `side` pixels.
     pub fn view(&self, side: u32) -> View {
         pack_camera(&self.camera, &self.film, [side; 2], &self.space.from_world())
     }

@@ -47,7 +47,7 @@ AttributeEnd
 /// What a scene comes from.
 pub enum Source {
     File(PathBuf),
-    /// A surface of water in a box, of about so many triangles.
+    /// A surface of water in a box: its name and its approximate number of triangles.
     Water(&'static str, u32),
     /// Many instances of a small mesh over a floor.
     Instances,
@@ -127,7 +127,7 @@ fn instances() -> Result<Scene> {
     Ok(scene)
 }
 
-/// A mesh of about so many triangles: the image of the unit square. `aspect` is the number of cells along u
+/// A mesh of about `triangles` triangles: the image of the unit square. `aspect` is the number of cells along u
 /// over that along v.
 fn grid(triangles: u32, aspect: f64, at: impl Fn(f64, f64) -> DVec3) -> Geometry {
     let rows = (f64::from(triangles) / (2.0 * aspect)).sqrt().round() as u32;

@@ -53,7 +53,7 @@ impl Bench {
         self.write("scene.pbrt", format!("{LIT}{world}"));
     }
 
-    /// A gzipped file: a head, so many MiB of a pattern whose length is a power of two, a tail.
+    /// A gzipped file: a head, `mib` MiB of a pattern whose length is a power of two, a tail.
     fn gzip(&self, name: &str, head: &[u8], mib: usize, pattern: &[u8], tail: &[u8]) {
         let mut stream = GzEncoder::new(File::create(self.path(name)).unwrap(), Compression::fast());
         stream.write_all(head).unwrap();

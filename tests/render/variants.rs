@@ -20,7 +20,7 @@ const MAX_ENERGY: f64 = 0.01;
 struct Case {
     scene: &'static str,
     reference: &'static str,
-    /// The image has a pixel for a square of so many of the reference's.
+    /// The image has one pixel for `factor` x `factor` pixels of the reference.
     factor: u32,
     /// Scene units: small, since discs that reach past walls and edges make them darker.
     radius: f64,
@@ -29,7 +29,7 @@ struct Case {
     /// So many times the iterations where independent photons bring all light, whose number in
     /// the image is then as much a matter of chance as its noise.
     longer: u32,
-    /// Pixels so many times brighter than the mean are left out: a lamp that glass and copper
+    /// Pixels more than `glint` times as bright as the mean are left out: a lamp that glass and copper
     /// mirror is a matter of eye paths, which all variants share, and needs many.
     glint: f32,
     /// Iterations of a round of progressive photon mapping. Eye paths and direct light are

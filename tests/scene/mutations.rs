@@ -1,5 +1,5 @@
 //! Scenes with something changed at random: each is read and packed, or refused, and nothing
-//! panics. `GOBLET_MUTATIONS=100000 cargo test --test scene mutations` tries so many scenes, others for
+//! panics. `GOBLET_MUTATIONS=100000 cargo test --test scene mutations` tries 100,000 scenes, others for
 //! each `GOBLET_MUTATIONS_SEED`.
 
 use std::fs;

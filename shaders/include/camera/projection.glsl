@@ -4,15 +4,16 @@
 // camera, and on the unit square, which stands for all directions, for a spherical camera.
 #include "camera/camera.glsl"
 #include "geometry/contact.glsl"
+#include "math/circle.glsl"
 #include "math/equal_area.glsl"
 #include "math/sampling.glsl"
 #include "scene/features.glsl"
 
 // Direction of a point of the unit square: x is the azimuth, y the polar angle from the top.
 vec3 equirectangular_direction(vec2 point) {
-    float theta = PI * point.y;
-    float phi = 2.0 * PI * point.x;
-    return vec3(sin(theta) * cos(phi), cos(theta), sin(theta) * sin(phi));
+    vec2 polar = circle_point(PI * point.y);
+    vec2 around = polar.y * circle_point(2.0 * PI * point.x);
+    return vec3(around.x, polar.x, around.y);
 }
 
 // The ray through a point of the image; `lens` is a point of the unit disk.

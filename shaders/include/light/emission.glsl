@@ -6,6 +6,7 @@
 #include "light/light.glsl"
 #include "light/light_image.glsl"
 #include "material/texture.glsl"
+#include "math/circle.glsl"
 #include "math/random.glsl"
 #include "math/sampling.glsl"
 #include "scene/features.glsl"
@@ -47,7 +48,7 @@ Surface sample_sphere_area(Quadric quadric, vec2 u, out float area) {
     float z = quadric.z_min + u.x * height;
     float phi = quadric.phi_max * u.y;
     float r = sqrt(max(0.0, 1.0 - z * z));
-    vec3 p = vec3(r * cos(phi), r * sin(phi), z);
+    vec3 p = vec3(r * circle_point(phi), z);
     // The transform scales areas by the determinant times the length of the transformed normal.
     float growth = quadric.determinant * length(transform_normal(quadric.object_from_render, p));
     area = quadric.phi_max * height * growth;

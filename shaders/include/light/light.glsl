@@ -6,6 +6,7 @@
 #include "kernel/invocation.glsl"
 #include "light/light_image.glsl"
 #include "material/texture.glsl"
+#include "math/circle.glsl"
 #include "math/sampling.glsl"
 #include "scene/constants.glsl"
 #include "scene/features.glsl"
@@ -127,7 +128,7 @@ Surface sample_disk_light(Light light, vec2 u) {
     float inner2 = disk.inner_radius * disk.inner_radius;
     float radius = sqrt(mix(inner2, 1.0, u.x));
     float phi = disk.phi_max * u.y;
-    return quadric_surface(disk, false, vec3(radius * cos(phi), radius * sin(phi), 0.0));
+    return quadric_surface(disk, false, vec3(radius * circle_point(phi), 0.0));
 }
 
 // Samples a point on a piece of a body of revolution; surface.area_pdf is its pdf by area.
@@ -139,7 +140,7 @@ Surface sample_revolution_light(Light light, vec2 u) {
     // Inverts the distribution of piece_pdf.
     float x = 2.0 * u.x * (ends.x + ends.z) / (ends.x + sqrt(mix(ends.x * ends.x, ends.z * ends.z, u.x))) - 1.0;
     float phi = 2.0 * PI * u.y;
-    return revolution_surface(piece, clamp(x, -1.0, 1.0), vec2(cos(phi), sin(phi)));
+    return revolution_surface(piece, clamp(x, -1.0, 1.0), circle_point(phi));
 }
 
 // Samples a point on an emitter that is not a sphere: uniformly by area, or with surface.area_pdf.

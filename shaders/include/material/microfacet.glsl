@@ -1,6 +1,7 @@
 // Rough surfaces: microfacets with the GGX distribution (Walter and others 2007) and the Smith
 // masking-shadowing function (Heitz, "Understanding the Masking-Shadowing Function", JCGT 2014).
 // Directions are in a frame with z along the normal; wo.z > 0.
+#include "math/circle.glsl"
 #include "math/sampling.glsl"
 #include "scene/features.glsl"
 
@@ -57,7 +58,7 @@ vec3 sample_visible_normal(vec3 wo, vec2 alpha, vec2 u) {
     float phi = 2.0 * PI * u.x;
     float z = (1.0 - u.y) * (1.0 + stretched.z) - stretched.z;
     float sin_theta = sqrt(clamp(1.0 - z * z, 0.0, 1.0));
-    vec3 m = vec3(sin_theta * cos(phi), sin_theta * sin(phi), z) + stretched;
+    vec3 m = vec3(sin_theta * circle_point(phi), z) + stretched;
     // At grazing angles the two terms may cancel.
     return normalize(vec3(alpha * m.xy, max(m.z, 1.0e-6)));
 }

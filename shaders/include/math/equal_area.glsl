@@ -1,5 +1,6 @@
 // Equal-area map between the sphere and the unit square (Clarberg 2008), in pbrt's orientation. The upper
 // hemisphere is the diamond in the middle; the lower hemisphere is folded out into the corners.
+#include "math/circle.glsl"
 #include "math/sampling.glsl"
 
 // The unit direction of a point of the square.
@@ -11,7 +12,7 @@ vec3 equal_area_direction(vec2 point) {
     float phi = r == 0.0 ? 0.0 : ((q.y - q.x) / r + 1.0) * (PI / 4.0);
     float z = inside < 0.0 ? r * r - 1.0 : 1.0 - r * r;
     float radius = r * sqrt(max(2.0 - r * r, 0.0));
-    vec2 around = radius * vec2(cos(phi), sin(phi));
+    vec2 around = radius * circle_point(phi);
     return vec3(p.x < 0.0 ? -around.x : around.x, p.y < 0.0 ? -around.y : around.y, z);
 }
 

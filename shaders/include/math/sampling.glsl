@@ -1,4 +1,5 @@
 // Samples points and directions by numbers u, uniform in [0, 1).
+#include "math/circle.glsl"
 
 const float PI = 3.14159265358979;
 
@@ -28,7 +29,7 @@ vec2 sample_disk(vec2 u) {
     bool wide = abs(offset.x) > abs(offset.y);
     float radius = wide ? offset.x : offset.y;
     float angle = wide ? 0.25 * PI * (offset.y / offset.x) : 0.5 * PI - 0.25 * PI * (offset.x / offset.y);
-    return radius * vec2(cos(angle), sin(angle));
+    return radius * circle_point(angle);
 }
 
 // A direction about n with pdf cos / pi.
@@ -44,7 +45,7 @@ vec3 sample_cap(vec2 u, float one_minus_z_min) {
     float one_minus_z = u.x * one_minus_z_min;
     float sin_theta = sqrt(max(0.0, one_minus_z * (2.0 - one_minus_z)));
     float phi = 2.0 * PI * u.y;
-    return vec3(sin_theta * cos(phi), sin_theta * sin(phi), 1.0 - one_minus_z);
+    return vec3(sin_theta * circle_point(phi), 1.0 - one_minus_z);
 }
 
 // Barycentric coordinates of p1 and p2, uniform on a triangle, by folding the unit square

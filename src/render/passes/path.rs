@@ -23,7 +23,7 @@ pub struct Start {
     pub offset: u32,
     /// 1 to go on from the places that the dispatch before has left, else 0.
     pub resumed: u32,
-    /// Of so many invocations in a row, one works.
+    /// Of `spread` consecutive invocations, one works.
     pub spread: u32,
 }
 

@@ -9,7 +9,7 @@ use crate::revolution::rays::{KINDS, Kind};
 use crate::revolution::tally::{HEADING, MOST_OFF, Tally};
 use crate::support::work;
 
-/// Rays of a kind for each body, of which one batch in so many is asked for all roots.
+/// Rays of a kind for each body. One batch in `all_roots` is asked for all roots.
 struct Share {
     kind: Kind,
     rays: usize,

@@ -88,7 +88,7 @@ fn no_pass_leaves_its_arrays_whatever_the_size() {
     }
 }
 
-/// Discs that find so many photons that invocations leave places to go on from.
+/// Discs that find more photons than an invocation tests in one dispatch: it leaves a place to go on from.
 #[test]
 fn no_pass_leaves_its_arrays_where_it_goes_on_from_places() {
     let (mut device, scene) = (Guarded::new(), glass_ball());

@@ -99,7 +99,7 @@ fn lost(device: &Arc<Device>, half: f64, depth: u32) -> [f64; 2] {
     [1.0 - brightness, 1.0 - arrived]
 }
 
-/// What does not arrive is still on its way after so many segments, or was absorbed by mirrors, which
+/// What does not arrive is still on its way after the last segment, or was absorbed by mirrors, which
 /// keep 0.9999 of the light each.
 #[test]
 fn long_paths_end_where_the_depth_says() {
