@@ -4,6 +4,4 @@
 RUSTC_WORKSPACE_WRAPPER="$(command -v clippy-driver)"
 # Nothing is built twice, so that what incremental builds keep would only cost time.
 CARGO_INCREMENTAL="${CARGO_INCREMENTAL:-0}"
-# Line tables: a failed test names its line without them too.
-CARGO_PROFILE_DEV_DEBUG=false
-export RUSTC_WORKSPACE_WRAPPER CARGO_INCREMENTAL CARGO_PROFILE_DEV_DEBUG
+export RUSTC_WORKSPACE_WRAPPER CARGO_INCREMENTAL
