@@ -35,24 +35,23 @@ pub fn specialize(words: &[u32], value: impl Fn(u32) -> Option<[u8; 4]>) -> Vec<
     out
 }
 
-/// Ids of the specialization constants that the code of SPIR-V uses, in ascending order.
-///
-/// Those that it only declares change nothing, and a kernel is compiled once for all values of them.
+/// Ids of the specialization constants that the code of SPIR-V uses, in ascending order. A kernel is compiled
+/// once for all values of those that it only declares.
 pub fn constants(words: &[u32]) -> Vec<u32> {
-    let mut declared = HashMap::new();
+    // By the ids of SPIR-V.
+    let mut declared: Vec<Option<u32>> = vec![None; words.get(BOUND).map_or(0, |bound| *bound as usize)];
     let mut used = HashSet::new();
     let mut rest = words.get(HEADER..).unwrap_or_default();
     while let Some(&first) = rest.first() {
         let (length, opcode) = ((first >> 16) as usize, first & 0xffff);
         let operands = rest.get(1..length).unwrap_or_default();
         match (opcode, operands) {
-            (op::DECORATE, [constant, SPEC_ID, id]) => _ = declared.insert(*constant, *id),
-            // Not code.
-            (op::NAME | op::MEMBER_NAME | op::DECORATE, _) => (),
-            // A type, the constant itself, and its value.
-            (op::CONSTANT | op::SPEC_CONSTANT_TRUE | op::SPEC_CONSTANT_FALSE | op::SPEC_CONSTANT, _) => (),
+            (op::DECORATE, [constant, SPEC_ID, id]) => declared[*constant as usize] = Some(*id),
+            // Names, decorations and values are no code.
+            (op::NAME | op::MEMBER_NAME | op::DECORATE | op::CONSTANT, _) => (),
+            (op::SPEC_CONSTANT_TRUE | op::SPEC_CONSTANT_FALSE | op::SPEC_CONSTANT, _) => (),
             // A literal may equal the id of a constant. One constant too many is harmless.
-            _ => used.extend(operands.iter().filter_map(|word| declared.get(word).copied())),
+            _ => used.extend(operands.iter().filter_map(|word| declared.get(*word as usize).copied().flatten())),
         }
         rest = rest.get(length.max(1)..).unwrap_or_default();
     }
