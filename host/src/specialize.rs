@@ -38,7 +38,6 @@ pub fn specialize(words: &[u32], value: impl Fn(u32) -> Option<[u8; 4]>) -> Vec<
 /// Ids of the specialization constants that the code of SPIR-V uses, in ascending order. A kernel is compiled
 /// once for all values of those that it only declares.
 pub fn constants(words: &[u32]) -> Vec<u32> {
-    // By the ids of SPIR-V.
     let mut declared: Vec<Option<u32>> = vec![None; words.get(BOUND).map_or(0, |bound| *bound as usize)];
     let mut used = HashSet::new();
     let mut rest = words.get(HEADER..).unwrap_or_default();
