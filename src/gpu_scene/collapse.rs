@@ -15,18 +15,24 @@ const TOO_MANY: u32 = MAX_LEAF_COUNT + 1;
 /// A part of a binary hierarchy, as it is to be on the device.
 pub struct Collapse<'a> {
     bvh: &'a Bvh,
-    /// Of each inner node: the least cost of its subtree if it may become up to 1, 2 or 3 nodes.
-    costs: Vec<[f32; WIDTH - 1]>,
-    /// Of each inner node: the number of triangles below it, or [`TOO_MANY`].
-    counts: Vec<u32>,
+    /// Of the subtree of each inner node.
+    weights: Vec<Weight>,
+}
+
+#[derive(Clone, Copy, Default)]
+struct Weight {
+    /// The least cost if the subtree may become up to 1, 2 or 3 nodes.
+    costs: [f32; WIDTH - 1],
+    /// The number of triangles, or [`TOO_MANY`].
+    count: u32,
 }
 
 impl<'a> Collapse<'a> {
     /// Finds the costs. `is_triangle` tells whether a primitive may share a leaf.
     pub fn of(bvh: &'a Bvh, is_triangle: impl Fn(u32) -> bool) -> Self {
-        let pairs = bvh.pairs.len();
-        let mut collapse = Self { bvh, costs: vec![[0.0; WIDTH - 1]; pairs], counts: vec![0; pairs] };
-        for pair in below_first(bvh) {
+        let mut collapse = Self { bvh, weights: vec![Weight::default(); bvh.pairs.len()] };
+        // Each pair after those below it.
+        for pair in (0..bvh.pairs.len() as u32).rev() {
             collapse.weigh(pair, &is_triangle);
         }
         collapse
@@ -60,23 +66,22 @@ impl<'a> Collapse<'a> {
     fn weigh(&mut self, pair: u32, is_triangle: &impl Fn(u32) -> bool) {
         let children = self.bvh.pairs[pair as usize];
         let count = |child: &Child| match child.count() {
-            0 => self.counts[child.first() as usize],
+            0 => self.weights[child.first() as usize].count,
             count => {
                 let mut own = self.bvh.primitives[child.first() as usize..][..count as usize].iter();
                 if own.all(|primitive| is_triangle(*primitive)) { count } else { TOO_MANY }
             }
         };
-        self.counts[pair as usize] = (count(&children[0]) + count(&children[1])).min(TOO_MANY);
-        let bounds = children[0].bounds.union(&children[1].bounds);
-        let whole = Child { bounds, reference: pair };
+        self.weights[pair as usize].count = (count(&children[0]) + count(&children[1])).min(TOO_MANY);
+        let whole = Child::new(children[0].bounds().union(&children[1].bounds()), pair);
         let one = self.leaf_cost(&whole).min(self.node_cost(&whole));
         let two = one.min(self.split(pair, 2).0);
-        self.costs[pair as usize] = [one, two, two.min(self.split(pair, 3).0)];
+        self.weights[pair as usize].costs = [one, two, two.min(self.split(pair, 3).0)];
     }
 
     /// Cost of an inner node's subtree as one leaf.
     fn leaf_cost(&self, child: &Child) -> f32 {
-        let count = self.counts[child.first() as usize];
+        let count = self.weights[child.first() as usize].count;
         if count > MAX_LEAF_COUNT { f32::INFINITY } else { area(child) * count as f32 }
     }
 
@@ -88,7 +93,7 @@ impl<'a> Collapse<'a> {
     /// Least cost of a subtree that may become up to `slots` nodes.
     fn cost(&self, child: &Child, slots: usize) -> f32 {
         match child.count() {
-            0 => self.costs[child.first() as usize][slots - 1],
+            0 => self.weights[child.first() as usize].costs[slots - 1],
             count => area(child) * count as f32,
         }
     }
@@ -117,22 +122,8 @@ impl<'a> Collapse<'a> {
 
 fn area(child: &Child) -> f32 {
     // A box that no ray enters costs nothing.
-    if child.bounds.valid() { child.bounds.half_area() } else { 0.0 }
-}
-
-/// All pairs of all hierarchies, each after those below it.
-fn below_first(bvh: &Bvh) -> Vec<u32> {
-    let inner = |pair: &[Child; 2]| pair.map(|child| (child.count() == 0).then_some(child.first()));
-    let mut is_root = vec![true; bvh.pairs.len()];
-    bvh.pairs.iter().flat_map(inner).flatten().for_each(|pair| is_root[pair as usize] = false);
-    let mut order: Vec<u32> = (0..bvh.pairs.len() as u32).filter(|pair| is_root[*pair as usize]).collect();
-    let mut next = 0;
-    while let Some(pair) = order.get(next) {
-        order.extend(inner(&bvh.pairs[*pair as usize]).into_iter().flatten());
-        next += 1;
-    }
-    order.reverse();
-    order
+    let bounds = child.bounds();
+    if bounds.valid() { bounds.half_area() } else { 0.0 }
 }
 
 #[cfg(test)]
@@ -141,7 +132,7 @@ mod tests {
     use obvhs::aabb::Aabb;
 
     use super::*;
-    use crate::gpu_scene::bvh::build;
+    use crate::gpu_scene::bvh::{CompactBox, build};
 
     /// The cost of what a pair becomes on the device.
     fn cost(collapse: &Collapse, pair: u32, bounds: &Aabb) -> f64 {
@@ -150,7 +141,7 @@ mod tests {
             .iter()
             .map(|child| match collapse.leaf(child) {
                 Some(primitives) => f64::from(area(child)) * primitives.len() as f64,
-                None => cost(collapse, child.first(), &child.bounds),
+                None => cost(collapse, child.first(), &child.bounds()),
             })
             .sum();
         below + f64::from(bounds.half_area() * NODE_COST)
@@ -159,7 +150,7 @@ mod tests {
     /// The least cost by trying every way: a subtree becomes a leaf, a node, or up to `slots` nodes.
     fn least(bvh: &Bvh, child: &Child, slots: usize) -> f64 {
         let mut primitives = Vec::new();
-        Collapse { bvh, costs: Vec::new(), counts: Vec::new() }.gather(child, &mut primitives);
+        Collapse { bvh, weights: Vec::new() }.gather(child, &mut primitives);
         let is_small = primitives.len() <= MAX_LEAF_COUNT as usize;
         let leaf = if is_small { f64::from(area(child)) * primitives.len() as f64 } else { f64::INFINITY };
         if child.count() > 0 {
@@ -177,15 +168,15 @@ mod tests {
     #[test]
     fn the_cost_is_the_least_of_all_ways() {
         for count in [2, 3, 9, 16, 23] {
-            let boxes: Vec<Aabb> = (0..count)
+            let boxes: Vec<CompactBox> = (0..count)
                 .map(|i| {
                     let lower = Vec3A::new((i * 7 % 11) as f32, (i * 5 % 13) as f32, (i * 3 % 17) as f32);
-                    Aabb::new(lower, lower + Vec3A::new(1.0, 0.1 * i as f32, 2.0))
+                    Aabb::new(lower, lower + Vec3A::new(1.0, 0.1 * i as f32, 2.0)).into()
                 })
                 .collect();
             let bvh = build(&boxes, &(0..count).collect::<Vec<u32>>(), 64);
             let collapse = Collapse::of(&bvh, |_| true);
-            let bounds = bvh.pairs[0][0].bounds.union(&bvh.pairs[0][1].bounds);
+            let bounds = bvh.pairs[0][0].bounds().union(&bvh.pairs[0][1].bounds());
             let found = cost(&collapse, 0, &bounds);
             let [left, right] = &bvh.pairs[0];
             let ways = (1..WIDTH).map(|first| least(&bvh, left, first) + least(&bvh, right, WIDTH - first));

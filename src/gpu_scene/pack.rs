@@ -40,7 +40,7 @@ pub use space::RenderSpace;
 use texture::PackedTextures;
 
 use crate::base::input::OverBudget;
-use crate::gpu_scene::bvh::{self, Bvh};
+use crate::gpu_scene::bvh::{self, Bvh, CompactBox};
 use crate::kernels::{
     self, AREA, AliasEntry, DISK, DISTANT, GONIOMETRIC, INFINITE, Instance, KIND_SHIFT, LightTexel, MaterialFeatures,
     NONE, NewtonStart, PROJECTION, Quadric, REVOLUTION, Revolution, RevolutionPiece, RevolutionSegment, SKY, SPHERE,
@@ -219,7 +219,7 @@ struct Packer {
     /// Ranges of the arrays that each shape was packed to, in the order of the shapes.
     parts: Vec<Part>,
     /// Boxes of the primitives that are in no hierarchy yet: the last ones of `references`.
-    boxes: Vec<Aabb>,
+    boxes: Vec<CompactBox>,
     references: Vec<u32>,
     triangles: Vec<Triangle>,
     triangle_normals: Vec<TriangleNormals>,
@@ -333,7 +333,7 @@ impl Packer {
     fn add_primitive(&mut self, reference: u32, bounds: Aabb) {
         if !self.is_invisible {
             self.references.push(reference);
-            self.boxes.push(bounds);
+            self.boxes.push(bounds.into());
         }
     }
 

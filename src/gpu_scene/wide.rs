@@ -30,17 +30,17 @@ impl Wide {
         let mut pending = vec![(first, root)];
         while let Some((node, pair)) = pending.pop() {
             // No ray enters a box that is not valid.
-            let children = collapse.children(pair).into_iter().filter(|child| child.bounds.valid());
+            let children = collapse.children(pair).into_iter().filter(|child| child.bounds().valid());
             for (slot, child) in children.enumerate() {
                 let reference = match collapse.leaf(&child) {
-                    Some(primitives) => self.add_leaf(&primitives, child.bounds),
+                    Some(primitives) => self.add_leaf(&primitives, child.bounds()),
                     None => {
                         let index = self.reserve();
                         pending.push((index, child.first()));
                         index
                     }
                 };
-                self.set(node, slot, &child.bounds, reference);
+                self.set(node, slot, &child.bounds(), reference);
             }
         }
         first
@@ -107,7 +107,7 @@ mod tests {
     use glam::Vec3A;
 
     use super::*;
-    use crate::gpu_scene::bvh::build;
+    use crate::gpu_scene::bvh::{CompactBox, build};
     use crate::kernels::{DISK, FIRST_MASK, MAX_LEAF_COUNT};
 
     /// Returns how often a walk from the node reaches each triangle and each quadric, by their indices; checks
@@ -142,11 +142,11 @@ mod tests {
     #[test]
     fn every_primitive_is_in_one_leaf() {
         for count in [1, 2, 5, 17, 400] {
-            let boxes: Vec<Aabb> = (0..count)
+            let boxes: Vec<CompactBox> = (0..count)
                 .map(|i| {
                     // Many in one place, so that leaves are full.
                     let center = Vec3A::new((i % 7) as f32, (i % 3) as f32, 0.0) * 0.1;
-                    Aabb::new(center, center + 0.01)
+                    Aabb::new(center, center + 0.01).into()
                 })
                 .collect();
             for divisor in [1, 2, 3, 1000] {
