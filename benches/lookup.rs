@@ -136,7 +136,9 @@ fn spent(renderer: &Renderer) -> Times {
     let mut times = Times { build: renderer.kd_build_time().as_secs_f64(), query: 0.0 };
     for (pass, time) in renderer.device().pass_times() {
         match pass {
-            "grid_count" | "grid_reserve" | "grid_fill" | "tree_fill" => times.build += time.as_secs_f64(),
+            "grid_size" | "grid_count" | "grid_reserve" | "grid_fill" | "tree_fill" => {
+                times.build += time.as_secs_f64()
+            }
             "gather_grid" | "gather_tree" => times.query += time.as_secs_f64(),
             _ => {}
         }

@@ -71,7 +71,7 @@ impl RawBuffer {
             return Err(Error::BufferTooLarge { buffer: name.to_owned(), bytes, limit });
         }
         let transfers = vk::BufferUsageFlags::TRANSFER_SRC | vk::BufferUsageFlags::TRANSFER_DST;
-        let usage = vk::BufferUsageFlags::STORAGE_BUFFER | transfers;
+        let usage = vk::BufferUsageFlags::STORAGE_BUFFER | vk::BufferUsageFlags::INDIRECT_BUFFER | transfers;
         Self::new(device, name, bytes + guard, usage, [vk::MemoryPropertyFlags::DEVICE_LOCAL; 2])
     }
 

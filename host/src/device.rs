@@ -19,7 +19,7 @@ use crate::image::{GUARD_ROWS, RawImage};
 use crate::instance::Instance;
 use crate::kernel::{Compiling, Kernel, Pass};
 use crate::physical::{self, ArrayKind, DeviceInfo, DeviceMemory, Requirements, compute_family};
-use crate::recording::{Recorder, lock};
+use crate::recording::{READBACK_BYTES, Recorder, lock};
 use crate::shared::DeviceShared;
 use crate::texels::{Extent, Part, Storage, Texels};
 use crate::timing::Timer;
@@ -35,6 +35,8 @@ pub struct Device {
     /// Locked during a transfer, before `recording` is.
     staging: Mutex<RawBuffer>,
     timer: Timer,
+    /// Used as long as `recording` is locked.
+    readback: RawBuffer,
     guards: Option<Guards>,
     /// Locked as long as there is a recording.
     recording: Mutex<()>,
@@ -70,7 +72,8 @@ impl Device {
         let shared = Arc::new(shared);
         let staging = RawBuffer::host(&shared, "staging", STAGING_BYTES)?;
         let timer = Timer::new(&shared)?;
-        Ok(Self { shared, staging: Mutex::new(staging), timer, guards: None, recording: Mutex::new(()) })
+        let readback = RawBuffer::host(&shared, "readback", READBACK_BYTES)?;
+        Ok(Self { shared, staging: Mutex::new(staging), timer, readback, guards: None, recording: Mutex::new(()) })
     }
 
     /// Returns what the list of devices says of this one.
@@ -339,7 +342,13 @@ impl Device {
     }
 
     fn recorder(&self) -> Recorder<'_> {
-        Recorder { device: &self.shared, timer: &self.timer, recording: &self.recording }
+        let Self { shared, timer, readback, recording, .. } = self;
+        Recorder { device: shared, timer, readback, recording }
+    }
+
+    /// Returns how often the device was given commands since it was opened. The host has waited for each.
+    pub fn submissions(&self) -> u64 {
+        self.shared.submissions.load(Ordering::Relaxed)
     }
 
     /// Returns the device time by kernel since the device was opened; empty if the device has no

@@ -1,6 +1,7 @@
 //! Commands that a device runs in order: transfers, barriers, submission.
 
 use std::ops::Range;
+use std::sync::atomic::Ordering;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 use ash::vk;
@@ -16,9 +17,14 @@ use crate::timing::{MAX_TIMED, Timer};
 pub(crate) struct Recorder<'a> {
     pub device: &'a Arc<DeviceShared>,
     pub timer: &'a Timer,
-    /// Locked as long as there is a recording: it uses command pool, queue and timer alone.
+    /// Host memory for what a frame reads back.
+    pub readback: &'a RawBuffer,
+    /// Locked as long as there is a recording: it uses command pool, queue, timer and readback memory alone.
     pub recording: &'a Mutex<()>,
 }
+
+/// Bytes that one frame can read back.
+pub(crate) const READBACK_BYTES: u64 = 4096;
 
 /// Locks a mutex, also after a panic of another thread: what it guards has no state that a panic
 /// could leave broken.
@@ -155,9 +161,18 @@ impl Recording<'_> {
     /// # Errors
     /// The device is lost (the error names the pass that it ran), or out of memory.
     pub fn submit(self) -> Result<()> {
+        self.run()
+    }
+
+    /// Does the same, and keeps the lock: what the commands have read back is still there. Call it once.
+    ///
+    /// # Errors
+    /// As [`Recording::submit`].
+    pub fn run(&self) -> Result<()> {
         let shared = self.recorder.device;
         let commands = [self.commands];
         let submit = [vk::SubmitInfo::default().command_buffers(&commands)];
+        shared.submissions.fetch_add(1, Ordering::Relaxed);
         // SAFETY: the recording is complete and submitted once.
         let finished = unsafe {
             shared.raw.end_command_buffer(self.commands).context("vkEndCommandBuffer")?;
@@ -180,10 +195,11 @@ impl Recording<'_> {
             | vk::AccessFlags::SHADER_WRITE
             | vk::AccessFlags::TRANSFER_READ
             | vk::AccessFlags::TRANSFER_WRITE;
+        let commands_and_host = vk::AccessFlags::INDIRECT_COMMAND_READ | vk::AccessFlags::HOST_READ;
         let barrier =
-            [vk::MemoryBarrier::default().src_access_mask(access).dst_access_mask(access | vk::AccessFlags::HOST_READ)];
+            [vk::MemoryBarrier::default().src_access_mask(access).dst_access_mask(access | commands_and_host)];
         let (commands, none) = (self.commands, vk::DependencyFlags::empty());
-        let after = stages | vk::PipelineStageFlags::HOST;
+        let after = stages | vk::PipelineStageFlags::DRAW_INDIRECT | vk::PipelineStageFlags::HOST;
         // SAFETY: the frame is being recorded.
         unsafe { self.recorder.device.raw.cmd_pipeline_barrier(commands, stages, after, none, &barrier, &[], &[]) };
     }

@@ -29,6 +29,8 @@ pub(crate) struct DeviceShared {
     pub pipelines: Pipelines,
     /// Bytes of device memory that buffers and texels hold now.
     pub allocated: AtomicU64,
+    /// How often commands were submitted.
+    pub submissions: AtomicU64,
     /// Kept alive until the device is destroyed.
     pub instance: Instance,
 }
@@ -77,6 +79,7 @@ impl DeviceShared {
             nanoseconds_per_tick: (timestamp_bits > 0).then_some(properties.limits.timestamp_period),
             pipelines: Pipelines::new(PipelineCache::open(&raw, &properties, cache)),
             allocated: AtomicU64::new(0),
+            submissions: AtomicU64::new(0),
             raw,
             physical,
             info,

@@ -4,7 +4,7 @@
 //   the same photons together: each lane loads one photon, and all lanes test it. A subgroup that has
 //   tested many photons stores its position in `places` and counts as unfinished; another dispatch
 //   goes on from there, so that no dispatch is long.
-// Reads: visible_points, visible_radii2, max_radius2, cells, grid_photons; places where it resumes.
+// Reads: visible_points, visible_radii2, max_radius2, grid_extent, cells, grid_photons; places where it resumes.
 // Writes: flux_red, flux_green, flux_blue, flux_counts (sums, each by its pixel's invocation alone),
 //   places, counters (atomic).
 // Units: lengths in render units; flux over the mean flux of a photon, in fixed point (flux.glsl).
@@ -37,20 +37,22 @@ struct GridPlace {
 TEXELS(VisiblePoint, visible_points)
 TEXELS(float, visible_radii2)
 VALUE(uint, max_radius2)
+VALUE(GridExtent, grid_extent)
 BUFFER(Cell, cells)
 TEXELS(PhotonRecord, grid_photons)
 UPDATED_BUFFER(GridPlace, places) // of invocations that go on
 
 layout(push_constant) uniform Push {
-    uint width;     // of the image, pixels
-    uint height;    // of the image, pixels
-    uint cell_mask; // number of cells less 1; the number is a power of two
-    uint resumed;   // 1 to go on from `places`
-    uint offset;    // first invocation of this dispatch
+    uint width;   // of the image, pixels
+    uint height;  // of the image, pixels
+    uint resumed; // 1 to go on from `places`
+    uint offset;  // first invocation of this dispatch
 };
 
 // Rounds of loops in one dispatch: fewer than the 65,535 that llvmpipe allows an invocation.
 const uint MAX_ROUNDS = 60000u;
+
+uint cell_mask; // of grid_extent, loaded once
 
 // Number of lanes that work together: a power of two, and at most the number of bits in a word.
 uint lanes() {
@@ -207,6 +209,7 @@ void gather_from_box(Box box, float inverse_size, GatherPoint points[POINTS], in
 void main() {
     uint invocation = offset + invocation_index_by_subgroup();
     float inverse_size = 1.0 / cell_size(max_radius2.value);
+    cell_mask = grid_extent.value.cell_mask;
     // Invocations that only fill up the last workgroup have no place and no pixels.
     bool has_place = POINTS * invocation < invocations_by_tile(width, height);
     GridPlace place = GridPlace(0u, 0u, 0u, 0u);

@@ -1,7 +1,7 @@
 // grid_reserve: gives each cell of the hash grid its range of entries.
 //
 // Invocations: one per cell.
-// Reads: cells.count. Writes: cells (first; count becomes 0), grid_filled (atomic).
+// Reads: cells.count, grid_extent. Writes: cells (first; count becomes 0), grid_filled (atomic).
 //
 // One atomic per occupied cell replaces a prefix sum, which would order the ranges by cell: sums of
 // integers are the same in any order.
@@ -11,14 +11,11 @@
 
 UPDATED_VALUE(uint, grid_filled) // number of entries given away
 UPDATED_BUFFER(Cell, cells)
-
-layout(push_constant) uniform Push {
-    uint cell_count; // cells of the table
-};
+VALUE(GridExtent, grid_extent)
 
 void main() {
     uint cell = invocation_index();
-    if (cell >= cell_count) {
+    if (cell > grid_extent.value.cell_mask) {
         return;
     }
     uint count = cells.data[cell].count;

@@ -38,6 +38,10 @@ layout(push_constant) uniform Push {
     float per_unit;      // 1 over the unit of the sums, m^2 sr/W
     float flux_scale;    // mean flux of a photon over pi and the unit of the sums
     uint half_of_rounds; // 0 or 1
+    uint capacity;       // photons that a batch may record
+    uint pad0;           // unused
+    uint pad1;           // unused
+    uint pad2;           // unused
 };
 
 // Reads the flux of a pixel and the count of its photons, and clears both.
@@ -55,6 +59,11 @@ vec3 take_flux(uint pixel, out uint count) {
     return flux;
 }
 
+// Whether the passes before, in the same submission, have done all. If not, the host runs the iteration again.
+bool is_complete() {
+    return counters.value.recorded <= capacity && (counters.value.interrupted | counters.value.unfinished) == 0u;
+}
+
 uvec4 term_of(float radiance) {
     if (HAS_SIGNED_FILTER) {
         return to_signed_term(radiance);
@@ -64,7 +73,7 @@ uvec4 term_of(float radiance) {
 
 void main() {
     uint pixel = invocation_index();
-    if (pixel >= pixel_count) {
+    if (pixel >= pixel_count || !is_complete()) {
         return;
     }
     uint count;

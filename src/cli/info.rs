@@ -15,7 +15,7 @@ use super::{Failure, InfoArgs, terminal};
 use crate::gpu_scene::camera::pack_camera;
 use crate::gpu_scene::pack::{PackedScene, light_kind, pack};
 use crate::kernels::{Constant, PassFeatures, Specialization};
-use crate::render::buffers::Sizes;
+use crate::render::buffers::{LEAST_ROOM, Sizes};
 use crate::render::error::RenderError;
 use crate::render::memory::MemoryNeed;
 use crate::render::options::{Options, Resolved};
@@ -137,7 +137,7 @@ impl Contents {
         let resolved = options.resolve(scene, size)?;
         let view = pack_camera(&scene.camera, &scene.film, resolved.window.full, &packed.space.from_world());
         let Resolved { resolution, photons, max_depth, .. } = resolved;
-        let memory = MemoryNeed::new(&packed, &Sizes::new(resolution, photons, max_depth), options.lookup);
+        let memory = MemoryNeed::new(&packed, &Sizes::new(resolution, photons, max_depth, LEAST_ROOM), options.lookup);
         Ok(Self {
             scene: count(scene),
             bounds: packed.has_surfaces().then(|| Bounds { center: packed.space.center.to_array(), radius: size }),

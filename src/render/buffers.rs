@@ -1,14 +1,30 @@
 //! The device arrays of a render. Each is declared once, with its element and its length. The bytes follow
 //! from these, so that the need of memory is known before anything is allocated.
 
-use goblet_host::{Device, Extent, Frame, Texels};
+use goblet_host::{Device, DeviceKind, Extent, Frame, Texels};
 
 use crate::gpu_scene::camera::View;
 use crate::image::estimate::Sum;
-use crate::kernels::{Camera, Counters, PhotonRecord, PixelState, TILE, VisiblePoint};
+use crate::kernels::{Camera, Cell, Counters, PhotonRecord, PixelState, TILE, VisiblePoint};
 
-/// The largest number of photons that one batch can record; they take 32 MiB.
-const MAX_RECORDED: u64 = 1 << 20;
+/// The number of photons that one batch can record on any device, unless an iteration has fewer. With their copies in
+/// the grid and its cells they take 72 MiB.
+pub(crate) const LEAST_ROOM: u64 = 1 << 20;
+/// The largest number on any device.
+const MOST_ROOM: u64 = 1 << 24;
+/// Bytes of a record, of its copy in the grid and of a cell.
+const BYTES_OF_RECORD: u64 = 2 * size_of::<PhotonRecord>() as u64 + size_of::<Cell>() as u64;
+
+/// Returns the number of photons for which a batch has room on a kind of device. On a GPU they take up to a sixteenth of
+/// the memory, so that an iteration has few batches; on a CPU larger batches are no faster. `most_bytes` can be bound
+/// at once.
+pub(crate) fn room_for_records(kind: DeviceKind, memory_bytes: u64, most_bytes: u64) -> u64 {
+    let room = match kind {
+        DeviceKind::Cpu => LEAST_ROOM,
+        _ => (memory_bytes / 16 / BYTES_OF_RECORD).clamp(LEAST_ROOM, MOST_ROOM),
+    };
+    room.min(most_bytes / size_of::<PhotonRecord>() as u64)
+}
 
 /// Declares a struct of device arrays, with the functions `allocate` and `bytes` of [`Sizes`]. A `Buffer` is
 /// an array of words; `Texels` is an array that kernels load whole elements of; `Four` are four such arrays of
@@ -72,9 +88,10 @@ pub struct Sizes {
 }
 
 impl Sizes {
-    /// Returns the sizes for an image and an iteration. A path records at most one photon per segment.
-    pub fn new(resolution: [u32; 2], photons_per_iteration: u64, max_depth: u32) -> Self {
-        let most = photons_per_iteration.saturating_mul(u64::from(max_depth)).min(MAX_RECORDED);
+    /// Returns the sizes for an image and an iteration. A path records at most one photon per segment; a batch has
+    /// `room` for so many.
+    pub fn new(resolution: [u32; 2], photons_per_iteration: u64, max_depth: u32, room: u64) -> Self {
+        let most = photons_per_iteration.saturating_mul(u64::from(max_depth)).min(room);
         Self {
             pixels: resolution.map(u64::from).iter().product(),
             by_tile: invocations_by_tile(resolution),
@@ -84,7 +101,7 @@ impl Sizes {
 
     /// Returns whether an image of this size fits in arrays of these sizes.
     pub fn fit(&self, resolution: [u32; 2]) -> bool {
-        let Self { pixels, by_tile, .. } = Self::new(resolution, 1, 1);
+        let Self { pixels, by_tile, .. } = Self::new(resolution, 1, 1, 1);
         pixels <= self.pixels && by_tile <= self.by_tile
     }
 }
@@ -169,5 +186,22 @@ impl Buffers {
     pub fn clear_flux(&self, frame: &mut Frame<'_>) {
         let Self { flux_red, flux_green, flux_blue, flux_counts, .. } = self;
         [flux_red, flux_green, flux_blue, flux_counts].into_iter().for_each(|flux| frame.clear(flux));
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn records_have_more_room_on_a_card_with_more_memory() {
+        const GIB: u64 = 1 << 30;
+        let room = |kind, memory| room_for_records(kind, memory, 1 << 27);
+        assert_eq!(room(DeviceKind::Cpu, 64 * GIB), 1 << 20);
+        assert_eq!(room(DeviceKind::Integrated, GIB), 1 << 20);
+        // 4 GiB over 16 are 256 MiB, in 72 bytes each.
+        assert_eq!(room(DeviceKind::Discrete, 4 * GIB), (256 << 20) / 72);
+        assert_eq!(room(DeviceKind::Discrete, 80 * GIB), 1 << 22, "128 MiB of 32 bytes each");
+        assert_eq!(room_for_records(DeviceKind::Discrete, 80 * GIB, 4 * GIB), 1 << 24);
     }
 }

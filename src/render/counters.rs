@@ -88,6 +88,14 @@ impl ByPass {
     }
 }
 
+/// Returns what was counted between two states of the counters that nothing has cleared in between.
+pub(crate) fn since(before: &Counters, after: &Counters) -> Counters {
+    let [before, after]: [&[u32]; 2] =
+        [before, after].map(|counters| bytemuck::cast_slice(std::slice::from_ref(counters)));
+    let counts: Vec<u32> = after.iter().zip(before).map(|(after, before)| after.wrapping_sub(*before)).collect();
+    bytemuck::pod_read_unaligned(bytemuck::cast_slice(&counts))
+}
+
 impl Tally {
     /// Adds the counters of the device after a pass.
     pub(crate) fn add(&mut self, pass: Counted, counters: &Counters) {

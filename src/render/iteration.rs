@@ -2,16 +2,29 @@
 //! Jensen 2009, Knaus and Zwicker 2011): the passes in the order in which the device runs them.
 //! Each has the name of its kernel in `shaders/passes/`.
 
+use std::time::Instant;
+
 use crate::render::error::RenderError;
 use crate::render::passes::Passes;
 use crate::render::progress::Progress;
 use crate::render::stage::Stage;
+use crate::render::whole;
 
 /// Runs the next iteration.
 ///
 /// # Errors
 /// The device fails, the driver cannot finish a pass, or the caller gives the iteration up.
 pub fn run(passes: &mut Passes, on: Stage<'_>, progress: &mut Progress) -> Result<(), RenderError> {
+    let start = Instant::now();
+    if !whole::run(passes, on, progress)? {
+        in_pieces(passes, on, progress)?;
+    }
+    progress.schedule.observe_iteration(start.elapsed());
+    Ok(())
+}
+
+/// Runs the next iteration pass by pass: the host reads the counters of each, and chooses the sizes of dispatches.
+fn in_pieces(passes: &mut Passes, on: Stage<'_>, progress: &mut Progress) -> Result<(), RenderError> {
     let Passes { eye, radius, photon, lookup, update } = passes;
     let index = on.settings.sequence.index(progress.done);
 

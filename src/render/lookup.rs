@@ -95,11 +95,19 @@ impl Lookup {
     /// The device fails, the driver ends the pass early, or the caller gives the iteration up.
     pub fn gather(&self, on: Stage<'_>, recorded: u32, progress: &mut Progress) -> Result<(), RenderError> {
         let gathered = match self {
-            Self::Grid(grid) => grid.gather(on, recorded, &mut progress.schedule.paces.gather),
+            Self::Grid(grid) => grid.gather(on, &mut progress.schedule.paces.gather),
             Self::Tree(tree) => tree.gather(on, recorded, &mut progress.schedule),
         }?;
         progress.tally.merge(&gathered);
         Ok(())
+    }
+
+    /// Returns the grid, which the device builds without the host.
+    pub fn grid(&self) -> Option<&HashGrid> {
+        match self {
+            Self::Grid(grid) => Some(grid),
+            Self::Tree(_) => None,
+        }
     }
 
     /// Returns the time that the host has spent on indices so far.

@@ -21,6 +21,7 @@ pub(crate) mod sequence;
 mod settings;
 mod stage;
 pub(crate) mod unsampled;
+mod whole;
 
 pub use device::device_features;
 pub use pacing::photons_per_invocation;

@@ -98,6 +98,20 @@ named! {
     }
 }
 
+/// How an iteration is given to the device.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Submission {
+    /// In one submission where that is quick, except on a CPU driver: waiting costs it nothing, and large batches
+    /// are better for it.
+    #[default]
+    Auto,
+    /// In pieces: each dispatch has a submission of its own, and the host chooses the size of the next by the time that
+    /// it took.
+    Pieces,
+    /// In one submission, however long it takes.
+    Whole,
+}
+
 /// The options of a render. A field that is `None` takes the scene's value, or, if the scene has none, the
 /// default that the field's documentation names.
 ///
@@ -149,6 +163,8 @@ pub struct Options {
     /// Whether dispatches are kept short, so that [`crate::Renderer::step_unless`] can give up an iteration
     /// soon. It does not change the image.
     pub responsive: bool,
+    /// How an iteration is given to the device. It does not change the image.
+    pub submission: Submission,
     /// How rays are intersected with bodies of revolution.
     pub revolution_solver: RevolutionSolver,
 }

@@ -5,6 +5,8 @@ use std::time::Duration;
 
 use goblet_host::DeviceKind;
 
+use crate::render::options::Submission;
+
 /// The time that tracing a batch should take: short enough for any watchdog, and long enough that the cost
 /// of submission is negligible.
 const TARGET: Duration = Duration::from_millis(300);
@@ -95,12 +97,20 @@ pub struct Schedule {
     fixed: bool,
     target: Duration,
     per_invocation: u64,
+    submission: Submission,
+    /// Time of the last iteration; zero before the first one.
+    last_iteration: Duration,
+    /// Iterations that are to run in pieces, since one submission could not hold the last that was tried.
+    in_pieces: u32,
 }
+
+/// Iterations after one that did not fit in one submission, before it is tried again.
+const PAUSE: u32 = 16;
 
 impl Schedule {
     /// Returns a schedule with batches of at most `max` photons. If `asked` is given, the size of batches is
     /// fixed at the smaller of both numbers.
-    pub fn new(asked: Option<u64>, max: u64, kind: DeviceKind, responsive: bool) -> Self {
+    pub fn new(asked: Option<u64>, max: u64, kind: DeviceKind, responsive: bool, submission: Submission) -> Self {
         let first = if kind == DeviceKind::Cpu { FIRST_OF_CPU } else { FIRST };
         let photons = asked.unwrap_or(first).clamp(1, max);
         let target = if kind == DeviceKind::Cpu { TARGET_OF_CPU } else { TARGET };
@@ -112,7 +122,36 @@ impl Schedule {
             fixed: asked.is_some(),
             target,
             per_invocation: photons_per_invocation(kind),
+            submission: match submission {
+                Submission::Auto if kind == DeviceKind::Cpu => Submission::Pieces,
+                submission => submission,
+            },
+            last_iteration: Duration::ZERO,
+            in_pieces: 0,
         }
+    }
+
+    /// Returns whether the next iteration, of `photons` photons, is to run in one submission. It then must not take
+    /// longer than a dispatch should.
+    pub fn is_whole(&self, photons: u64) -> bool {
+        let is_quick = !self.last_iteration.is_zero() && self.last_iteration <= self.paces.eye.target;
+        let is_wanted = match self.submission {
+            Submission::Auto => is_quick,
+            Submission::Pieces => false,
+            Submission::Whole => true,
+        };
+        is_wanted && self.in_pieces == 0 && (photons == 0 || self.end(0, photons) == photons)
+    }
+
+    /// Notes that an iteration did not fit in one submission.
+    pub fn pause_whole(&mut self) {
+        self.in_pieces = PAUSE;
+    }
+
+    /// Notes the time that an iteration took.
+    pub fn observe_iteration(&mut self, took: Duration) {
+        self.last_iteration = took;
+        self.in_pieces = self.in_pieces.saturating_sub(1);
     }
 
     /// Returns the number of photons that an invocation traces one after the other.
@@ -157,7 +196,7 @@ mod tests {
     #[test]
     fn batches_cover_every_photon_once() {
         for asked in [1, 7, 100, 1000] {
-            let size = Schedule::new(Some(asked), 500, DeviceKind::Cpu, false);
+            let size = Schedule::new(Some(asked), 500, DeviceKind::Cpu, false, Submission::Auto);
             let mut first = 0;
             while first < 777 {
                 let end = size.end(first, 777);
@@ -202,7 +241,7 @@ mod tests {
 
     #[test]
     fn slow_batches_shrink_and_fast_ones_grow_within_bounds() {
-        let mut size = Schedule::new(None, 1 << 20, DeviceKind::Discrete, false);
+        let mut size = Schedule::new(None, 1 << 20, DeviceKind::Discrete, false, Submission::Auto);
         size.observe(FIRST, Duration::from_secs(100));
         assert_eq!(size.photons, FIRST / 4);
         for _ in 0..10 {

@@ -16,7 +16,7 @@ use crate::image::estimate::{Estimate, Sum};
 use crate::image::file;
 use crate::image::film::Image;
 use crate::kernels::{MaterialFeatures, PassFeatures, PixelState, SceneFeatures, Specialization};
-use crate::render::buffers::{Buffers, Sizes};
+use crate::render::buffers::{Buffers, Sizes, room_for_records};
 use crate::render::checkpoint::{Checkpoint, CheckpointError, MadeBy};
 use crate::render::counters::Tally;
 use crate::render::device::device_features;
@@ -142,7 +142,13 @@ impl Base {
             response: None,
             seen: None,
             shrink: GlobalShrink::new(resolved.alpha),
-            schedule: Schedule::new(options.batch_size, resolved.photons, device.info().kind, options.responsive),
+            schedule: Schedule::new(
+                options.batch_size,
+                resolved.photons,
+                device.info().kind,
+                options.responsive,
+                options.submission,
+            ),
             tally: Tally::default(),
         }
     }
@@ -168,7 +174,9 @@ impl Renderer {
         let (resolved, view) = base.resolve(scene, options)?;
         let identity = Identity::new(scene, &packed, &view, options, &resolved);
         let compiled = base.compiled(&device, options, &resolved, &view);
-        let sizes = Sizes::new(resolved.resolution, resolved.photons, resolved.max_depth);
+        let info = device.info();
+        let room = room_for_records(info.kind, info.memory.total_bytes, info.max_buffer_bytes);
+        let sizes = Sizes::new(resolved.resolution, resolved.photons, resolved.max_depth, room);
         let memory = MemoryNeed::new(&packed, &sizes, compiled.lookup);
         memory.check(&device)?;
         // Drivers and compilers abort the process if the host has no memory left.

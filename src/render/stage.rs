@@ -3,7 +3,7 @@
 
 use std::time::Instant;
 
-use bytemuck::Pod;
+use bytemuck::{Pod, Zeroable};
 use goblet_host::{Device, Frame, Pass};
 
 use crate::kernels::Counters;
@@ -47,6 +47,7 @@ impl Stage<'_> {
         push: impl Fn(u32) -> Push,
     ) -> Result<Counters, RenderError> {
         let mut first = 0;
+        let mut counters = Counters::zeroed();
         while first < invocations {
             self.may_go_on()?;
             let count = pace.next(invocations - first);
@@ -56,11 +57,12 @@ impl Stage<'_> {
                 frame.clear(&self.buffers.counters);
             }
             frame.dispatch(pass, push(first as u32), count);
-            frame.run()?;
+            frame.save(&self.buffers.counters);
+            counters = frame.run_saved()?[0];
             pace.observe(count, start.elapsed());
             first += count;
         }
-        Ok(self.device.read(&self.buffers.counters)?[0])
+        Ok(counters)
     }
 
     /// Runs the commands that `record` records, and returns the counters.
@@ -71,8 +73,8 @@ impl Stage<'_> {
         let mut frame = self.device.frame()?;
         frame.clear(&self.buffers.counters);
         record(&mut frame);
-        frame.run()?;
-        Ok(self.device.read(&self.buffers.counters)?[0])
+        frame.save(&self.buffers.counters);
+        Ok(frame.run_saved()?[0])
     }
 }
 

@@ -1,6 +1,7 @@
 //! Fixed-point sums: to_fixed and from_fixed, and gather_grid's exact sums over photons.
 
-use goblet::kernels::{Cell, GatherGrid, GatherGridPush, PhotonRecord, Specialization, VisiblePoint};
+use bytemuck::Zeroable;
+use goblet::kernels::{Cell, GatherGrid, GatherGridPush, GridExtent, PhotonRecord, Specialization, VisiblePoint};
 
 use crate::discs::Flux;
 use crate::fixture::{EPS, Fixture, Rng};
@@ -96,6 +97,7 @@ fn accumulate(weights: &[[f32; 3]], low: u32, high: u32) -> Sums {
         visible_points: &fixture.upload_texels(&[VisiblePoint { position, normal: 0 }]),
         visible_radii2: &fixture.upload_texels(&[0.01_f32]),
         max_radius2: &fixture.upload(&[0.01_f32.to_bits()]),
+        grid_extent: &fixture.upload(&[GridExtent::zeroed()]),
         cells: &cells,
         grid_photons: &photons,
         flux_red: &flux.red,
@@ -110,7 +112,7 @@ fn accumulate(weights: &[[f32; 3]], low: u32, high: u32) -> Sums {
     for resumed in 0.. {
         let mut frame = device.frame().expect("a frame");
         frame.clear(&flux.counters);
-        let push = GatherGridPush { width: 1, height: 1, cell_mask: 0, resumed: u32::min(resumed, 1), offset: 0 };
+        let push = GatherGridPush { width: 1, height: 1, resumed: u32::min(resumed, 1), offset: 0 };
         frame.dispatch(&pass, push, 32);
         frame.run().expect("a run");
         let counted = fixture.read(&flux.counters)[0];

@@ -1,7 +1,8 @@
 //! grid_* and gather_grid: points find exactly the photons that a search of all finds.
 
+use bytemuck::Zeroable;
 use goblet::kernels::{
-    Cell, GatherGrid, GatherGridPush, GridCount, GridCountPush, GridFill, GridFillPush, GridReserve, GridReservePush,
+    Cell, Counters, GatherGrid, GatherGridPush, GridCount, GridExtent, GridFill, GridReserve, GridSize, GridSizePush,
     Specialization,
 };
 
@@ -20,7 +21,9 @@ fn accumulate(points: &[Disc], width: u32, photons: &[Disc], cells: u32, workgro
     let fixture = Fixture::new();
     let device = fixture.device();
     let height = points.len() as u32 / width;
-    let (recorded, cell_mask) = (photons.len() as u32, cells - 1);
+    let recorded = photons.len() as u32;
+    let extent = GridExtent { by_photon: [0; 3], recorded, by_cell: [0; 3], cell_mask: cells - 1 };
+    let grid_extent = &fixture.upload(&[extent]);
     let records = fixture.upload_texels(&discs::records(photons));
     let max_radius2 = fixture.upload(&[discs::max_radius2(points)]);
     let table = fixture.upload(&vec![Cell { first: 0, count: 0 }; cells as usize]);
@@ -31,14 +34,21 @@ fn accumulate(points: &[Disc], width: u32, photons: &[Disc], cells: u32, workgro
     macro_rules! pass {
         ($($kernel:tt)*) => { device.pass(&$($kernel)*, &Specialization::DECLARED, workgroup_size).expect("a pass") };
     }
-    let count = pass!(GridCount { photons: &records, max_radius2: &max_radius2, cells: &table });
-    let reserve = pass!(GridReserve { grid_filled: &fixture.upload(&[0_u32]), cells: &table });
-    let fill = GridFill { photons: &records, max_radius2: &max_radius2, cells: &table, grid_photons: &grid_photons };
+    let count = pass!(GridCount { photons: &records, max_radius2: &max_radius2, grid_extent, cells: &table });
+    let reserve = pass!(GridReserve { grid_filled: &fixture.upload(&[0_u32]), cells: &table, grid_extent });
+    let fill = GridFill {
+        photons: &records,
+        max_radius2: &max_radius2,
+        grid_extent,
+        cells: &table,
+        grid_photons: &grid_photons,
+    };
     let fill = pass!(fill);
     let add = pass!(GatherGrid {
         visible_points: &fixture.upload_texels(&discs::visible(points)),
         visible_radii2: &fixture.upload_texels(&discs::radii2(points)),
         max_radius2: &max_radius2,
+        grid_extent,
         cells: &table,
         grid_photons: &grid_photons,
         flux_red: &flux.red,
@@ -49,11 +59,11 @@ fn accumulate(points: &[Disc], width: u32, photons: &[Disc], cells: u32, workgro
         places: &fixture.output(invocations as usize),
     });
     let mut frame = device.frame().expect("a frame");
-    frame.dispatch(&count, GridCountPush { recorded, cell_mask }, recorded.into());
-    frame.dispatch(&reserve, GridReservePush { cell_count: cells }, cells.into());
-    frame.dispatch(&fill, GridFillPush { recorded, cell_mask }, recorded.into());
+    frame.dispatch(&count, (), recorded.into());
+    frame.dispatch(&reserve, (), cells.into());
+    frame.dispatch(&fill, (), recorded.into());
     frame.run().expect("a run");
-    let push = |resumed| GatherGridPush { width, height, cell_mask, resumed, offset: 0 };
+    let push = |resumed| GatherGridPush { width, height, resumed, offset: 0 };
     let dispatches = flux.add_all(&fixture, |frame, resumed| frame.dispatch(&add, push(resumed), invocations));
     Gathered { counts: flux.counts(&fixture), dispatches }
 }
@@ -95,4 +105,35 @@ fn nothing_to_find_is_no_work() {
     let points = [Disc { position: [0.0; 3], normal: 0, radius: 0.0 }];
     let gathered = accumulate(&points, 1, &photons, 128, 64);
     assert_eq!((gathered.counts[0], gathered.dispatches), (0, 1));
+}
+
+/// The kernels of the grid run for every photon and every cell, however many there are, and for none if there was no
+/// room for all.
+#[test]
+fn dispatches_have_an_invocation_for_each_photon_and_cell() {
+    let fixture = Fixture::new();
+    for workgroup_size in [32, 64, 128] {
+        for recorded in [0, 1, 2, 3, 64, 65, 4096, 4097, 65_535 * 32, 65_535 * 32 + 1, 65_535 * 128 + 1, 1 << 24] {
+            let counters = fixture.upload(&[Counters { recorded, ..Counters::zeroed() }]);
+            let grid_extent = fixture.output::<GridExtent>(1);
+            let pass = GridSize { counters: &counters, grid_extent: &grid_extent };
+            let pass = fixture.device().pass(&pass, &Specialization::DECLARED, workgroup_size).expect("a pass");
+            for (capacity, found) in [(recorded, recorded), (recorded.wrapping_sub(1), recorded), (u32::MAX, recorded)]
+            {
+                let found = if found > capacity { 0 } else { found };
+                let mut frame = fixture.device().frame().expect("a frame");
+                frame.dispatch(&pass, GridSizePush { capacity }, 1);
+                frame.run().expect("a run");
+                let extent = fixture.read(&grid_extent)[0];
+                let cells = found.next_power_of_two();
+                assert_eq!((extent.recorded, extent.cell_mask), (found, cells - 1), "{recorded} of {capacity}");
+                for (groups, elements) in [(extent.by_photon, found), (extent.by_cell, cells)] {
+                    let invocations = groups.map(u64::from).iter().product::<u64>() * u64::from(workgroup_size);
+                    let spare = invocations - u64::from(elements);
+                    let row = u64::from(groups[1].max(1)) * u64::from(workgroup_size);
+                    assert!(spare < row && groups.iter().all(|count| *count <= 65_535), "{groups:?} for {elements}");
+                }
+            }
+        }
+    }
 }

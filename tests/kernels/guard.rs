@@ -16,6 +16,7 @@ fn broken_by_update(device: &Device) -> Vec<String> {
     let words = |name, length| -> Buffer<u32> { device.buffer(name, length).expect("a buffer") };
     let mut group = device.group("sums", &SUMS.map(|name| Extent::of::<[u32; 4]>(name, 1))).expect("a group");
     let sums: [Texels<[u32; 4]>; 4] = SUMS.map(|_| group.take());
+    let counters = device.buffer("counters", 1).expect("a buffer");
     let kernel = Update {
         visible_radii2: &texels(device, "visible_radii2"),
         visible_throughputs: &texels(device, "visible_throughputs"),
@@ -25,7 +26,7 @@ fn broken_by_update(device: &Device) -> Vec<String> {
         sum_green: &sums[1],
         sum_blue: &sums[2],
         sum_second: &sums[3],
-        counters: &device.buffer("counters", 1).expect("a buffer"),
+        counters: &counters,
         flux_red: &words("flux_red", 2),
         flux_green: &words("flux_green", 2),
         flux_blue: &words("flux_blue", 2),
@@ -39,8 +40,13 @@ fn broken_by_update(device: &Device) -> Vec<String> {
         per_unit: 1.0,
         flux_scale: 0.01,
         half_of_rounds: 1,
+        capacity: 0,
+        pad0: 0,
+        pad1: 0,
+        pad2: 0,
     };
     let mut frame = device.frame().expect("a frame");
+    frame.clear(&counters);
     frame.dispatch(&pass, push, 2);
     frame.run().expect("a run");
     device.broken_guards()

@@ -1,6 +1,7 @@
 //! What a pixel keeps between iterations: its sums and its radius, over a million of them.
 
-use goblet::kernels::{PixelState, Specialization, Update, UpdatePush};
+use bytemuck::Zeroable;
+use goblet::kernels::{Counters, PixelState, Specialization, Update, UpdatePush};
 
 use crate::discs::Flux;
 use crate::fixture::{Fixture, Rng};
@@ -115,7 +116,12 @@ fn a_million_iterations_drift_by_nothing() {
 }
 
 /// One pixel with a photon, whose throughput has this in its red channel.
-fn update(throughput: f32) -> (Sum, goblet::kernels::Counters) {
+fn update(throughput: f32) -> (Sum, Counters) {
+    update_after(Counters::zeroed(), throughput)
+}
+
+/// The same after passes that have counted something.
+fn update_after(before: Counters, throughput: f32) -> (Sum, Counters) {
     let fixture = Fixture::new();
     let flux = Flux::of(&fixture, [(); 3].map(|()| vec![[1 << 28, 0]]));
     fixture.device().write(&flux.counts, &[1]).expect("an upload");
@@ -143,9 +149,13 @@ fn update(throughput: f32) -> (Sum, goblet::kernels::Counters) {
         per_unit: 1.0,
         flux_scale: 0.01,
         half_of_rounds: 0,
+        capacity: 7,
+        pad0: 0,
+        pad1: 0,
+        pad2: 0,
     };
+    fixture.device().write(&flux.counters, &[before]).expect("counters");
     let mut frame = fixture.device().frame().expect("a frame");
-    frame.clear(&flux.counters);
     frame.dispatch(&pass, push, 1);
     frame.run().expect("a run");
     (fixture.read_texels(&sums[0])[0], fixture.read(&flux.counters)[0])
@@ -160,5 +170,18 @@ fn what_is_not_a_number_is_dropped_and_what_is_too_bright_is_cut() {
     for bright in [1e12, f32::INFINITY] {
         let (sum, counters) = update(bright);
         assert_eq!((number(sum), counters.non_finite, counters.saturated), (to_term(549_755_781_120.0), 0, 1));
+    }
+}
+
+/// In one submission, the passes before have counted; if one of them has not done all, the iteration is run again.
+#[test]
+fn an_iteration_that_is_not_complete_is_not_added() {
+    let none = Counters::zeroed();
+    let (sum, counters) = update_after(Counters { recorded: 7, ..none }, 3.0);
+    assert_eq!((number(sum), counters.recorded), (3 << 56, 7));
+    for before in
+        [Counters { recorded: 8, ..none }, Counters { interrupted: 1, ..none }, Counters { unfinished: 1, ..none }]
+    {
+        assert_eq!(update_after(before, 3.0), (words(0), before));
     }
 }

@@ -4,7 +4,7 @@
 use std::sync::Arc;
 
 use goblet::scene::Scene;
-use goblet::{ArrayKind, DeviceOptions, LookupKind, Options, Renderer, Tally, open_device};
+use goblet::{ArrayKind, DeviceError, DeviceOptions, LookupKind, Options, Renderer, Tally, open_device};
 use goblet_host::Device;
 
 use crate::support::{assert_silent, device, is_full, root};
@@ -39,5 +39,33 @@ fn arrays_in_buffers_give_the_same_bits_as_in_images() {
         let found = outcome(&in_buffers, &scene, &options);
         assert_eq!(in_buffers.broken_guards(), Vec::<String>::new(), "{name}");
         assert!(found == outcome(&usual, &scene, &options), "{name}, {lookup:?}: the kind of arrays changes the image");
+    }
+}
+
+/// Images that no tile, subgroup or workgroup divides, and workgroups of each size: no pass writes past the end of an
+/// array.
+#[test]
+fn images_of_odd_sizes_stay_in_their_arrays() {
+    let scene = Scene::load(root().join("tests/reference/cornell-caustic.pbrt")).expect("a scene");
+    for arrays in [ArrayKind::Images, ArrayKind::Buffers] {
+        let options = DeviceOptions { validation: true, arrays: Some(arrays), ..DeviceOptions::default() };
+        let mut device = match open_device(&options) {
+            // It binds too few images.
+            Err(DeviceError::Unfit { .. }) if arrays == ArrayKind::Images => continue,
+            opened => opened.expect("a device"),
+        };
+        device.guard(u32::MAX).expect("guard zones");
+        let device = Arc::new(device);
+        for (resolution, workgroup_size) in [([1, 1], 32), ([7, 3], 128), ([1000, 1000], 64), ([1001, 333], 32)] {
+            let options = Options {
+                resolution: Some(resolution),
+                photons: Some(1021),
+                eye_paths: Some(1),
+                workgroup_size: Some(workgroup_size),
+                ..Options::default()
+            };
+            outcome(&device, &scene, &options);
+            assert_eq!(device.broken_guards(), Vec::<String>::new(), "{arrays:?}, {resolution:?}");
+        }
     }
 }

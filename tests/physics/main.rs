@@ -18,6 +18,7 @@ mod reference;
 mod revolution;
 mod shading;
 mod specular;
+mod submission;
 #[path = "../support/mod.rs"]
 mod support;
 mod textures;

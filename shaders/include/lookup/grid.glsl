@@ -7,6 +7,14 @@ struct Cell {
     uint count; // photons in the cell
 };
 
+// What the photons of a batch make of the grid: grid_size.comp.
+struct GridExtent {
+    uvec3 by_photon; // workgroups of a dispatch of one invocation per photon
+    uint recorded;   // photons
+    uvec3 by_cell;   // workgroups of a dispatch of one invocation per cell
+    uint cell_mask;  // number of cells less 1; the number is a power of two
+};
+
 // Width of a cell in render units; max_radius2 has the bits of a float.
 float cell_size(uint max_radius2) {
     // In narrower cells, fp32 could not tell neighbouring coordinates apart.

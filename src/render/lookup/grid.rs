@@ -1,12 +1,14 @@
 //! The hash grid over photons.
 
+use std::mem::offset_of;
+
 use bytemuck::Zeroable;
 use goblet_host::{Device, Frame, Pass};
 
 use super::deposit::deposit;
 use crate::kernels::{
-    Cell, GatherGrid, GatherGridPush, GridCount, GridCountPush, GridFill, GridFillPush, GridPlace, GridReserve,
-    GridReservePush, POINTS, PhotonRecord, Specialization,
+    Cell, GatherGrid, GatherGridPush, GridCount, GridExtent, GridFill, GridPlace, GridReserve, GridSize, GridSizePush,
+    POINTS, PhotonRecord, Specialization,
 };
 use crate::render::buffers::{Buffers, Sizes, device_arrays, invocations_by_tile};
 use crate::render::counters::Tally;
@@ -18,6 +20,7 @@ device_arrays! {
     /// The grid's arrays, for the largest number of photons that a batch may record.
     pub struct GridArrays(sizes) {
         cells: Buffer<Cell>[sizes.recorded.next_power_of_two()],
+        grid_extent: Buffer<GridExtent>[1_u32],
         grid_filled: Buffer<u32>[1_u32],
         grid_photons: Texels<PhotonRecord>[sizes.recorded],
         places: Buffer<GridPlace>[sizes.by_tile / u64::from(POINTS)],
@@ -27,9 +30,10 @@ device_arrays! {
 /// A hash grid, and the passes that build and use it.
 pub struct HashGrid {
     arrays: GridArrays,
-    count: Pass<GridCountPush>,
-    reserve: Pass<GridReservePush>,
-    fill: Pass<GridFillPush>,
+    size: Pass<GridSizePush>,
+    count: Pass<()>,
+    reserve: Pass<()>,
+    fill: Pass<()>,
     gather: Pass<GatherGridPush>,
 }
 
@@ -48,18 +52,20 @@ impl HashGrid {
         let Buffers { photons, visible_points, visible_radii2, max_radius2, .. } = buffers;
         let Buffers { flux_red, flux_green, flux_blue, flux_counts, counters, .. } = buffers;
         let arrays = GridArrays::allocate(device, sizes)?;
-        let GridArrays { cells, grid_filled, grid_photons, places } = &arrays;
+        let GridArrays { cells, grid_extent, grid_filled, grid_photons, places } = &arrays;
         macro_rules! pass {
             ($($kernel:tt)*) => { device.pass(&$($kernel)*, specialization, workgroup_size)? };
         }
         Ok(Self {
-            count: pass!(GridCount { photons, max_radius2, cells }),
-            reserve: pass!(GridReserve { grid_filled, cells }),
-            fill: pass!(GridFill { photons, max_radius2, cells, grid_photons }),
+            size: pass!(GridSize { counters, grid_extent }),
+            count: pass!(GridCount { photons, max_radius2, grid_extent, cells }),
+            reserve: pass!(GridReserve { grid_filled, cells, grid_extent }),
+            fill: pass!(GridFill { photons, max_radius2, grid_extent, cells, grid_photons }),
             gather: pass!(GatherGrid {
                 visible_points,
                 visible_radii2,
                 max_radius2,
+                grid_extent,
                 cells,
                 grid_photons,
                 counters,
@@ -75,43 +81,56 @@ impl HashGrid {
 
     /// Runs each pass once without work, because a driver may compile a kernel at its first dispatch.
     pub fn warm_up(&self, frame: &mut Frame<'_>) {
-        frame.dispatch(&self.count, Zeroable::zeroed(), 1);
-        frame.dispatch(&self.reserve, Zeroable::zeroed(), 1);
-        frame.dispatch(&self.fill, Zeroable::zeroed(), 1);
+        // No photon has room, so that the grid is empty.
+        frame.dispatch(&self.size, Zeroable::zeroed(), 1);
+        frame.dispatch(&self.count, (), 1);
+        frame.dispatch(&self.reserve, (), 1);
+        frame.dispatch(&self.fill, (), 1);
         frame.dispatch(&self.gather, Zeroable::zeroed(), 1);
     }
 
-    /// Sorts the `recorded` photons of a batch into cells.
+    /// Records the commands that sort the photons of a batch into cells. The device has counted the photons;
+    /// `most` is a bound of their number.
+    pub fn record_build(&self, on: Stage<'_>, most: u64, frame: &mut Frame<'_>) {
+        let GridArrays { cells, grid_extent, grid_filled, .. } = &self.arrays;
+        frame.clear(grid_filled);
+        frame.clear_first(cells, most.next_power_of_two().min(cells.len()));
+        frame.dispatch(&self.size, GridSizePush { capacity: on.buffers.photons.len() as u32 }, 1);
+        frame.dispatch_indirect(&self.count, (), grid_extent, offset_of!(GridExtent, by_photon));
+        frame.dispatch_indirect(&self.reserve, (), grid_extent, offset_of!(GridExtent, by_cell));
+        frame.dispatch_indirect(&self.fill, (), grid_extent, offset_of!(GridExtent, by_photon));
+    }
+
+    /// Sorts the `recorded` photons of a batch into cells. The counters must be those of the photon pass.
     ///
     /// # Errors
     /// The device fails.
     pub fn build(&self, on: Stage<'_>, recorded: u32) -> Result<(), RenderError> {
-        let cell_count = self.cell_count(recorded);
-        let cell_mask = cell_count - 1;
         let mut frame = on.device.frame()?;
-        frame.clear(&self.arrays.grid_filled);
-        frame.clear_first(&self.arrays.cells, cell_count.into());
-        frame.dispatch(&self.count, GridCountPush { recorded, cell_mask }, recorded.into());
-        frame.dispatch(&self.reserve, GridReservePush { cell_count }, cell_count.into());
-        frame.dispatch(&self.fill, GridFillPush { recorded, cell_mask }, recorded.into());
+        self.record_build(on, recorded.into(), &mut frame);
         Ok(frame.run()?)
     }
 
-    /// Adds each of the `recorded` photons in the grid to the visible points on whose discs it lies.
+    /// Adds the photons in the grid to the visible points on whose discs they lie.
     ///
     /// # Errors
     /// The device fails, the driver ends the pass early, or the caller gives the iteration up.
-    pub fn gather(&self, on: Stage<'_>, recorded: u32, pace: &mut Pace) -> Result<Tally, RenderError> {
-        let cell_mask = self.cell_count(recorded) - 1;
-        let [width, height] = on.settings.resolution;
-        let push = |offset, resumed| GatherGridPush { width, height, cell_mask, resumed, offset };
-        let invocations = invocations_by_tile([width, height]) / u64::from(POINTS);
-        deposit(on, ("gather_grid", &self.gather), invocations, pace, push)
+    pub fn gather(&self, on: Stage<'_>, pace: &mut Pace) -> Result<Tally, RenderError> {
+        let push = |offset, resumed| Self::push(on, offset, resumed);
+        deposit(on, ("gather_grid", &self.gather), Self::invocations(on), pace, push)
     }
 
-    /// Returns the number of cells of a grid over `recorded` photons: the number of photons rounded up to a
-    /// power of two, since more cells would be empty.
-    fn cell_count(&self, recorded: u32) -> u32 {
-        u64::from(recorded).next_power_of_two().min(self.arrays.cells.len()) as u32
+    /// Records the commands that do the same in one dispatch; the counters tell whether it has finished.
+    pub fn record_gather(&self, on: Stage<'_>, frame: &mut Frame<'_>) {
+        frame.dispatch(&self.gather, Self::push(on, 0, 0), Self::invocations(on));
+    }
+
+    fn push(on: Stage<'_>, offset: u32, resumed: u32) -> GatherGridPush {
+        let [width, height] = on.settings.resolution;
+        GatherGridPush { width, height, resumed, offset }
+    }
+
+    fn invocations(on: Stage<'_>) -> u64 {
+        invocations_by_tile(on.settings.resolution) / u64::from(POINTS)
     }
 }

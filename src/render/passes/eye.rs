@@ -65,14 +65,28 @@ impl EyePass {
 
     /// Traces all eye paths of a round.
     fn trace(&mut self, on: Stage<'_>, index: IterationIndex, schedule: &mut Schedule) -> Result<Tally, RenderError> {
-        let IterationIndex { turn, half: half_of_rounds, .. } = index;
-        let paths = on.settings.eye_paths;
-        let push = |Start { offset, resumed, spread }| EyePush { turn, half_of_rounds, paths, offset, resumed, spread };
         let invocations = invocations_by_tile(on.settings.resolution);
         let resumable = || self.kernels.eye(on.device, on.buffers, true)?.finish();
+        let push = |start| Self::push(on, index, start);
         let counters = self.pass.run(on, invocations, &mut schedule.paces.eye, resumable, push)?;
         let mut tally = Tally::default();
         tally.add(Counted::Eye, &counters);
         Ok(tally)
+    }
+
+    /// Records the commands that trace all eye paths of a round in one dispatch.
+    pub fn record(&self, on: Stage<'_>, index: IterationIndex, frame: &mut Frame<'_>) {
+        let invocations = invocations_by_tile(on.settings.resolution);
+        frame.dispatch(self.pass.plain(), Self::push(on, index, Start::AT_FIRST), invocations);
+    }
+
+    /// Whether the driver cannot follow all paths in one dispatch.
+    pub fn is_resumable(&self) -> bool {
+        self.pass.is_resumable()
+    }
+
+    fn push(on: Stage<'_>, index: IterationIndex, Start { offset, resumed, spread }: Start) -> EyePush {
+        let IterationIndex { turn, half: half_of_rounds, .. } = index;
+        EyePush { turn, half_of_rounds, paths: on.settings.eye_paths, offset, resumed, spread }
     }
 }

@@ -96,6 +96,11 @@ pub struct PathPass<Push> {
     workgroup_size: u32,
 }
 
+impl Start {
+    /// All invocations, from the first one.
+    pub const AT_FIRST: Self = Self { offset: 0, resumed: 0, spread: 1 };
+}
+
 impl<Push: Pod> PathPass<Push> {
     /// A pass that is not resumable yet.
     pub fn new(plain: Pass<Push>, workgroup_size: u32) -> Self {
@@ -105,6 +110,11 @@ impl<Push: Pod> PathPass<Push> {
     /// The pass as long as it need not be resumable.
     pub fn plain(&self) -> &Pass<Push> {
         &self.plain
+    }
+
+    /// Whether the driver has ended an invocation early, so that the pass needs places to go on from.
+    pub fn is_resumable(&self) -> bool {
+        self.resumable.is_some()
     }
 
     /// Follows all paths of some invocations; what was counted meanwhile. Where the driver ends
@@ -157,11 +167,11 @@ fn run_resumable<Push: Pod>(
                 frame.clear(&on.buffers.counters);
             }
             frame.dispatch(pass, push(Start { offset: first as u32, resumed, spread }), count * u64::from(spread));
-            frame.run()?;
+            frame.save(&on.buffers.counters);
+            let before = std::mem::replace(&mut counters, frame.run_saved()?[0]);
             if resumed == 0 {
                 pace.observe(count, begin.elapsed());
             }
-            let before = std::mem::replace(&mut counters, on.device.read(&on.buffers.counters)?[0]);
             let stuck = counters.stuck != before.stuck;
             let unfinished = counters.unfinished != before.unfinished;
             if !stuck && !unfinished && spread == 1 {

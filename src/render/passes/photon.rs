@@ -45,39 +45,61 @@ impl PhotonPass {
         batch: Range<u64>,
         progress: &mut Progress,
     ) -> Result<Option<u32>, RenderError> {
-        // A disc that found many photons is smaller in the next iteration, in which a sequence
-        // that spreads its points evenly has fewer for it: the image would get darker. So the
-        // iterations that share visible points, and whose radii depend on earlier ones, have a
-        // sequence each.
-        let (stream, iterations_before) = match on.settings.radius_schedule {
-            RadiusSchedule::Adaptive => (index.step, index.turn.into()),
-            RadiusSchedule::Global => (0, index.iteration_of_half),
-        };
-        let before = on.settings.photons.wrapping_mul(iterations_before);
         let count = batch.end - batch.start;
-        let stride = count.div_ceil(progress.schedule.per_invocation());
-        let capacity = on.buffers.photons.len();
-        let push = |Start { offset, resumed, spread }| PhotonPush {
-            before_low: before as u32,
-            before_high: (before >> 32) as u32,
-            half_of_rounds: index.half,
-            stream,
-            first: batch.start as u32,
-            end: batch.end as u32,
-            stride: stride as u32,
-            capacity: capacity as u32,
-            offset,
-            resumed,
-            spread,
-        };
+        let per_invocation = progress.schedule.per_invocation();
         let start = Instant::now();
         let resumable = || self.kernels.photon(on.device, on.buffers, true)?.finish();
-        let counters = self.pass.run(on, stride, &mut progress.schedule.paces.photon, resumable, push)?;
-        if u64::from(counters.recorded) > capacity && progress.schedule.overflowed() {
+        let invocations = count.div_ceil(per_invocation);
+        let push = |start| push(on, index, &batch, per_invocation, start);
+        let counters = self.pass.run(on, invocations, &mut progress.schedule.paces.photon, resumable, push)?;
+        if u64::from(counters.recorded) > on.buffers.photons.len() && progress.schedule.overflowed() {
             return Ok(None);
         }
         progress.schedule.observe(count, start.elapsed());
         progress.tally.add(Counted::Photon, &counters);
         Ok(Some(counters.recorded))
+    }
+    /// Records the commands that trace all photons of an iteration in one dispatch.
+    pub fn record(&self, on: Stage<'_>, index: IterationIndex, per_invocation: u64, frame: &mut Frame<'_>) {
+        let batch = 0..on.settings.wanted_photons();
+        let push = push(on, index, &batch, per_invocation, Start::AT_FIRST);
+        frame.dispatch(self.pass.plain(), push, batch.end.div_ceil(per_invocation));
+    }
+
+    /// Whether the driver cannot follow all paths in one dispatch.
+    pub fn is_resumable(&self) -> bool {
+        self.pass.is_resumable()
+    }
+}
+
+/// The push constants of a dispatch over a batch.
+fn push(
+    on: Stage<'_>,
+    index: IterationIndex,
+    batch: &Range<u64>,
+    per_invocation: u64,
+    Start { offset, resumed, spread }: Start,
+) -> PhotonPush {
+    // A disc that found many photons is smaller in the next iteration, in which a sequence
+    // that spreads its points evenly has fewer for it: the image would get darker. So the
+    // iterations that share visible points, and whose radii depend on earlier ones, have a
+    // sequence each.
+    let (stream, iterations_before) = match on.settings.radius_schedule {
+        RadiusSchedule::Adaptive => (index.step, index.turn.into()),
+        RadiusSchedule::Global => (0, index.iteration_of_half),
+    };
+    let before = on.settings.photons.wrapping_mul(iterations_before);
+    PhotonPush {
+        before_low: before as u32,
+        before_high: (before >> 32) as u32,
+        half_of_rounds: index.half,
+        stream,
+        first: batch.start as u32,
+        end: batch.end as u32,
+        stride: (batch.end - batch.start).div_ceil(per_invocation) as u32,
+        capacity: on.buffers.photons.len() as u32,
+        offset,
+        resumed,
+        spread,
     }
 }

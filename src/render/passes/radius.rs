@@ -35,7 +35,14 @@ impl RadiusPass {
     /// # Errors
     /// The device fails.
     pub fn run(&self, on: Stage<'_>, index: IterationIndex, progress: &mut Progress) -> Result<(), RenderError> {
-        let Stage { device, buffers, settings, .. } = on;
+        let mut frame = on.device.frame()?;
+        self.record(on, index, progress, &mut frame);
+        Ok(frame.run()?)
+    }
+
+    /// Records the commands that do so.
+    pub fn record(&self, on: Stage<'_>, index: IterationIndex, progress: &mut Progress, frame: &mut Frame<'_>) {
+        let Stage { buffers, settings, .. } = on;
         // The eye pass has set one, unless there is no visible point to give it to.
         let first_radius = progress.first_radius.unwrap_or_else(|| FirstRadius::constant(1.0));
         let rounds_are_long = settings.sequence.round_length > 1;
@@ -48,10 +55,7 @@ impl RadiusPass {
         // the pixels' statistics.
         let begins = progress.done == 0 || (rounds_are_long && index.step == 0);
         let push = first_radius.push(settings.pixels() as u32, shrink, begins);
-        let mut frame = device.frame()?;
         frame.clear(&buffers.max_radius2);
         frame.dispatch(&self.0, push, settings.pixels());
-        frame.run()?;
-        Ok(())
     }
 }

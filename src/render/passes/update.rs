@@ -55,6 +55,14 @@ impl UpdatePass {
     /// # Errors
     /// The device fails.
     pub fn run(&self, on: Stage<'_>, index: IterationIndex, progress: &mut Progress) -> Result<(), RenderError> {
+        let counters = on.run_counted(|frame| self.record(on, index, frame))?;
+        progress.tally.add(Counted::Update, &counters);
+        Ok(())
+    }
+
+    /// Records the commands that do so. The pass does nothing if the counters say that a pass before has not finished,
+    /// or has recorded more photons than there is room for.
+    pub fn record(&self, on: Stage<'_>, index: IterationIndex, frame: &mut Frame<'_>) {
         let settings = on.settings;
         let alpha = match settings.radius_schedule {
             RadiusSchedule::Adaptive => settings.alpha,
@@ -68,14 +76,14 @@ impl UpdatePass {
             per_unit: (1.0 / settings.unit) as f32,
             flux_scale: flux_scale as f32,
             half_of_rounds: index.half,
+            capacity: on.buffers.photons.len() as u32,
+            pad0: 0,
+            pad1: 0,
+            pad2: 0,
         };
-        let counters = on.run_counted(|frame| {
-            if settings.contribution == Contribution::Photons {
-                frame.clear_texels(&on.buffers.visible_radiances);
-            }
-            frame.dispatch(&self.0, push, settings.pixels());
-        })?;
-        progress.tally.add(Counted::Update, &counters);
-        Ok(())
+        if settings.contribution == Contribution::Photons {
+            frame.clear_texels(&on.buffers.visible_radiances);
+        }
+        frame.dispatch(&self.0, push, settings.pixels());
     }
 }

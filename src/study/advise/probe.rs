@@ -22,7 +22,7 @@ const SHARES: u32 = 4 + LONGER;
 const LEAST: u32 = 2;
 const MOST: u32 = 64;
 /// Kernels whose time is in proportion to photons. The time to gather follows from its radii instead.
-const OF_PHOTONS: [&str; 4] = ["photon", "grid_count", "grid_reserve", "grid_fill"];
+const OF_PHOTONS: [&str; 5] = ["photon", "grid_size", "grid_count", "grid_reserve", "grid_fill"];
 
 /// The power of blur where a probe cannot measure it: between edges (1/2) and smooth light (2).
 const USUAL_BLUR_POWER: f64 = 1.0;

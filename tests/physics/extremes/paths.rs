@@ -5,7 +5,7 @@ use std::fmt::Write;
 use std::sync::Arc;
 
 use goblet::scene::Scene;
-use goblet::{ByPass, DirectLight, Options, Renderer, Tally};
+use goblet::{ByPass, DirectLight, Options, Renderer, Submission, Tally};
 use goblet_host::Device;
 
 use super::{SKY, block, camera, lamp, square};
@@ -212,5 +212,7 @@ fn paths_that_a_driver_can_follow_alone_are_followed() {
     for workgroup_size in [32, 128] {
         assert!(outcome(&device, &scene, &options(workgroup_size), 2) == expected, "{workgroup_size}");
     }
+    let whole = Options { submission: Submission::Whole, ..options(64) };
+    assert!(outcome(&device, &scene, &whole, 2) == expected, "in one submission");
     assert_silent(&device);
 }

@@ -3,7 +3,7 @@
 use super::*;
 use crate::render::options::written::Refusal;
 use crate::render::sequence::Shard;
-use crate::{Contribution, RevolutionSolver};
+use crate::{Contribution, RevolutionSolver, Submission};
 
 /// Returns a value of the option that is not its default.
 fn another(option: &RenderOption) -> String {
@@ -65,6 +65,7 @@ fn every_field_is_set_by_an_option() {
         workgroup_size,
         batch_size,
         responsive,
+        submission,
         revolution_solver,
     } = request(&names).unwrap().options;
     let default = Options::default();
@@ -78,7 +79,7 @@ fn every_field_is_set_by_an_option() {
     );
     // A radius is one or the other; the shard is an argument of its own; the viewer sets the rest.
     assert_eq!((radius_in_pixels, shard), (None, Shard::WHOLE));
-    assert_eq!((contribution, responsive), (Contribution::All, false));
+    assert_eq!((contribution, responsive, submission), (Contribution::All, false, Submission::Auto));
 }
 
 /// A checkpoint is continued only if all these values agree. The names must stay, because existing files
