@@ -61,7 +61,7 @@ manifest=explicit_layer.d/VkLayer_khronos_validation.json
 copy_layers() {
     mkdir -p "$1"
     for name in libvulkan.so.1 libVkLayer_khronos_validation.so; do
-        path=$(first_of /usr/lib/*/$name /usr/lib/$name /usr/lib64/$name /usr/local/lib/$name)
+        path=$(first_of /usr/lib/*-linux-gnu/$name /usr/lib/$name /usr/lib64/$name /usr/local/lib/$name)
         [ -z "$path" ] || cp -L "$path" "$1/$name"
     done
     path=$(first_of /usr/share/vulkan/$manifest /usr/local/share/vulkan/$manifest /etc/vulkan/$manifest)
