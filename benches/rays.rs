@@ -11,6 +11,8 @@ mod arguments;
 mod export;
 #[path = "rays/measure.rs"]
 mod measure;
+#[path = "../tests/support/place.rs"]
+mod place;
 #[path = "rays/prepare.rs"]
 mod prepare;
 #[allow(dead_code, reason = "tests use the rest")]
@@ -89,7 +91,9 @@ fn print_conditions(device: &Device, arguments: &Arguments) {
 /// The commit that is checked out, with a `+` if files differ from it.
 fn git_commit() -> Option<String> {
     let git = Command::new("git")
-        .args(["-C", env!("CARGO_MANIFEST_DIR"), "describe", "--always", "--abbrev=9", "--exclude=*", "--dirty=+"])
+        .arg("-C")
+        .arg(place::root())
+        .args(["describe", "--always", "--abbrev=9", "--exclude=*", "--dirty=+"])
         .output()
         .ok()?;
     let text = String::from_utf8(git.stdout).ok()?.trim().to_owned();

@@ -10,11 +10,12 @@ use goblet::scene::{Geometry, Mesh, Scene};
 
 use crate::Result;
 use crate::arguments::Arguments;
+use crate::place::root;
 use crate::random::Rng;
 
 /// Of the project, so that the benchmark may run in any folder.
-const FLAT: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/scenes/cornell-caustic.pbrt");
-const REVOLUTION: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/scenes/wine-cup.pbrt");
+const FLAT: &str = "scenes/cornell-caustic.pbrt";
+const REVOLUTION: &str = "scenes/wine-cup.pbrt";
 
 /// Triangles of the meshes of water, about, by their names.
 const WATERS: [(&str, u32); 5] =
@@ -55,10 +56,10 @@ pub enum Source {
 
 /// The scenes that are asked for.
 pub fn sources(arguments: &Arguments) -> Vec<Source> {
-    let mut sources = vec![Source::File(FLAT.into())];
+    let mut sources = vec![Source::File(root().join(FLAT))];
     let waters = WATERS.into_iter().filter(|(name, _)| arguments.large || *name != LARGE);
     sources.extend(waters.map(|(name, triangles)| Source::Water(name, triangles)));
-    sources.extend([Source::Instances, Source::File(REVOLUTION.into())]);
+    sources.extend([Source::Instances, Source::File(root().join(REVOLUTION))]);
     sources.extend(arguments.scenes.iter().cloned().map(Source::File));
     sources.retain(|source| source.name().contains(&arguments.only));
     sources

@@ -5,6 +5,8 @@ mod aov;
 #[cfg(unix)]
 mod files;
 #[cfg(target_os = "linux")]
+mod gpu;
+#[cfg(target_os = "linux")]
 mod hostile;
 mod info;
 mod manual;

@@ -5,6 +5,7 @@ use goblet::{ArrayKind, Device, DeviceError, DeviceOptions, open_device};
 use goblet_host::{Buffer, Extent, Texels};
 
 use crate::generated::{PixelState, Specialization, Update, UpdatePush};
+use crate::support::device_options;
 
 const SUMS: [&str; 4] = ["sum_red", "sum_green", "sum_blue", "sum_second"];
 
@@ -55,7 +56,7 @@ fn broken_by_update(device: &Device) -> Vec<String> {
 #[test]
 fn a_write_past_the_end_of_an_array_is_noticed() {
     for arrays in [ArrayKind::Images, ArrayKind::Buffers] {
-        let options = DeviceOptions { validation: true, arrays: Some(arrays), ..DeviceOptions::default() };
+        let options = DeviceOptions { arrays: Some(arrays), ..device_options() };
         let mut device = match open_device(&options) {
             // It binds too few images.
             Err(DeviceError::Unfit { .. }) if arrays == ArrayKind::Images => continue,

@@ -1,12 +1,12 @@
 //! Scenes: by hand, or packed from scene text as the renderer does.
 
 use std::ops::{Deref, DerefMut};
-use std::path::Path;
 
 use crate::fixture::Fixture;
 use crate::generated::{
     BVH_PLANES, COUNT_SHIFT, GpuScene, Material, NONE, Quadric, SPHERE, SceneArrays, SceneInfo, Triangle,
 };
+use crate::support;
 use bytemuck::Zeroable;
 use glam::{DAffine3, DMat3, DVec3};
 use goblet::RevolutionSolver;
@@ -54,7 +54,7 @@ impl World {
 
     /// The same for a solver of bodies of revolution.
     pub fn parse_for(text: &str, solver: RevolutionSolver) -> (Self, pack::PackedScene) {
-        let scene = Scene::parse(text, "test.pbrt", Path::new(env!("CARGO_MANIFEST_DIR"))).expect("a scene");
+        let scene = Scene::parse(text, "test.pbrt", support::root()).expect("a scene");
         let packed = pack::pack(&scene, solver).expect("a packed scene");
         let world = Self { info: packed.info(8, 1), arrays: packed.arrays.clone() };
         (world, packed)

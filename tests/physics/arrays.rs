@@ -7,7 +7,7 @@ use goblet::scene::Scene;
 use goblet::{ArrayKind, DeviceError, DeviceOptions, LookupKind, Options, Renderer, Tally, open_device};
 use goblet_host::Device;
 
-use crate::support::{assert_silent, device, is_full, root};
+use crate::support::{assert_silent, device, device_options, is_full, root};
 
 /// What two iterations come to: the image's bits, and what happened.
 fn outcome(device: &Arc<Device>, scene: &Scene, options: &Options) -> (Vec<[u32; 3]>, Tally) {
@@ -24,7 +24,7 @@ fn outcome(device: &Arc<Device>, scene: &Scene, options: &Options) -> (Vec<[u32;
 /// zones after each array: what is there is no number, and must not get into the image.
 #[test]
 fn arrays_in_buffers_give_the_same_bits_as_in_images() {
-    let options = DeviceOptions { validation: true, arrays: Some(ArrayKind::Buffers), ..DeviceOptions::default() };
+    let options = DeviceOptions { arrays: Some(ArrayKind::Buffers), ..device_options() };
     let mut in_buffers = open_device(&options).expect("a device");
     assert_eq!(in_buffers.info().arrays, ArrayKind::Buffers);
     in_buffers.guard(u32::MAX).expect("guard zones");

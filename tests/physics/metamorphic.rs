@@ -268,7 +268,7 @@ fn the_number_of_threads_does_not_change_a_byte_of_the_file() {
     let folder = tempfile::tempdir().expect("a folder");
     let render = |threads: &str| {
         let output = folder.path().join(format!("{threads}.exr"));
-        let status = Command::new(env!("CARGO_BIN_EXE_goblet"))
+        let status = Command::new(support::command::goblet())
             .arg("render")
             .arg(support::root().join("tests/reference/cornell-caustic.pbrt"))
             .args(["--resolution", "24x24", "--photons", "5000", "--iterations", "4", "--quiet", "-o"])

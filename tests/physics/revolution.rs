@@ -142,7 +142,7 @@ fn a_wine_glass_of_any_size_anywhere_is_the_same_picture() {
 fn a_tessellated_scene_has_the_same_energy() {
     let folder = tempfile::tempdir().expect("a folder");
     let output = folder.path().join("meshes.pbrt");
-    let status = Command::new(env!("CARGO_BIN_EXE_goblet"))
+    let status = Command::new(support::command::goblet())
         .arg("tessellate")
         .arg(support::root().join("tests/reference/wine-cup.pbrt"))
         .args(["--tolerance", "1e-4", "-o"])

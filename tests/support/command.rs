@@ -39,6 +39,11 @@ pub fn scene(from: &str, to: &str) -> String {
     SCENE.replace(from, to)
 }
 
+/// The program goblet: that of the build, or the one that is carried with the tests.
+pub fn goblet() -> PathBuf {
+    std::env::var_os("CARGO_BIN_EXE_goblet").unwrap_or_else(|| env!("CARGO_BIN_EXE_goblet").into()).into()
+}
+
 /// Keeps goblet from what is around the tests: they may themselves be run in an array job, and the user's cache
 /// is not theirs.
 pub fn isolate(command: &mut Command) {
@@ -94,7 +99,7 @@ impl Bench {
 
     /// goblet, to be run here.
     pub fn command(&self, arguments: &[&str]) -> Command {
-        let mut command = Command::new(env!("CARGO_BIN_EXE_goblet"));
+        let mut command = Command::new(goblet());
         command.args(arguments).current_dir(self.0.path()).stdin(Stdio::null());
         isolate(&mut command);
         command

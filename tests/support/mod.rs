@@ -2,16 +2,18 @@
 #![allow(dead_code, reason = "each suite uses a part of this")]
 
 pub mod command;
+pub mod place;
 pub mod random;
 pub mod variants;
 
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::sync::{Arc, LazyLock};
 
 use goblet::image::film::Image;
 use goblet::scene::Scene;
 use goblet::{Options, Renderer, Tally};
 use goblet_host::Device;
+pub use place::root;
 
 /// A device with validation layers on. The tests of a suite share as many as there are cores: each compiles
 /// a kernel once, and only tests on the same device wait for each other. Without a device, a test fails and
@@ -19,14 +21,22 @@ use goblet_host::Device;
 pub fn device() -> Arc<Device> {
     static DEVICES: LazyLock<Result<Vec<Arc<Device>>, String>> = LazyLock::new(|| {
         let cores = std::thread::available_parallelism().map_or(1, usize::from);
-        let options = goblet::DeviceOptions { validation: true, ..Default::default() };
-        let open = |_| goblet::open_device(&options).map(Arc::new).map_err(|error| error.to_string());
+        let open = |_| goblet::open_device(&device_options()).map(Arc::new).map_err(|error| error.to_string());
         (0..cores).map(open).collect()
     });
     match &*DEVICES {
         Ok(devices) => devices.iter().min_by_key(|device| Arc::strong_count(device)).map(Arc::clone).unwrap(),
         Err(error) => panic!("{error}"),
     }
+}
+
+/// How tests open devices: with validation layers, unless `GOBLET_TEST_LAYERS=off`, and the one that
+/// `GOBLET_TEST_DEVICE` names as `--device` does.
+pub fn device_options() -> goblet::DeviceOptions<'static> {
+    static DEVICE: LazyLock<String> = LazyLock::new(|| std::env::var("GOBLET_TEST_DEVICE").unwrap_or_default());
+    let validation = !std::env::var("GOBLET_TEST_LAYERS").is_ok_and(|layers| layers == "off");
+    let selector = Some(DEVICE.as_str()).filter(|name| !name.is_empty());
+    goblet::DeviceOptions { selector, validation, ..Default::default() }
 }
 
 /// Fails if the validation layers have said anything, be it about another test of the suite.
@@ -71,11 +81,6 @@ pub fn is_full() -> bool {
 /// One of two amounts of work for the same check, by [`is_full`].
 pub fn work<T>(quick: T, full: T) -> T {
     if is_full() { full } else { quick }
-}
-
-/// The folder of `Cargo.toml`.
-pub fn root() -> PathBuf {
-    Path::new(env!("CARGO_MANIFEST_DIR")).to_owned()
 }
 
 /// An image in a file that a scene can name.
