@@ -29,6 +29,7 @@ mod shared;
 #[cfg(unix)]
 mod signal;
 mod specialize;
+mod statistics;
 mod subgroups;
 mod texels;
 mod timing;
@@ -48,5 +49,6 @@ pub use pipeline::Code;
 pub use present::{Interface, Screen};
 #[cfg(unix)]
 pub use signal::is_ignored;
+pub use statistics::{Compiled, Compiler, Executable};
 pub use subgroups::Subgroups;
 pub use texels::{Extent, Texels};
