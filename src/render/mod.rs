@@ -19,9 +19,11 @@ pub(crate) mod radius;
 pub(crate) mod renderer;
 pub(crate) mod sequence;
 mod settings;
+pub(crate) mod specialize;
 mod stage;
 pub(crate) mod unsampled;
 
 pub use device::device_features;
 pub use pacing::photons_per_invocation;
 pub use passes::is_queue;
+pub use specialize::specialized;
