@@ -5,7 +5,7 @@
 #
 #   sh tests/registers.sh [CARD]      navi21 unless another is named
 #
-# Takes 15 seconds of one core. RADV names the driver's file (radeon_icd.x86_64.json) if that is not where Debian's
+# Takes 25 seconds of one core. RADV names the driver's file (radeon_icd.x86_64.json) if that is not where Debian's
 # mesa-vulkan-drivers has it.
 set -eu
 cd "$(dirname "$0")/.."
