@@ -4,8 +4,9 @@
 # driver is lavapipe, which needs no GPU. What is there already is left alone.
 #
 #   sh install.sh            to build and render
-#   sh install.sh --tests    for the tests too: the Vulkan validation layers, Xvfb, and a
-#                            browser that opens the reports of measurements
+#   sh install.sh --tests    for the tests too: the Vulkan validation layers, Xvfb, a browser that
+#                            opens the reports of measurements, and the driver of AMD cards, whose
+#                            compiler needs no card
 set -eu
 
 say() {
@@ -46,6 +47,7 @@ if [ "$tests" ]; then
     layer=explicit_layer.d/VkLayer_khronos_validation.json
     found "${VK_LAYER_PATH:-/nonexistent}/${layer#*/}" /usr/share/vulkan/$layer \
         /usr/local/share/vulkan/$layer /etc/vulkan/$layer || need vulkan-validationlayers
+    found /usr/share/vulkan/icd.d/radeon_icd*.json "${RADV:-/nonexistent}" || need mesa-vulkan-drivers
     command -v chromium >/dev/null || command -v chromium-browser >/dev/null ||
         command -v google-chrome >/dev/null || need chromium
     # A display for the window's test, and what windows load when they open.

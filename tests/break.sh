@@ -28,11 +28,11 @@ next-event estimation drops the cosine at the surface|direct.radiance * (cos_sur
 flux of photons counts double|visible_throughputs_at(pixel).rgb * flux * (flux_scale / radius2)|visible_throughputs_at(pixel).rgb * flux * (2.0 * flux_scale / radius2)
 photons of any surface in the sphere count, not those on the disc|return dot(n, photon_normal) > MIN_COSINE && height * height < MAX_HEIGHT * MAX_HEIGHT * radius2;|return true;
 eta is that of the other way through the surface|return outside ? material.eta.x : 1.0 / material.eta.x;|return outside ? 1.0 / material.eta.x : material.eta.x;
-a visible point forgets the throughput of its eye path|work.end.bsdf = work.state.throughput * material.color / PI;|work.end.bsdf = material.color / PI;
+a visible point forgets the throughput of its eye path|vec3 bsdf = work.state.throughput * material.color / PI;|vec3 bsdf = material.color / PI;
 photons that are not on the disc are counted|sum.count += on_disc ? 1u : 0u;|sum.count += 1u;
 the pdf of a light leaves out the chance that it is chosen|return light.direct_pmf * area_pdf *|return area_pdf *
 survivors of Russian roulette keep their weight|path.weight = after < before ? weight * (before / after) : weight;|path.weight = weight;
-a visible point stays where its eye path now finds none|store_visible_throughputs(pixel, last.reached > 0.0 ? vec4(last.bsdf, last.reached) : vec4(0.0));|if (last.reached > 0.0) store_visible_throughputs(pixel, vec4(last.bsdf, last.reached));
+a visible point stays where its eye path now finds none|if (!work.end.is_reached) {|if (false) {
 the radius shrinks by alpha where it should by 1 - alpha|float lost = (1.0 - alpha) * found / all;|float lost = alpha * found / all;
 photons are compressed in glass as radiance is|material.color * (compression * masking_shadowing_weight(|material.color * (1.0 / (eta * eta) * masking_shadowing_weight(
 photons bring direct light beside next-event estimation|bool is_wanted = DIRECT_NEE ? path.depth > 0u : true;|bool is_wanted = true;

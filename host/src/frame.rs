@@ -74,11 +74,11 @@ impl<'a> Frame<'a> {
             vulkan.cmd_bind_pipeline(commands, vk::PipelineBindPoint::COMPUTE, pass.pipeline());
             if !pass.sets.is_empty() {
                 let point = vk::PipelineBindPoint::COMPUTE;
-                vulkan.cmd_bind_descriptor_sets(commands, point, pass.layout, 0, &pass.sets, &[]);
+                vulkan.cmd_bind_descriptor_sets(commands, point, pass.layout.pipeline, 0, &pass.sets, &[]);
             }
             if size_of::<Push>() > 0 {
                 let bytes = bytemuck::bytes_of(&push);
-                vulkan.cmd_push_constants(commands, pass.layout, vk::ShaderStageFlags::COMPUTE, 0, bytes);
+                vulkan.cmd_push_constants(commands, pass.layout.pipeline, vk::ShaderStageFlags::COMPUTE, 0, bytes);
             }
             if timer.has(number) {
                 vulkan.cmd_write_timestamp(commands, stage, timer.queries, 2 * number as u32);

@@ -10,6 +10,8 @@ use bytemuck::Pod;
 use crate::buffer::{Buffer, RawBuffer};
 use crate::error::{Context, Error, Result};
 use crate::image::RawImage;
+use crate::layout::{Layout, Place, Slot};
+use crate::physical::{ArrayKind, DeviceInfo};
 use crate::pipeline::{Code, Source};
 use crate::shared::DeviceShared;
 use crate::texels::{Part, Storage, Texels};
@@ -24,8 +26,46 @@ pub trait Kernel {
     type Push: Pod;
     /// Values for its specialization constants.
     type Specialization: SpecializationValues;
-    /// Returns its arrays with set and binding.
+    /// Where it binds its arrays.
+    const PLACES: &'static [Place];
+    /// All of the above.
+    const OUTLINE: Outline = Outline {
+        name: Self::NAME,
+        code: Self::CODE,
+        places: Self::PLACES,
+        push_bytes: size_of::<Self::Push>() as u32,
+    };
+    /// Returns its arrays, each with its place.
     fn bindings(&self) -> Vec<Binding<'_>>;
+}
+
+/// A kernel without its arrays: what is enough to compile it.
+#[derive(Clone, Copy)]
+pub struct Outline {
+    /// [`Kernel::NAME`].
+    pub name: &'static str,
+    pub(crate) code: &'static [Code],
+    pub(crate) places: &'static [Place],
+    pub(crate) push_bytes: u32,
+}
+
+impl Outline {
+    /// Returns what the driver of a device compiles. `layout` must live until that is done.
+    pub(crate) fn source(
+        &self,
+        device: &DeviceInfo,
+        specialization: &impl SpecializationValues,
+        workgroup_size: u32,
+        layout: &Layout,
+    ) -> Result<Source> {
+        let fits = |code: &&Code| code.arrays == device.arrays && code.workgroup_size == workgroup_size;
+        let code = self.code.iter().find(fits).ok_or_else(|| Error::Unfit {
+            device: device.name.clone(),
+            reason: format!("kernel {} was not built for workgroups of {workgroup_size}", self.name),
+        })?;
+        let lanes = device.subgroups.required_for(workgroup_size);
+        Ok(Source::new(code, |id| specialization.value(id), layout.pipeline, lanes))
+    }
 }
 
 /// Values of specialization constants by id.
@@ -34,10 +74,9 @@ pub trait SpecializationValues {
     fn value(&self, id: u32) -> Option<[u8; 4]>;
 }
 
-/// An array with its set and binding.
+/// An array with its place.
 pub struct Binding<'a> {
-    set: u32,
-    binding: u32,
+    slot: Slot,
     resource: Resource<'a>,
 }
 
@@ -47,28 +86,20 @@ enum Resource<'a> {
 }
 
 impl<'a> Binding<'a> {
-    /// Binds `buffer` at `set` and `binding`.
-    pub fn buffer<T: Pod>(set: u32, binding: u32, buffer: &'a Buffer<T>) -> Self {
-        Self { set, binding, resource: Resource::Buffer(buffer.raw()) }
+    /// Binds `buffer` at `place`.
+    pub fn buffer<T: Pod>(place: Place, buffer: &'a Buffer<T>) -> Self {
+        Self { slot: place.slot(ArrayKind::Buffers), resource: Resource::Buffer(buffer.raw()) }
     }
 
-    /// Binds `texels`, which are in no group, at `set` and `binding`.
-    pub fn texels<T: Pod>(set: u32, binding: u32, texels: &'a Texels<T>) -> Self {
-        Self { set, binding, resource: resource(texels, None) }
-    }
-
-    /// Binds `texels`, which are the array with number `member` of a group: in an image at `set` and `binding`,
-    /// in the group's buffer at `set` and `group`, as all arrays of the group are.
-    pub fn member<T: Pod>(set: u32, binding: u32, group: u32, member: u32, texels: &'a Texels<T>) -> Self {
-        let resource = resource(texels, Some(member));
-        let binding = if matches!(resource, Resource::Image(_)) { binding } else { group };
-        Self { set, binding, resource }
-    }
-
-    fn descriptor_type(&self) -> vk::DescriptorType {
-        match self.resource {
-            Resource::Buffer(_) => vk::DescriptorType::STORAGE_BUFFER,
-            Resource::Image(_) => vk::DescriptorType::STORAGE_IMAGE,
+    /// Binds `texels` at `place`. Panics if the place is of a group, and the texels are not the array of that
+    /// group that belongs there: the kernel would look for them at another place.
+    pub fn texels<T: Pod>(place: Place, texels: &'a Texels<T>) -> Self {
+        match texels.storage() {
+            Storage::Image(image) => Self { slot: place.slot(ArrayKind::Images), resource: Resource::Image(image) },
+            Storage::Part(Part { buffer, member, .. }) => {
+                assert_eq!(*member, place.number(), "the number of {} in a group", texels.name());
+                Self { slot: place.slot(ArrayKind::Buffers), resource: Resource::Buffer(buffer) }
+            }
         }
     }
 
@@ -90,30 +121,18 @@ impl<'a> Binding<'a> {
     }
 }
 
-/// Returns the image or the buffer that has texels. Panics if their number in a group is not `member`: the
-/// kernel would look for them at another place.
-fn resource<T>(texels: &Texels<T>, member: Option<u32>) -> Resource<'_> {
-    match texels.storage() {
-        Storage::Image(image) => Resource::Image(image),
-        Storage::Part(Part { buffer, member: has, .. }) => {
-            assert_eq!(*has, member, "the number of {} in a group", texels.name());
-            Resource::Buffer(buffer)
-        }
-    }
-}
-
 /// Returns bindings without those that repeat an earlier one, as arrays in the buffer of a group do. Panics if
 /// one place has two arrays.
 fn distinct(bindings: Vec<Binding<'_>>) -> Vec<Binding<'_>> {
     let mut distinct: Vec<Binding<'_>> = Vec::new();
     for binding in bindings {
-        match distinct.iter().find(|other| (other.set, other.binding) == (binding.set, binding.binding)) {
+        match distinct.iter().find(|other| other.slot == binding.slot) {
             None => distinct.push(binding),
             Some(other) => assert!(
                 matches!((&other.resource, &binding.resource), (Resource::Buffer(a), Resource::Buffer(b)) if Arc::ptr_eq(a, b)),
                 "set {}, binding {}: arrays of one group are in two",
-                binding.set,
-                binding.binding
+                binding.slot.set,
+                binding.slot.binding
             ),
         }
     }
@@ -131,10 +150,9 @@ pub struct Pass<Push> {
     pub(crate) name: &'static str,
     /// `None` only until it is compiled.
     pipeline: Option<Arc<vk::Pipeline>>,
-    pub(crate) layout: vk::PipelineLayout,
+    pub(crate) layout: Layout,
     pub(crate) sets: Vec<vk::DescriptorSet>,
     pub(crate) workgroup_size: u32,
-    set_layouts: Vec<vk::DescriptorSetLayout>,
     pool: vk::DescriptorPool,
     _kept: Vec<Kept>,
     device: Arc<DeviceShared>,
@@ -157,16 +175,14 @@ impl<Push: Pod> Pass<Push> {
         let mut pass = Self {
             name: K::NAME,
             pipeline: None,
-            layout: vk::PipelineLayout::null(),
+            layout: Layout::new(device, K::PLACES, K::OUTLINE.push_bytes)?,
             sets: Vec::new(),
             workgroup_size,
-            set_layouts: Vec::new(),
             pool: vk::DescriptorPool::null(),
             _kept: bindings.iter().map(Binding::keep).collect(),
             device: Arc::clone(device),
             push: PhantomData,
         };
-        pass.create_layout(&bindings)?;
         pass.bind(&bindings)?;
         Ok(pass)
     }
@@ -176,62 +192,31 @@ impl<Push: Pod> Pass<Push> {
         self.pipeline.as_deref().copied().unwrap_or_default()
     }
 
-    fn create_layout(&mut self, bindings: &[Binding<'_>]) -> Result<()> {
-        let set_count = bindings.iter().map(|binding| binding.set + 1).max().unwrap_or(0);
-        for set in 0..set_count {
-            let entries: Vec<_> = bindings
-                .iter()
-                .filter(|binding| binding.set == set)
-                .map(|binding| {
-                    vk::DescriptorSetLayoutBinding::default()
-                        .binding(binding.binding)
-                        .descriptor_type(binding.descriptor_type())
-                        .descriptor_count(1)
-                        .stage_flags(vk::ShaderStageFlags::COMPUTE)
-                })
-                .collect();
-            let create = vk::DescriptorSetLayoutCreateInfo::default().bindings(&entries);
-            // SAFETY: destroyed with the pass.
-            let layout = unsafe { self.device.raw.create_descriptor_set_layout(&create, None) };
-            self.set_layouts.push(layout.context("vkCreateDescriptorSetLayout")?);
-        }
-        let push = [vk::PushConstantRange::default()
-            .stage_flags(vk::ShaderStageFlags::COMPUTE)
-            .size(size_of::<Push>() as u32)];
-        let mut create = vk::PipelineLayoutCreateInfo::default().set_layouts(&self.set_layouts);
-        if size_of::<Push>() > 0 {
-            create = create.push_constant_ranges(&push);
-        }
-        // SAFETY: destroyed with the pass.
-        self.layout = unsafe { self.device.raw.create_pipeline_layout(&create, None) }.context("a pipeline layout")?;
-        Ok(())
-    }
-
     fn bind(&mut self, bindings: &[Binding<'_>]) -> Result<()> {
         if bindings.is_empty() {
             return Ok(());
         }
         let sizes: Vec<_> = bindings
             .iter()
-            .map(|binding| vk::DescriptorPoolSize { ty: binding.descriptor_type(), descriptor_count: 1 })
+            .map(|binding| vk::DescriptorPoolSize { ty: binding.slot.descriptor, descriptor_count: 1 })
             .collect();
-        let create = vk::DescriptorPoolCreateInfo::default().max_sets(self.set_layouts.len() as u32).pool_sizes(&sizes);
+        let create = vk::DescriptorPoolCreateInfo::default().max_sets(self.layout.sets.len() as u32).pool_sizes(&sizes);
         let descriptors: Vec<_> = bindings.iter().map(Binding::descriptor).collect();
         // SAFETY: the pool has room for exactly these sets and is destroyed with the
         // pass; what they point to is kept alive by the pass.
         unsafe {
             self.pool = self.device.raw.create_descriptor_pool(&create, None).context("vkCreateDescriptorPool")?;
             let allocate =
-                vk::DescriptorSetAllocateInfo::default().descriptor_pool(self.pool).set_layouts(&self.set_layouts);
+                vk::DescriptorSetAllocateInfo::default().descriptor_pool(self.pool).set_layouts(&self.layout.sets);
             self.sets = self.device.raw.allocate_descriptor_sets(&allocate).context("vkAllocateDescriptorSets")?;
             let writes: Vec<_> = bindings
                 .iter()
                 .zip(&descriptors)
                 .map(|(binding, (buffer, image))| {
                     let write = vk::WriteDescriptorSet::default()
-                        .dst_set(self.sets[binding.set as usize])
-                        .dst_binding(binding.binding)
-                        .descriptor_type(binding.descriptor_type());
+                        .dst_set(self.sets[binding.slot.set as usize])
+                        .dst_binding(binding.slot.binding)
+                        .descriptor_type(binding.slot.descriptor);
                     match binding.resource {
                         Resource::Buffer(_) => write.buffer_info(buffer),
                         Resource::Image(_) => write.image_info(image),
@@ -259,14 +244,7 @@ impl<Push: Pod> Compiling<Push> {
         workgroup_size: u32,
     ) -> Result<Self> {
         let pass = Pass::unfinished(device, kernel, workgroup_size)?;
-        let (arrays, size) = (device.info.arrays, workgroup_size);
-        let code = K::CODE.iter().find(|code| code.arrays == arrays && code.workgroup_size == size);
-        let code = code.ok_or_else(|| Error::Unfit {
-            device: device.info.name.clone(),
-            reason: format!("kernel {} was not built for workgroups of {workgroup_size}", K::NAME),
-        })?;
-        let lanes = device.info.subgroups.required_for(workgroup_size);
-        let source = Source::new(code, |id| specialization.value(id), pass.layout, lanes);
+        let source = K::OUTLINE.source(&device.info, specialization, workgroup_size, &pass.layout)?;
         let device = Arc::clone(device);
         let thread = Builder::new().spawn(move || device.pipelines.get(&device.raw, source)).map_err(Error::Thread)?;
         Ok(Self { pass: Some(pass), thread: Some(thread) })
@@ -299,12 +277,6 @@ impl<Push> Drop for Pass<Push> {
     fn drop(&mut self) {
         // SAFETY: frames wait for the device before they return, so nothing uses it;
         // destroying a null handle does nothing.
-        unsafe {
-            self.device.raw.destroy_pipeline_layout(self.layout, None);
-            self.device.raw.destroy_descriptor_pool(self.pool, None);
-            for layout in &self.set_layouts {
-                self.device.raw.destroy_descriptor_set_layout(*layout, None);
-            }
-        }
+        unsafe { self.device.raw.destroy_descriptor_pool(self.pool, None) };
     }
 }

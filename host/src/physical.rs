@@ -121,10 +121,6 @@ pub(crate) fn describe(
         vk::PhysicalDeviceType::CPU => DeviceKind::Cpu,
         _ => DeviceKind::Other,
     };
-    let text = |name: &[c_char]| -> String {
-        let bytes: Vec<u8> = name.iter().take_while(|c| **c != 0).map(|c| c.cast_unsigned()).collect();
-        String::from_utf8_lossy(&bytes).into_owned()
-    };
     let driver = format!("{} {}", text(&driver.driver_name), text(&driver.driver_info));
     let (arrays, arrays_reason) = choose_arrays(kind, &properties.limits, requirements);
     DeviceInfo {
@@ -144,6 +140,12 @@ pub(crate) fn describe(
         arrays_reason,
         unfit: unfit(instance, physical, &properties, requirements, arrays),
     }
+}
+
+/// Returns a driver's text, which ends with a 0.
+pub(crate) fn text(name: &[c_char]) -> String {
+    let bytes: Vec<u8> = name.iter().take_while(|c| **c != 0).map(|c| c.cast_unsigned()).collect();
+    String::from_utf8_lossy(&bytes).into_owned()
 }
 
 /// Returns what texels are in on a device, and the reason.

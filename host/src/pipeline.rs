@@ -50,7 +50,7 @@ impl Pipelines {
         match kept {
             Some(kept) => Ok(kept),
             None => {
-                let pipeline = source.compile(device, self.cache.handle())?;
+                let pipeline = source.compile(device, self.cache.handle(), vk::PipelineCreateFlags::empty())?;
                 Ok(self.keep(device, source.key, pipeline))
             }
         }
@@ -129,10 +129,16 @@ impl Source {
         Self { spirv, constants: constants.into_iter().collect(), key, layout, lanes }
     }
 
-    fn compile(&self, device: &ash::Device, cache: vk::PipelineCache) -> Result<vk::Pipeline> {
+    /// Compiles it, for the caller to destroy.
+    pub fn compile(
+        &self,
+        device: &ash::Device,
+        cache: vk::PipelineCache,
+        flags: vk::PipelineCreateFlags,
+    ) -> Result<vk::Pipeline> {
         let words = specialize::specialize(&self.spirv, |id| self.constants.get(&id).copied());
         // SAFETY: the code was compiled and reflected by the build script; the module is
-        // destroyed once the pipeline has been made, the pipeline by `Pipelines`.
+        // destroyed once the pipeline has been made, the pipeline by the caller.
         unsafe {
             let create = vk::ShaderModuleCreateInfo::default().code(&words);
             let module = device.create_shader_module(&create, None).context("vkCreateShaderModule")?;
@@ -146,7 +152,7 @@ impl Source {
                 stage =
                     stage.flags(vk::PipelineShaderStageCreateFlags::REQUIRE_FULL_SUBGROUPS).push_next(&mut subgroups);
             }
-            let create = [vk::ComputePipelineCreateInfo::default().stage(stage).layout(self.layout)];
+            let create = [vk::ComputePipelineCreateInfo::default().flags(flags).stage(stage).layout(self.layout)];
             let made = device.create_compute_pipelines(cache, &create, None);
             device.destroy_shader_module(module, None);
             let pipelines = made.map_err(|(_, result)| Error::Vulkan { call: "compiling a kernel", result })?;

@@ -48,6 +48,7 @@ impl DeviceShared {
         cache: Option<&Path>,
     ) -> Result<Self> {
         let vulkan = &instance.shared.raw;
+        let tells_statistics = extensions.contains(&khr::pipeline_executable_properties::NAME);
         let mut extensions: Vec<_> = extensions.iter().map(|name| name.as_ptr()).collect();
         let queues = [vk::DeviceQueueCreateInfo::default().queue_family_index(family).queue_priorities(&[1.0])];
         let mut subgroups = vk::PhysicalDeviceSubgroupSizeControlFeatures::default();
@@ -56,6 +57,11 @@ impl DeviceShared {
             extensions.push(ext::subgroup_size_control::NAME.as_ptr());
             subgroups = subgroups.subgroup_size_control(true).compute_full_subgroups(true);
             create = create.push_next(&mut subgroups);
+        }
+        let mut statistics = vk::PhysicalDevicePipelineExecutablePropertiesFeaturesKHR::default();
+        if tells_statistics {
+            statistics = statistics.pipeline_executable_info(true);
+            create = create.push_next(&mut statistics);
         }
         // A layer over another system's devices, such as MoltenVK, wants to hear that its limits are known.
         if has_extension(vulkan, physical, khr::portability_subset::NAME) {

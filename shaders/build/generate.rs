@@ -39,6 +39,7 @@ pub fn generate(kernels: &[Kernel], build: &Build<'_>) -> Result<String> {
         write_kernel(&mut out, kernel, build.workgroup_sizes)?;
     }
     if is_library {
+        write_list(&mut out, kernels)?;
         write_requirements(&mut out, kernels, build.workgroup_sizes)?;
     }
     Ok(out)
@@ -207,19 +208,41 @@ fn write_kernel(out: &mut String, kernel: &Kernel, sizes: &[u32]) -> Result<()> 
     writeln!(out, "    ];")?;
     let push = reflected.push.as_ref().map_or("()", |push| &push.name);
     writeln!(out, "    type Push = {push};\n    type Specialization = Specialization;")?;
-    writeln!(out, "    fn bindings(&self) -> Vec<goblet_host::Binding<'_>> {{\n        vec![")?;
-    for binding in &reflected.bindings {
-        let owner = if binding.set == SHARED_SET { "scene." } else { "" };
-        let Binding { set, binding, name, resource, .. } = binding;
-        let made = match (resource, source.find_array(name).and_then(|array| array.member.as_ref())) {
-            (Resource::Buffer, _) => format!("buffer({set}, {binding}"),
-            (Resource::Texels, None) => format!("texels({set}, {binding}"),
+    write_bindings(out, kernel)?;
+    writeln!(out, "}}\n")?;
+    Ok(())
+}
+
+/// Writes the places of a kernel's arrays, and what binds the arrays there.
+fn write_bindings(out: &mut String, Kernel { reflected, source, .. }: &Kernel) -> Result<()> {
+    writeln!(out, "    const PLACES: &'static [goblet_host::Place] = &[")?;
+    for Binding { set, binding, name, resource, .. } in &reflected.bindings {
+        let place = match (resource, source.find_array(name).and_then(|array| array.member.as_ref())) {
+            (Resource::Buffer, _) => format!("buffer({set}, {binding})"),
+            (Resource::Texels, None) => format!("texels({set}, {binding})"),
             (Resource::Texels, Some(member)) => {
-                format!("member({set}, {binding}, {}, {}", member.binding, member.number)
+                format!("member({set}, {binding}, {}, {})", member.binding, member.number)
             }
         };
-        writeln!(out, "            goblet_host::Binding::{made}, self.{owner}{name}),")?;
+        writeln!(out, "        goblet_host::Place::{place},")?;
     }
-    writeln!(out, "        ]\n    }}\n}}\n")?;
+    writeln!(out, "    ];\n    fn bindings(&self) -> Vec<goblet_host::Binding<'_>> {{\n        vec![")?;
+    for (index, Binding { set, name, resource, .. }) in reflected.bindings.iter().enumerate() {
+        let owner = if *set == SHARED_SET { "scene." } else { "" };
+        let array = if *resource == Resource::Buffer { "buffer" } else { "texels" };
+        writeln!(out, "            goblet_host::Binding::{array}(Self::PLACES[{index}], self.{owner}{name}),")?;
+    }
+    writeln!(out, "        ]\n    }}")?;
+    Ok(())
+}
+
+/// Writes the list of all kernels.
+fn write_list(out: &mut String, kernels: &[Kernel]) -> Result<()> {
+    writeln!(out, "/// Every kernel.\npub const KERNELS: [goblet_host::Outline; {}] = [", kernels.len())?;
+    for kernel in kernels {
+        let name = camel_case(&kernel.reflected.name);
+        writeln!(out, "    <{name}<'static> as goblet_host::Kernel>::OUTLINE,")?;
+    }
+    writeln!(out, "];\n")?;
     Ok(())
 }

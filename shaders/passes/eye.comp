@@ -1,10 +1,10 @@
 // eye: traces camera paths through each pixel to the first diffuse surface.
 //
 // Invocations: one per pixel, in tiles of 8 x 8. Each traces `paths` paths.
-// Reads: the scene (set 0), camera, filter_table; places and visible_radiances where it resumes.
+// Reads: the scene (set 0), camera, filter_table; places where it resumes.
 // Writes: visible_points, visible_throughputs (where the last path ended), visible_radiances (mean of
 //   all paths' emission and direct light, which are noisier than the photons' light and cheaper to
-//   sample), counters (atomic), places where IS_RESUMABLE.
+//   sample; until all have ended, the sum), counters (atomic), places where IS_RESUMABLE.
 // Units: lengths in render units, radiance in W/(m^2 sr); throughputs are the path's throughput times
 //   the BSDF, 1/sr.
 // Source: Hachisuka and Jensen, "Stochastic Progressive Photon Mapping", 2009, section 3.
@@ -96,14 +96,12 @@ struct EyeState {
     vec3 radiance;     // emission met so far, W/(m^2 sr)
 };
 
-// The end of an eye path on a diffuse surface. Of a path that has met none yet, only `reached` is defined.
+// The end of an eye path on a diffuse surface. Of a path that has met none yet, only `is_reached` is defined.
 struct VisibleEnd {
-    float reached;     // length of the path to there, render units; 0 if it met no diffuse surface yet
+    bool is_reached;
     vec3 position;     // render units
-    vec3 normal;       // geometric normal, on the side of the path
-    vec3 facing;       // shading normal, on the side of the path
-    vec3 bsdf;         // throughput times the diffuse BSDF there, 1/sr
-    vec3 irradiance;   // from one light, over the pdf of choosing it, unless it is blocked; W/m^2
+    float cosine;      // of the shading normal and the direction in which the path looks for lights
+    vec3 direct;       // radiance by one light, over the pdf of choosing it, unless it is blocked; W/(m^2 sr)
     Ray to_light;      // asks whether it is
 };
 
@@ -111,25 +109,28 @@ EyeState begin_eye_path(Ray ray) {
     return EyeState(ray, vec3(1.0), 1.0, 0.0, no_rough_vertex(), 0u, vec3(0.0));
 }
 
-// Samples a light for a visible point, chosen by power: the irradiance, unless the light is blocked.
-void sample_direct_irradiance(inout VisibleEnd end, Surface surface, Material material, Random random) {
+// Samples a light for a visible point, chosen by power: the irradiance, over the pdf of choosing it, unless
+// the light is blocked; W/m^2.
+vec3 sample_direct_irradiance(Surface surface, Material material, Random random, out Ray to_light) {
+    to_light = free_ray(vec3(0.0), vec3(0.0));
     if (HAS_LOCATABLE_LIGHTS) {
         LightSample direct = sample_direct(surface.position, random_pair(random, PAIR_LIGHT).x,
                                            random_pair(random, PAIR_LIGHT_POINT));
-        float cos_surface = max(dot(direct.wi, end.facing), 0.0);
+        float cos_surface = max(dot(direct.wi, surface.shading_normal), 0.0);
         float weight = direct.uses_mis ? mis_weight(direct.pdf, cos_surface / PI) : 1.0;
         bool passes = HAS_DIFFUSE_TRANSMISSION && (material.flags & BEHIND) != 0u;
-        end.to_light = shadow_ray(surface, direct.wi, direct.target, passes);
+        to_light = shadow_ray(surface, direct.wi, direct.target, passes);
         weight *= transmittance_to_base(material, cos_surface);
-        end.irradiance = direct.pdf > 0.0 ? direct.radiance * (cos_surface * weight / direct.pdf) : vec3(0.0);
+        return direct.pdf > 0.0 ? direct.radiance * (cos_surface * weight / direct.pdf) : vec3(0.0);
     }
+    return vec3(0.0);
 }
 
 // MIS weight of an area light that a BSDF sample of a diffuse surface has met. It is 0 for lights that
 // next-event estimation alone samples.
-float diffuse_mis_weight(Light light, vec3 from, vec3 n, Surface surface, vec3 wi) {
-    float pdf = direct_pdf(light, from, surface, wi);
-    return uses_mis(light, from) ? mis_weight(dot(wi, n) / PI, pdf) : 0.0;
+float diffuse_mis_weight(Light light, VisibleEnd from, Surface surface, vec3 wi) {
+    float pdf = direct_pdf(light, from.position, surface, wi);
+    return uses_mis(light, from.position) ? mis_weight(from.cosine / PI, pdf) : 0.0;
 }
 
 bool is_finite(vec3 v) {
@@ -154,11 +155,8 @@ const uint ASKS_POINT = 4u;  // whether light to the visible point is blocked
 // The paths of an invocation's pixel.
 struct Work {
     uint pixel;
-    uint seed;           // of the pixel's random numbers
     uint done;           // number of finished paths
-    vec3 sum;            // radiance of the finished paths
-    Random random;       // of the path that it follows
-    float filter_weight; // of that path
+    float filter_weight; // of the path that it follows
     EyeState state;
     VisibleEnd end;
     uint asks;           // BEGINS, ..
@@ -173,11 +171,17 @@ struct Work {
 
 #include "geometry/trace.glsl"
 
+// The random numbers of the path that an invocation follows. To keep them would take registers while rays are
+// traced, as all that Work has does.
+Random random_of(Work work) {
+    return Random(hash(seed_of_half(scene.seed, half_of_rounds), work.pixel), turn * paths + work.done);
+}
+
 // Adds the radiance from infinitely far away to a path whose ray leaves the scene.
 void meet_infinity(inout Work work) {
     vec3 w = work.state.ray.direction;
-    bool has_point = work.end.reached > 0.0;
-    float pdf = has_point ? max(dot(w, work.end.facing), 0.0) / PI : escape_pdf(work.state.rough);
+    bool has_point = work.end.is_reached;
+    float pdf = has_point ? max(work.end.cosine, 0.0) / PI : escape_pdf(work.state.rough);
     work.state.radiance += work.state.throughput * radiance_from_infinity(w, pdf);
     work.is_lost = !has_point && is_in_glass(work.state.medium_eta);
 }
@@ -187,13 +191,15 @@ void meet_emitter(inout Work work, Surface surface) {
     vec3 w = work.state.ray.direction;
     Light light = lights_at(surface.light);
     float weight = emission_mis_weight(work.state.rough, light, surface, w);
-    if (work.end.reached > 0.0) {
-        weight = diffuse_mis_weight(light, work.end.position, work.end.facing, surface, w);
+    if (work.end.is_reached) {
+        weight = diffuse_mis_weight(light, work.end, surface, w);
     }
     work.state.radiance += work.state.throughput * emitted_radiance(light, surface, -w) * weight;
 }
 
-// Makes a diffuse surface the visible point of a path, and turns its normal to the side of the path.
+// Makes a diffuse surface the visible point of a path, and turns its normals to the side of the path. It is
+// stored at once: to keep it would take registers while rays are traced. A path of the pixel that ends later
+// stores another one, or none.
 void reach_diffuse(inout Work work, inout Surface surface, Material material) {
     vec3 wo = -work.state.ray.direction;
     work.is_immersed = is_in_glass(work.state.medium_eta);
@@ -203,24 +209,29 @@ void reach_diffuse(inout Work work, inout Surface surface, Material material) {
         front = front != ((material.flags & BEHIND) != 0u);
     }
     surface.normal = front ? surface.normal : -surface.normal;
-    work.end.facing = front ? surface.shading_normal : -surface.shading_normal;
+    surface.shading_normal = front ? surface.shading_normal : -surface.shading_normal;
+    // Throughput times the diffuse BSDF, 1/sr.
+    vec3 bsdf = work.state.throughput * material.color / PI;
+    if (HAS_SIGNED_FILTER) {
+        bsdf *= work.filter_weight;
+    }
     work.end.position = surface.position;
-    work.end.normal = surface.normal;
-    work.end.bsdf = work.state.throughput * material.color / PI;
-    work.end.reached = max(work.state.travelled, SHORTEST_PATH);
-    work.end.irradiance = vec3(0.0);
+    work.end.is_reached = true;
+    store_visible_points(work.pixel, VisiblePoint(surface.position, pack_normal(surface.normal)));
+    store_visible_throughputs(work.pixel, vec4(bsdf, max(work.state.travelled, SHORTEST_PATH)));
+    work.end.direct = vec3(0.0);
     if (DIRECT_NEE) {
-        sample_direct_irradiance(work.end, surface, material, work.random);
+        work.end.direct = bsdf * sample_direct_irradiance(surface, material, random_of(work), work.end.to_light);
     }
 }
 
 // Samples the direction in which a path goes on from a surface that is not diffuse, and a light for it.
 Scatter leave_specular(inout Work work, Surface surface, Material material, float u_lobe, uint pair) {
     vec3 wo = -work.state.ray.direction;
-    vec2 u_facet = is_rough(material) ? random_pair(work.random, pair + 1u) : vec2(0.0);
+    vec2 u_facet = is_rough(material) ? random_pair(random_of(work), pair + 1u) : vec2(0.0);
     Scatter scattered = scatter_specular(material, wo, surface.shading_normal, surface.tangent, u_lobe, u_facet, RADIANCE);
     if (HAS_ROUGH) {
-        vec3 reflected = direct_light_on_rough(surface, material, wo, work.random, pair + 2u, work.to_light);
+        vec3 reflected = direct_light_on_rough(surface, material, wo, random_of(work), pair + 2u, work.to_light);
         work.rough_radiance = work.state.throughput * reflected;
         work.asks = work.rough_radiance != vec3(0.0) ? ASKS_ROUGH : FOLLOWS;
     }
@@ -245,12 +256,12 @@ bool follow(inout Work work, Hit hit) {
     if (HAS_AREA_LIGHTS && surface.light != NONE) {
         meet_emitter(work, surface);
     }
-    if (work.end.reached > 0.0) {
+    if (work.end.is_reached) {
         return false;
     }
     Scatter scattered = Scatter(wo, vec3(0.0), 1.0);
     uint pair = pair_of_bounce(work.state.depth);
-    float u_lobe = random_pair(work.random, pair).x;
+    float u_lobe = random_pair(random_of(work), pair).x;
     if (HAS_LAYERS) {
         material = choose_lobe(material, abs(dot(wo, surface.shading_normal)), u_lobe);
     }
@@ -262,8 +273,9 @@ bool follow(inout Work work, Hit hit) {
         if (!samples_bsdf_for_lights(surface.position)) {
             return false;
         }
-        scattered.wi = sample_cosine(random_pair(work.random, PAIR_BSDF), work.end.facing);
-        scattered.weight = material.color * transmittance_to_base(material, dot(scattered.wi, work.end.facing));
+        scattered.wi = sample_cosine(random_pair(random_of(work), PAIR_BSDF), surface.shading_normal);
+        work.end.cosine = dot(scattered.wi, surface.shading_normal);
+        scattered.weight = material.color * transmittance_to_base(material, work.end.cosine);
     }
     work.state.throughput *= scattered.weight;
     work.state.medium_eta *= scattered.eta;
@@ -271,7 +283,7 @@ bool follow(inout Work work, Hit hit) {
     work.state.depth++;
     // A throughput of 0: the microfacet sends the path into the surface.
     bool is_dead = HAS_ROUGH && work.state.throughput == vec3(0.0);
-    return !is_dead && (work.state.depth < scene.max_depth || work.end.reached > 0.0);
+    return !is_dead && (work.state.depth < scene.max_depth || work.end.is_reached);
 }
 
 // Counts what a path has met. A radiance that is not finite becomes 0, and is counted.
@@ -289,46 +301,48 @@ vec3 count_eye_path(Work work, vec3 radiance) {
     return radiance;
 }
 
-// Stores the pixel's mean radiance, and where its last path ended.
-void store_pixel(Work work) {
-    uint pixel = work.pixel;
-    VisibleEnd last = work.end;
-    store_visible_radiances(pixel, vec4(work.sum / float(paths), 0.0));
-    store_visible_throughputs(pixel, last.reached > 0.0 ? vec4(last.bsdf, last.reached) : vec4(0.0));
-    if (last.reached > 0.0) {
-        store_visible_points(pixel, VisiblePoint(last.position, pack_normal(last.normal)));
+// Adds the radiance of a path that has ended to the sum of the pixel's finished paths, which is in memory.
+void add_path(uint pixel, uint done, vec3 radiance) {
+    vec3 sum = done > 0u ? visible_radiances_at(pixel).rgb : vec3(0.0);
+    store_visible_radiances(pixel, vec4(sum + radiance, 0.0));
+}
+
+// Makes the mean of the sum of the pixel's paths, and removes the visible point if the last path has none.
+void finish_pixel(Work work) {
+    store_visible_radiances(work.pixel, vec4(visible_radiances_at(work.pixel).rgb / float(paths), 0.0));
+    if (!work.end.is_reached) {
+        store_visible_throughputs(work.pixel, vec4(0.0));
     }
 }
 
-// Adds a path that has ended to the pixel's sum. `is_lit`: nothing blocks the light to the visible point.
+// Returns the radiance of a path that has ended. `is_lit`: nothing blocks the light to the visible point.
 // The pixel filter weighs all of it.
-vec3 radiance_of(inout Work work, bool is_lit) {
+vec3 radiance_of(Work work, bool is_lit) {
     vec3 radiance = work.state.radiance;
     if (HAS_SIGNED_FILTER) {
         radiance *= work.filter_weight;
-        work.end.bsdf *= work.filter_weight;
     }
-    if (DIRECT_NEE && work.end.reached > 0.0) {
-        radiance += work.end.bsdf * (is_lit ? work.end.irradiance : vec3(0.0));
+    if (DIRECT_NEE && work.end.is_reached) {
+        radiance += is_lit ? work.end.direct : vec3(0.0);
     }
     return radiance;
 }
 
 // Begins the next path of the pixel.
 void begin_path(inout Work work) {
-    work.random = Random(work.seed, turn * paths + work.done);
-    CameraSample camera_sample = sample_camera(work.pixel, work.random);
+    CameraSample camera_sample = sample_camera(work.pixel, random_of(work));
     work.filter_weight = camera_sample.weight;
     work.state = begin_eye_path(camera_sample.ray);
     work.start = work.state;
-    work.end.reached = 0.0;
+    work.end.is_reached = false;
     work.asks = FOLLOWS;
     work.is_lost = false;
     work.is_immersed = false;
 }
 
-// Takes the answer that the path waits for. Returns whether the path goes on.
-bool take_answer(inout Work work, Hit hit) {
+// Takes the answer that the path waits for. Returns whether the path goes on; if not, `radiance` is the path's.
+bool take_answer(inout Work work, Hit hit, out vec3 radiance) {
+    radiance = vec3(0.0);
     bool is_lit = hit.primitive == NONE;
     uint asked = work.asks;
     work.asks = FOLLOWS;
@@ -342,23 +356,38 @@ bool take_answer(inout Work work, Hit hit) {
         return true;
     }
     // The path has ended but for the light to its visible point.
-    bool asks_point = asked != ASKS_POINT && work.end.reached > 0.0 && work.end.irradiance != vec3(0.0);
+    bool asks_point = asked != ASKS_POINT && work.end.is_reached && work.end.direct != vec3(0.0);
     if (DIRECT_NEE && asks_point) {
         work.asks = ASKS_POINT;
         return true;
     }
-    work.sum += count_eye_path(work, radiance_of(work, is_lit));
-    work.done++;
+    radiance = count_eye_path(work, radiance_of(work, is_lit));
     return false;
+}
+
+// The ray of a path's next segment. Where the query has it, it is not kept twice.
+Ray followed_ray(Work work, Query query) {
+    if (HAS_ROUGH) {
+        return work.state.ray; // the query may be about a light
+    }
+    if (HAS_ALPHA) {
+        return work.state.ray; // the query is about a part of the ray
+    }
+    return asked_ray(query);
 }
 
 // Takes an answer and asks the next question of the pixel's paths.
 bool next_query(inout Work work, inout Query query, Hit hit) {
     Work next = work;
+    next.state.ray = followed_ray(work, query);
+    vec3 radiance;
     bool goes_on = false;
+    bool ends = false;
     if (next.asks >= FOLLOWS) {
-        goes_on = take_answer(next, hit);
-        next.advanced = next.advanced || !goes_on;
+        goes_on = take_answer(next, hit, radiance);
+        ends = !goes_on;
+        next.done += ends ? 1u : 0u;
+        next.advanced = next.advanced || ends;
         next.start.depth = goes_on ? next.start.depth : 0u;
     }
     bool begins = !goes_on && next.done < paths;
@@ -376,7 +405,7 @@ bool next_query(inout Work work, inout Query query, Hit hit) {
         query = blocks(next.end.to_light);
     } else if (HAS_ROUGH && next.asks == ASKS_ROUGH) {
         query = blocks(next.to_light);
-    } else if (next.end.reached == 0.0 && (goes_on || begins)) {
+    } else if (!next.end.is_reached && (goes_on || begins)) {
         next.advanced = next.advanced || next.state.depth > next.start.depth;
         next.start = next.state;
     }
@@ -384,6 +413,9 @@ bool next_query(inout Work work, inout Query query, Hit hit) {
         if (interrupted()) {
             return true; // the driver ended this segment early: it does not count
         }
+    }
+    if (ends) {
+        add_path(work.pixel, work.done, radiance);
     }
     work = next;
     return goes_on || begins;
@@ -402,7 +434,8 @@ EyePlace place_of(EyeState state) {
 
 // Leaves out a path that the driver cannot follow even where the invocation is alone.
 void cut_path(inout Work work) {
-    work.end.reached = 0.0;
+    add_path(work.pixel, work.done, vec3(0.0));
+    work.end.is_reached = false;
     work.start.depth = 0u;
     work.done++;
     work.advanced = true;
@@ -426,7 +459,6 @@ bool resume(uint number, inout Work work) {
     if (place.state != (spread > 1u ? STUCK : UNFINISHED)) {
         return false;
     }
-    work.sum = visible_radiances_at(work.pixel).rgb;
     work.done = place.path;
     work.start = state_of(place);
     work.asks = place.depth > 0u ? RESUMES : BEGINS;
@@ -443,9 +475,7 @@ void main() {
     }
     Work work;
     work.pixel = pixel_of(offset + number, camera_at(0u).width, camera_at(0u).height);
-    work.seed = hash(seed_of_half(scene.seed, half_of_rounds), work.pixel);
     work.done = 0u;
-    work.sum = vec3(0.0);
     work.advanced = false;
     works = works && work.pixel != NONE;
     work.asks = BEGINS;
@@ -464,11 +494,10 @@ void main() {
         }
         store_place(number, work);
         if (work.done < paths) {
-            store_visible_radiances(work.pixel, vec4(work.sum, 0.0));
             return;
         }
     }
-    store_pixel(work);
+    finish_pixel(work);
     if (IS_RESUMABLE) {
         return;
     }

@@ -14,11 +14,12 @@ use super::stats::count;
 use super::{Failure, InfoArgs, terminal};
 use crate::gpu_scene::camera::pack_camera;
 use crate::gpu_scene::pack::{PackedScene, light_kind, pack};
-use crate::kernels::{Constant, PassFeatures, Specialization};
+use crate::kernels::{Constant, Specialization};
 use crate::render::buffers::{LEAST_ROOM, Sizes};
 use crate::render::error::RenderError;
 use crate::render::memory::MemoryNeed;
 use crate::render::options::{Options, Resolved};
+use crate::render::specialize::specialization;
 use crate::scene::{self, FilterKind, Projection, Scene, Survey};
 use text::describe;
 
@@ -151,14 +152,14 @@ impl Contents {
                 radius: resolved.radius,
                 seed: resolved.seed,
             },
-            specialization: features(&Specialization {
-                scene: packed.features,
-                material: packed.material_features,
-                camera: view.features(),
-                render: options.features(&resolved),
-                device: Specialization::DECLARED.device,
-                pass: PassFeatures { is_resumable: false, is_queue: false },
-            }),
+            specialization: features(&specialization(
+                packed.features,
+                packed.material_features,
+                &view,
+                &options,
+                &resolved,
+                Specialization::DECLARED.device,
+            )),
             memory: Memory { scene: memory.scene, buffers: memory.buffers },
         })
     }

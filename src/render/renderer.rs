@@ -15,7 +15,7 @@ use crate::gpu_scene::pack::{RenderSpace, RevolutionSolver, pack};
 use crate::image::estimate::{Estimate, Sum};
 use crate::image::file;
 use crate::image::film::Image;
-use crate::kernels::{MaterialFeatures, PassFeatures, PixelState, SceneFeatures, Specialization};
+use crate::kernels::{MaterialFeatures, PixelState, SceneFeatures, Specialization};
 use crate::render::buffers::{Buffers, Sizes, room_for_records};
 use crate::render::checkpoint::{Checkpoint, CheckpointError, MadeBy};
 use crate::render::counters::Tally;
@@ -31,6 +31,7 @@ use crate::render::progress::Progress;
 use crate::render::radius::{FirstRadius, GlobalShrink};
 use crate::render::sequence::Sequence;
 use crate::render::settings::Settings;
+use crate::render::specialize::specialization;
 use crate::render::stage::Stage;
 use crate::render::unsampled::{Noise, of_one_photon, photons_matter};
 use crate::scene::Scene;
@@ -92,14 +93,14 @@ impl Base {
 
     fn compiled(&self, device: &Device, options: &Options, resolved: &Resolved, view: &View) -> Compiled {
         Compiled {
-            specialization: Specialization {
-                scene: self.features,
-                material: self.material_features,
-                camera: view.features(),
-                render: options.features(resolved),
-                device: device_features(device.info(), resolved.workgroup_size),
-                pass: PassFeatures { is_resumable: false, is_queue: false },
-            },
+            specialization: specialization(
+                self.features,
+                self.material_features,
+                view,
+                options,
+                resolved,
+                device_features(device.info(), resolved.workgroup_size),
+            ),
             // The gather pass of the grid needs shuffles within a subgroup; the pass of the tree runs on any
             // device.
             lookup: if device.info().subgroups.has_shuffle { options.lookup } else { LookupKind::KdTree },

@@ -10,6 +10,7 @@ use std::sync::{Arc, Barrier};
 use super::*;
 use crate::instance::Instance;
 use crate::kernel::{Binding, Kernel, Pass, SpecializationValues};
+use crate::layout::Place;
 use crate::physical::{ArrayKind, Requirements, compute_family};
 use crate::pipeline::Code;
 use crate::shared::DeviceShared;
@@ -179,6 +180,7 @@ impl<const SIZE: u32> Kernel for Idle<SIZE> {
         Code { arrays: ArrayKind::Images, workgroup_size: SIZE, spirv: &spirv(SIZE) },
         Code { arrays: ArrayKind::Buffers, workgroup_size: SIZE, spirv: &spirv(SIZE) },
     ];
+    const PLACES: &'static [Place] = &[];
     type Push = ();
     type Specialization = NoValues;
 

@@ -13,7 +13,6 @@ struct Space {
     Ray ray;       // in that space
     Shear shear;   // of the ray
     vec3 inverse;  // of the ray's direction
-    uvec3 near;    // of a node's planes, those that the ray crosses first, per axis
     uint instance; // NONE for render space
 };
 
@@ -24,8 +23,7 @@ Space enter_space(uint instance, Ray ray) {
         local = ray_into_instance(instance, ray);
     }
     vec3 inverse = inverse_direction(local);
-    uvec3 near = uvec3(0u, 1u, 2u) + mix(uvec3(0u), uvec3(3u), lessThan(inverse, vec3(0.0)));
-    return Space(local, shear_of(local.direction), inverse, near, instance);
+    return Space(local, shear_of(local.direction), inverse, instance);
 }
 
 // The children of a node that a ray enters, nearest first.
@@ -44,13 +42,16 @@ void sort(inout uint a, inout uint b) {
 
 // Finds the children of an inner node that a ray enters before t_max.
 Entered enter_children(uint node, Space space, float t_max) {
-    uint planes = node * BVH_PLANES;
-    uvec3 far = uvec3(3u, 5u, 7u) - space.near;
     vec3 o = space.ray.origin;
     vec3 inverse = space.inverse;
-    vec4 x0 = (bvh_planes_at(planes + space.near.x) - o.x) * inverse.x;
-    vec4 y0 = (bvh_planes_at(planes + space.near.y) - o.y) * inverse.y;
-    vec4 z0 = (bvh_planes_at(planes + space.near.z) - o.z) * inverse.z;
+    uint planes = node * BVH_PLANES;
+    // Of a node's planes, those that the ray crosses first, per axis. To keep them would take registers while
+    // primitives are tested.
+    uvec3 near = uvec3(0u, 1u, 2u) + mix(uvec3(0u), uvec3(3u), lessThan(inverse, vec3(0.0)));
+    uvec3 far = uvec3(3u, 5u, 7u) - near;
+    vec4 x0 = (bvh_planes_at(planes + near.x) - o.x) * inverse.x;
+    vec4 y0 = (bvh_planes_at(planes + near.y) - o.y) * inverse.y;
+    vec4 z0 = (bvh_planes_at(planes + near.z) - o.z) * inverse.z;
     vec4 x1 = (bvh_planes_at(planes + far.x) - o.x) * inverse.x;
     vec4 y1 = (bvh_planes_at(planes + far.y) - o.y) * inverse.y;
     vec4 z1 = (bvh_planes_at(planes + far.z) - o.z) * inverse.z;

@@ -42,6 +42,14 @@ Query blocks(Ray ray) {
     return query;
 }
 
+// The ray that a query was asked about. Not where alpha cuts surfaces away.
+Ray asked_ray(Query query) {
+    if (HAS_CONTACTS) {
+        return query.whole;
+    }
+    return query.ray;
+}
+
 // Asks nothing.
 Query no_query() {
     return query_of(free_ray(vec3(0.0), vec3(0.0)), -1.0, true);

@@ -78,6 +78,15 @@ uint test_leaf(uint node, Space space, bool any_hit, inout Hit hit) {
     return !is_tested ? node : any_hit && found ? AT_END : AT_NEXT;
 }
 
+// The space that a ray is traced in. Without instances the ray is that of the query, and is not kept twice.
+Space space_of(Space space, Query query) {
+    if (HAS_INSTANCES) {
+        return space;
+    }
+    space.ray = query.ray;
+    return space;
+}
+
 // Answers the queries of an invocation until there is none. All invocations of a subgroup must call this
 // together; `is_busy` is false for one that has nothing to do.
 void trace_queries(inout Work work, bool is_busy) {
@@ -118,7 +127,7 @@ void trace_queries(inout Work work, bool is_busy) {
                         }
                     }
                     if (is_inner(node)) {
-                        Entered entered = enter_children(node, space, hit.t);
+                        Entered entered = enter_children(node, space_of(space, query), hit.t);
                         if (entered.count > 1u) {
                             stack[height] = group;
                             height += group != 0u ? 1u : 0u;
@@ -127,7 +136,7 @@ void trace_queries(inout Work work, bool is_busy) {
                         node = entered.count > 0u ? entered.first : AT_NEXT;
                     }
                 } while (goes_on(is_inner(node) || node == AT_NEXT, INNER_LANES));
-                node = test_leaf(node, space, query.any_hit, hit);
+                node = test_leaf(node, space_of(space, query), query.any_hit, hit);
                 if (HAS_INSTANCES) {
                     bool enters = is_leaf_of(node, INSTANCE_LEAF);
                     for (bool moves = enters || node == AT_EXIT; moves; moves = false) {
