@@ -105,10 +105,6 @@ struct VisibleEnd {
     Ray to_light;      // asks whether it is
 };
 
-EyeState begin_eye_path(Ray ray) {
-    return EyeState(ray, vec3(1.0), 1.0, 0.0, no_rough_vertex(), 0u, vec3(0.0));
-}
-
 // Samples a light for a visible point, chosen by power: the irradiance, over the pdf of choosing it, unless
 // the light is blocked; W/m^2.
 vec3 sample_direct_irradiance(Surface surface, Material material, Random random, out Ray to_light) {
@@ -171,8 +167,7 @@ struct Work {
 
 #include "geometry/trace.glsl"
 
-// The random numbers of the path that an invocation follows. To keep them would take registers while rays are
-// traced, as all that Work has does.
+// The random numbers of the path that an invocation follows: to keep them in Work would take registers.
 Random random_of(Work work) {
     return Random(hash(seed_of_half(scene.seed, half_of_rounds), work.pixel), turn * paths + work.done);
 }
@@ -198,8 +193,7 @@ void meet_emitter(inout Work work, Surface surface) {
 }
 
 // Makes a diffuse surface the visible point of a path, and turns its normals to the side of the path. It is
-// stored at once: to keep it would take registers while rays are traced. A path of the pixel that ends later
-// stores another one, or none.
+// stored at once: to keep it would take registers. A later path of the pixel stores another one, or none.
 void reach_diffuse(inout Work work, inout Surface surface, Material material) {
     vec3 wo = -work.state.ray.direction;
     work.is_immersed = is_in_glass(work.state.medium_eta);
@@ -210,8 +204,7 @@ void reach_diffuse(inout Work work, inout Surface surface, Material material) {
     }
     surface.normal = front ? surface.normal : -surface.normal;
     surface.shading_normal = front ? surface.shading_normal : -surface.shading_normal;
-    // Throughput times the diffuse BSDF, 1/sr.
-    vec3 bsdf = work.state.throughput * material.color / PI;
+    vec3 bsdf = work.state.throughput * material.color / PI; // times the throughput, 1/sr
     if (HAS_SIGNED_FILTER) {
         bsdf *= work.filter_weight;
     }
@@ -315,8 +308,7 @@ void finish_pixel(Work work) {
     }
 }
 
-// Returns the radiance of a path that has ended. `is_lit`: nothing blocks the light to the visible point.
-// The pixel filter weighs all of it.
+// The radiance of a path that has ended, times the filter. `is_lit`: nothing blocks the light to its point.
 vec3 radiance_of(Work work, bool is_lit) {
     vec3 radiance = work.state.radiance;
     if (HAS_SIGNED_FILTER) {
@@ -332,7 +324,7 @@ vec3 radiance_of(Work work, bool is_lit) {
 void begin_path(inout Work work) {
     CameraSample camera_sample = sample_camera(work.pixel, random_of(work));
     work.filter_weight = camera_sample.weight;
-    work.state = begin_eye_path(camera_sample.ray);
+    work.state = EyeState(camera_sample.ray, vec3(1.0), 1.0, 0.0, no_rough_vertex(), 0u, vec3(0.0));
     work.start = work.state;
     work.end.is_reached = false;
     work.asks = FOLLOWS;
