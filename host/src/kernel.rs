@@ -50,7 +50,12 @@ pub struct Outline {
 }
 
 impl Outline {
-    /// Returns what the driver of a device compiles. `layout` must live until that is done.
+    /// Returns the layout of its arrays and push constants on a device.
+    pub(crate) fn layout(&self, device: &DeviceShared) -> Result<Arc<Layout>> {
+        device.layouts.get(&device.raw, device.info.arrays, self.places, self.push_bytes)
+    }
+
+    /// Returns what the driver of a device compiles.
     pub(crate) fn source(
         &self,
         device: &DeviceInfo,
@@ -150,7 +155,7 @@ pub struct Pass<Push> {
     pub(crate) name: &'static str,
     /// `None` only until it is compiled.
     pipeline: Option<Arc<vk::Pipeline>>,
-    pub(crate) layout: Layout,
+    pub(crate) layout: Arc<Layout>,
     pub(crate) sets: Vec<vk::DescriptorSet>,
     pub(crate) workgroup_size: u32,
     pool: vk::DescriptorPool,
@@ -175,7 +180,7 @@ impl<Push: Pod> Pass<Push> {
         let mut pass = Self {
             name: K::NAME,
             pipeline: None,
-            layout: Layout::new(device, K::PLACES, K::OUTLINE.push_bytes)?,
+            layout: K::OUTLINE.layout(device)?,
             sets: Vec::new(),
             workgroup_size,
             pool: vk::DescriptorPool::null(),
@@ -268,7 +273,7 @@ impl<Push: Pod> Compiling<Push> {
 
 impl<Push> Drop for Compiling<Push> {
     fn drop(&mut self) {
-        // The thread uses the pass's layout. Its pipeline stays with the device.
+        // Its pipeline stays with the device.
         let _pipeline = self.thread.take().map(JoinHandle::join);
     }
 }

@@ -1,22 +1,22 @@
 //! Where kernels bind their arrays, and the layouts of descriptors that follow from it.
 
-use std::sync::Arc;
+use std::collections::HashMap;
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 use ash::vk;
 
 use crate::error::{Context, Result};
 use crate::physical::ArrayKind;
-use crate::shared::DeviceShared;
 
 /// Where a kernel binds an array.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub struct Place {
     set: u32,
     binding: u32,
     sort: Sort,
 }
 
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 enum Sort {
     Buffer,
     Texels,
@@ -76,33 +76,81 @@ impl Place {
 }
 
 /// What a kernel is bound by, without what is bound.
+#[derive(Default)]
 pub(crate) struct Layout {
     pub sets: Vec<vk::DescriptorSetLayout>,
     pub pipeline: vk::PipelineLayout,
-    device: Arc<DeviceShared>,
 }
 
-impl Layout {
-    /// Creates the layout of a kernel that binds arrays at these places and has so many bytes of push constants.
-    pub fn new(device: &Arc<DeviceShared>, places: &[Place], push_bytes: u32) -> Result<Self> {
-        let mut layout = Self { sets: Vec::new(), pipeline: vk::PipelineLayout::null(), device: Arc::clone(device) };
-        let slots: Vec<Slot> = places.iter().map(|place| place.slot(device.info.arrays)).collect();
-        let set_count = slots.iter().map(|slot| slot.set + 1).max().unwrap_or(0);
-        for set in 0..set_count {
-            layout.add_set(slots.iter().filter(|slot| slot.set == set))?;
+/// The layouts of a device, which keeps them: without `VK_KHR_maintenance4`, a layout must live as long as the pipelines
+/// that were made with it.
+#[derive(Default)]
+pub(crate) struct Layouts {
+    made: Mutex<Made>,
+}
+
+/// Layouts by places and bytes of push constants.
+type Made = HashMap<(&'static [Place], u32), Arc<Layout>>;
+
+impl Layouts {
+    /// Returns the layout of a kernel that binds arrays of a kind at these places and has so many bytes of push constants.
+    pub fn get(
+        &self,
+        device: &ash::Device,
+        arrays: ArrayKind,
+        places: &'static [Place],
+        push_bytes: u32,
+    ) -> Result<Arc<Layout>> {
+        let mut made = self.made();
+        if let Some(layout) = made.get(&(places, push_bytes)) {
+            return Ok(Arc::clone(layout));
         }
-        let push = [vk::PushConstantRange::default().stage_flags(vk::ShaderStageFlags::COMPUTE).size(push_bytes)];
-        let mut create = vk::PipelineLayoutCreateInfo::default().set_layouts(&layout.sets);
-        if push_bytes > 0 {
-            create = create.push_constant_ranges(&push);
+        let mut layout = Layout::default();
+        if let Err(error) = layout.create(device, arrays, places, push_bytes) {
+            // SAFETY: nothing uses what was made of it.
+            unsafe { layout.destroy(device) };
+            return Err(error);
         }
-        // SAFETY: destroyed with the layout.
-        layout.pipeline = unsafe { device.raw.create_pipeline_layout(&create, None) }.context("a pipeline layout")?;
+        let layout = Arc::new(layout);
+        made.insert((places, push_bytes), Arc::clone(&layout));
         Ok(layout)
     }
 
+    fn made(&self) -> MutexGuard<'_, Made> {
+        self.made.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// Destroys all layouts.
+    ///
+    /// # Safety
+    /// No pipeline is left, nothing uses a layout any more, and `device` is the one that made them.
+    pub unsafe fn destroy(&self, device: &ash::Device) {
+        for (_, layout) in self.made().drain() {
+            // SAFETY: the caller promises it.
+            unsafe { layout.destroy(device) };
+        }
+    }
+}
+
+impl Layout {
+    fn create(&mut self, device: &ash::Device, arrays: ArrayKind, places: &[Place], push_bytes: u32) -> Result<()> {
+        let slots: Vec<Slot> = places.iter().map(|place| place.slot(arrays)).collect();
+        let set_count = slots.iter().map(|slot| slot.set + 1).max().unwrap_or(0);
+        for set in 0..set_count {
+            self.add_set(device, slots.iter().filter(|slot| slot.set == set))?;
+        }
+        let push = [vk::PushConstantRange::default().stage_flags(vk::ShaderStageFlags::COMPUTE).size(push_bytes)];
+        let mut create = vk::PipelineLayoutCreateInfo::default().set_layouts(&self.sets);
+        if push_bytes > 0 {
+            create = create.push_constant_ranges(&push);
+        }
+        // SAFETY: destroyed by `destroy`.
+        self.pipeline = unsafe { device.create_pipeline_layout(&create, None) }.context("a pipeline layout")?;
+        Ok(())
+    }
+
     /// Creates the layout of the next set. Slots that repeat an earlier one are those of a group.
-    fn add_set<'a>(&mut self, slots: impl Iterator<Item = &'a Slot>) -> Result<()> {
+    fn add_set<'a>(&mut self, device: &ash::Device, slots: impl Iterator<Item = &'a Slot>) -> Result<()> {
         let mut entries: Vec<vk::DescriptorSetLayoutBinding<'_>> = Vec::new();
         for slot in slots {
             if entries.iter().all(|entry| entry.binding != slot.binding) {
@@ -116,22 +164,21 @@ impl Layout {
             }
         }
         let create = vk::DescriptorSetLayoutCreateInfo::default().bindings(&entries);
-        // SAFETY: destroyed with the layout.
-        let set = unsafe { self.device.raw.create_descriptor_set_layout(&create, None) };
+        // SAFETY: destroyed by `destroy`.
+        let set = unsafe { device.create_descriptor_set_layout(&create, None) };
         self.sets.push(set.context("vkCreateDescriptorSetLayout")?);
         Ok(())
     }
-}
 
-impl Drop for Layout {
-    fn drop(&mut self) {
-        // SAFETY: whoever compiles or runs the kernel keeps its layout until that is done; destroying a null
-        // handle does nothing.
+    /// Destroys what was made. Destroying a null handle does nothing.
+    ///
+    /// # Safety
+    /// As [`Layouts::destroy`].
+    unsafe fn destroy(&self, device: &ash::Device) {
+        // SAFETY: the caller promises it.
         unsafe {
-            self.device.raw.destroy_pipeline_layout(self.pipeline, None);
-            for set in &self.sets {
-                self.device.raw.destroy_descriptor_set_layout(*set, None);
-            }
+            device.destroy_pipeline_layout(self.pipeline, None);
+            self.sets.iter().for_each(|set| device.destroy_descriptor_set_layout(*set, None));
         }
     }
 }

@@ -8,6 +8,7 @@ use ash::{ext, khr, vk};
 
 use crate::error::{Context, Result};
 use crate::instance::Instance;
+use crate::layout::Layouts;
 use crate::physical::{DeviceInfo, has_extension};
 use crate::pipeline::Pipelines;
 use crate::pipeline_cache::PipelineCache;
@@ -29,6 +30,8 @@ pub(crate) struct DeviceShared {
     pub pipelines: Pipelines,
     /// Bytes of device memory that buffers and texels hold now.
     pub allocated: AtomicU64,
+    /// Layouts of kernels.
+    pub layouts: Layouts,
     /// How often commands were submitted.
     pub submissions: AtomicU64,
     /// Kept alive until the device is destroyed.
@@ -85,6 +88,7 @@ impl DeviceShared {
             nanoseconds_per_tick: (timestamp_bits > 0).then_some(properties.limits.timestamp_period),
             pipelines: Pipelines::new(PipelineCache::open(&raw, &properties, cache)),
             allocated: AtomicU64::new(0),
+            layouts: Layouts::default(),
             submissions: AtomicU64::new(0),
             raw,
             physical,
@@ -107,6 +111,7 @@ impl Drop for DeviceShared {
         // handle does nothing.
         unsafe {
             self.pipelines.destroy(&self.raw);
+            self.layouts.destroy(&self.raw);
             self.raw.destroy_command_pool(self.command_pool, None);
             self.raw.destroy_device(None);
         }

@@ -10,7 +10,6 @@ use ash::{khr, vk};
 use crate::error::{Context, Error, Result};
 use crate::instance::Instance;
 use crate::kernel::{Outline, SpecializationValues};
-use crate::layout::Layout;
 use crate::physical::{self, DeviceInfo, Requirements, compute_family, text};
 use crate::shared::DeviceShared;
 
@@ -89,7 +88,7 @@ impl Compiler {
         specialization: &impl SpecializationValues,
         workgroup_size: u32,
     ) -> Result<Compiled> {
-        let layout = Layout::new(&self.shared, kernel.places, kernel.push_bytes)?;
+        let layout = kernel.layout(&self.shared)?;
         let start = Instant::now();
         let source = kernel.source(&self.shared.info, specialization, workgroup_size, &layout)?;
         let flags = vk::PipelineCreateFlags::CAPTURE_STATISTICS_KHR;

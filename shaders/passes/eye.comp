@@ -9,6 +9,7 @@
 //   the BSDF, 1/sr.
 // Source: Hachisuka and Jensen, "Stochastic Progressive Photon Mapping", 2009, section 3.
 #version 460
+#include "camera/kept.glsl"
 #include "camera/rough_path.glsl"
 #include "camera/sample.glsl"
 #include "geometry/contact.glsl"
@@ -53,9 +54,6 @@ struct EyePlace {
     uint pad0;
 };
 
-STORED_TEXELS(VisiblePoint, visible_points)
-STORED_TEXELS(vec4, visible_throughputs) // BSDF times throughput; w: length of the path, 0 if there is no point
-UPDATED_TEXELS(vec4, visible_radiances) // W/(m^2 sr)
 UPDATED_BUFFER(EyePlace, places) // of invocations that go on
 
 layout(push_constant) uniform Push {
@@ -151,6 +149,7 @@ const uint ASKS_POINT = 4u;  // whether light to the visible point is blocked
 // The paths of an invocation's pixel.
 struct Work {
     uint pixel;
+    Kept kept;
     uint done;           // number of finished paths
     float filter_weight; // of the path that it follows
     EyeState state;
@@ -167,9 +166,17 @@ struct Work {
 
 #include "geometry/trace.glsl"
 
-// The random numbers of the path that an invocation follows: to keep them in Work would take registers.
+uint seed_of(uint pixel) {
+    return hash(seed_of_half(scene.seed, half_of_rounds), pixel);
+}
+
+// The random numbers of the path that an invocation follows.
 Random random_of(Work work) {
-    return Random(hash(seed_of_half(scene.seed, half_of_rounds), work.pixel), turn * paths + work.done);
+    uint seed = work.kept.seed;
+    if (FEW_REGISTERS) {
+        seed = seed_of(work.pixel);
+    }
+    return Random(seed, turn * paths + work.done);
 }
 
 // Adds the radiance from infinitely far away to a path whose ray leaves the scene.
@@ -192,8 +199,7 @@ void meet_emitter(inout Work work, Surface surface) {
     work.state.radiance += work.state.throughput * emitted_radiance(light, surface, -w) * weight;
 }
 
-// Makes a diffuse surface the visible point of a path, and turns its normals to the side of the path. It is
-// stored at once: to keep it would take registers. A later path of the pixel stores another one, or none.
+// Makes a diffuse surface the visible point of a path, and turns its normals to the side of the path.
 void reach_diffuse(inout Work work, inout Surface surface, Material material) {
     vec3 wo = -work.state.ray.direction;
     work.is_immersed = is_in_glass(work.state.medium_eta);
@@ -210,8 +216,8 @@ void reach_diffuse(inout Work work, inout Surface surface, Material material) {
     }
     work.end.position = surface.position;
     work.end.is_reached = true;
-    store_visible_points(work.pixel, VisiblePoint(surface.position, pack_normal(surface.normal)));
-    store_visible_throughputs(work.pixel, vec4(bsdf, max(work.state.travelled, SHORTEST_PATH)));
+    vec4 throughput = vec4(bsdf, max(work.state.travelled, SHORTEST_PATH));
+    keep_point(work.kept, work.pixel, surface.position, surface.normal, throughput);
     work.end.direct = vec3(0.0);
     if (DIRECT_NEE) {
         work.end.direct = bsdf * sample_direct_irradiance(surface, material, random_of(work), work.end.to_light);
@@ -294,20 +300,6 @@ vec3 count_eye_path(Work work, vec3 radiance) {
     return radiance;
 }
 
-// Adds the radiance of a path that has ended to the sum of the pixel's finished paths, which is in memory.
-void add_path(uint pixel, uint done, vec3 radiance) {
-    vec3 sum = done > 0u ? visible_radiances_at(pixel).rgb : vec3(0.0);
-    store_visible_radiances(pixel, vec4(sum + radiance, 0.0));
-}
-
-// Makes the mean of the sum of the pixel's paths, and removes the visible point if the last path has none.
-void finish_pixel(Work work) {
-    store_visible_radiances(work.pixel, vec4(visible_radiances_at(work.pixel).rgb / float(paths), 0.0));
-    if (!work.end.is_reached) {
-        store_visible_throughputs(work.pixel, vec4(0.0));
-    }
-}
-
 // The radiance of a path that has ended, times the filter. `is_lit`: nothing blocks the light to its point.
 vec3 radiance_of(Work work, bool is_lit) {
     vec3 radiance = work.state.radiance;
@@ -365,7 +357,10 @@ Ray followed_ray(Work work, Query query) {
     if (HAS_ALPHA) {
         return work.state.ray; // the query is about a part of the ray
     }
-    return asked_ray(query);
+    if (FEW_REGISTERS) {
+        return asked_ray(query);
+    }
+    return work.state.ray;
 }
 
 // Takes an answer and asks the next question of the pixel's paths.
@@ -407,7 +402,7 @@ bool next_query(inout Work work, inout Query query, Hit hit) {
         }
     }
     if (ends) {
-        add_path(work.pixel, work.done, radiance);
+        add_path(next.kept, work.pixel, work.done, radiance);
     }
     work = next;
     return goes_on || begins;
@@ -426,7 +421,7 @@ EyePlace place_of(EyeState state) {
 
 // Leaves out a path that the driver cannot follow even where the invocation is alone.
 void cut_path(inout Work work) {
-    add_path(work.pixel, work.done, vec3(0.0));
+    add_path(work.kept, work.pixel, work.done, vec3(0.0));
     work.end.is_reached = false;
     work.start.depth = 0u;
     work.done++;
@@ -451,6 +446,7 @@ bool resume(uint number, inout Work work) {
     if (place.state != (spread > 1u ? STUCK : UNFINISHED)) {
         return false;
     }
+    load_kept(work.kept, work.pixel);
     work.done = place.path;
     work.start = state_of(place);
     work.asks = place.depth > 0u ? RESUMES : BEGINS;
@@ -467,6 +463,7 @@ void main() {
     }
     Work work;
     work.pixel = pixel_of(offset + number, camera_at(0u).width, camera_at(0u).height);
+    work.kept = begin_pixel(seed_of(work.pixel));
     work.done = 0u;
     work.advanced = false;
     works = works && work.pixel != NONE;
@@ -486,10 +483,11 @@ void main() {
         }
         store_place(number, work);
         if (work.done < paths) {
+            store_kept(work.kept, work.pixel);
             return;
         }
     }
-    finish_pixel(work);
+    finish_pixel(work.kept, work.pixel, paths, work.end.is_reached);
     if (IS_RESUMABLE) {
         return;
     }

@@ -36,7 +36,12 @@ pub fn open_device(options: &DeviceOptions<'_>) -> goblet_host::Result<Device> {
 /// Returns what kernels with workgroups of this size are specialised to on a device.
 pub fn device_features(device: &DeviceInfo, workgroup_size: u32) -> DeviceFeatures {
     let lanes = device.subgroups.lanes(workgroup_size);
-    DeviceFeatures { knows_lanes: lanes.is_some(), lanes: lanes.unwrap_or(1) }
+    DeviceFeatures {
+        // As arrays are in buffers on GPUs. A driver of a CPU has memory alone, and runs what is in a loop in every round.
+        few_registers: device.arrays == ArrayKind::Buffers,
+        knows_lanes: lanes.is_some(),
+        lanes: lanes.unwrap_or(1),
+    }
 }
 
 #[cfg(test)]

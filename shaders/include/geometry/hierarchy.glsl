@@ -13,8 +13,14 @@ struct Space {
     Ray ray;       // in that space
     Shear shear;   // of the ray
     vec3 inverse;  // of the ray's direction
+    uvec3 near;    // first_planes, unless FEW_REGISTERS
     uint instance; // NONE for render space
 };
+
+// Of a node's planes, those that a ray crosses first, per axis.
+uvec3 first_planes(vec3 inverse) {
+    return uvec3(0u, 1u, 2u) + mix(uvec3(0u), uvec3(3u), lessThan(inverse, vec3(0.0)));
+}
 
 // Takes a ray in render space into an instance, or leaves it there for NONE.
 Space enter_space(uint instance, Ray ray) {
@@ -23,7 +29,7 @@ Space enter_space(uint instance, Ray ray) {
         local = ray_into_instance(instance, ray);
     }
     vec3 inverse = inverse_direction(local);
-    return Space(local, shear_of(local.direction), inverse, instance);
+    return Space(local, shear_of(local.direction), inverse, first_planes(inverse), instance);
 }
 
 // The children of a node that a ray enters, nearest first.
@@ -45,9 +51,10 @@ Entered enter_children(uint node, Space space, float t_max) {
     vec3 o = space.ray.origin;
     vec3 inverse = space.inverse;
     uint planes = node * BVH_PLANES;
-    // Of a node's planes, those that the ray crosses first, per axis. To keep them would take registers while
-    // primitives are tested.
-    uvec3 near = uvec3(0u, 1u, 2u) + mix(uvec3(0u), uvec3(3u), lessThan(inverse, vec3(0.0)));
+    uvec3 near = space.near;
+    if (FEW_REGISTERS) {
+        near = first_planes(inverse);
+    }
     uvec3 far = uvec3(3u, 5u, 7u) - near;
     vec4 x0 = (bvh_planes_at(planes + near.x) - o.x) * inverse.x;
     vec4 y0 = (bvh_planes_at(planes + near.y) - o.y) * inverse.y;

@@ -76,6 +76,7 @@ FEATURES RenderFeatures {
 
 // Of a device and its workgroups: src/render/device.rs.
 FEATURES DeviceFeatures {
+    bool FEW_REGISTERS = false;         // what rays do not need is in memory while they are traced
     bool KNOWS_LANES = false;           // each subgroup has LANES lanes; without it, each invocation finds the number
     uint LANES = 1u;                    // lanes of a subgroup: subgroup.glsl
 };
