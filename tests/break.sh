@@ -32,7 +32,7 @@ a visible point forgets the throughput of its eye path|vec3 bsdf = work.state.th
 photons that are not on the disc are counted|sum.count += on_disc ? 1u : 0u;|sum.count += 1u;
 the pdf of a light leaves out the chance that it is chosen|return light.direct_pmf * area_pdf *|return area_pdf *
 survivors of Russian roulette keep their weight|path.weight = after < before ? weight * (before / after) : weight;|path.weight = weight;
-a visible point stays where its eye path now finds none|if (!work.end.is_reached) {|if (false) {
+a visible point stays where its eye path now finds none|store_visible_throughputs(pixel, has_point ? kept.throughput : vec4(0.0));|if (has_point) { store_visible_throughputs(pixel, kept.throughput); }
 the radius shrinks by alpha where it should by 1 - alpha|float lost = (1.0 - alpha) * found / all;|float lost = alpha * found / all;
 photons are compressed in glass as radiance is|material.color * (compression * masking_shadowing_weight(|material.color * (1.0 / (eta * eta) * masking_shadowing_weight(
 photons bring direct light beside next-event estimation|bool is_wanted = DIRECT_NEE ? path.depth > 0u : true;|bool is_wanted = true;

@@ -69,7 +69,7 @@ impl Outline {
             reason: format!("kernel {} was not built for workgroups of {workgroup_size}", self.name),
         })?;
         let lanes = device.subgroups.required_for(workgroup_size);
-        Ok(Source::new(code, |id| specialization.value(id), layout.pipeline, lanes))
+        Ok(Source::new(code, |id| specialization.value(id), layout.pipeline, lanes, device.keeps_infinities))
     }
 }
 

@@ -10,6 +10,7 @@
 mod buffer;
 mod device;
 mod error;
+mod floats;
 mod frame;
 mod group;
 mod guard;

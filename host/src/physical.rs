@@ -4,6 +4,7 @@ use std::ffi::c_char;
 
 use ash::{ext, vk};
 
+use crate::floats;
 use crate::machine;
 use crate::subgroups::Subgroups;
 
@@ -86,6 +87,8 @@ pub struct DeviceInfo {
     pub arrays_reason: String,
     /// Its subgroups.
     pub subgroups: Subgroups,
+    /// Whether kernels can ask that infinities, NaN and signed zeros are kept; then they do.
+    pub keeps_infinities: bool,
     /// The reason why it cannot be used; `None` if it can.
     pub unfit: Option<String>,
 }
@@ -135,6 +138,7 @@ pub(crate) fn describe(
             physical,
             has_extension(instance, physical, ext::subgroup_size_control::NAME),
         ),
+        keeps_infinities: floats::can_keep(instance, physical),
         max_image_rows: properties.limits.max_image_dimension2_d,
         arrays,
         arrays_reason,

@@ -6,6 +6,7 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use ash::vk;
 
 use crate::error::{Context, Error, Result};
+use crate::floats;
 use crate::physical::ArrayKind;
 use crate::pipeline_cache::PipelineCache;
 use crate::specialize;
@@ -110,6 +111,8 @@ pub(crate) struct Source {
     layout: vk::PipelineLayout,
     /// Lanes of a subgroup; the device's choice if `None`.
     lanes: Option<u32>,
+    /// Whether infinities are kept: floats.rs.
+    keeps_infinities: bool,
 }
 
 impl Source {
@@ -120,13 +123,14 @@ impl Source {
         value: impl Fn(u32) -> Option<[u8; 4]>,
         layout: vk::PipelineLayout,
         lanes: Option<u32>,
+        keeps_infinities: bool,
     ) -> Self {
         let word = |word: &[u8]| u32::from_le_bytes([word[0], word[1], word[2], word[3]]);
         let spirv: Vec<u32> = code.spirv.chunks_exact(4).map(word).collect();
         let constants: Vec<_> =
             specialize::constants(&spirv).into_iter().filter_map(|id| value(id).map(|value| (id, value))).collect();
         let key = Key { code: code.spirv.as_ptr().addr(), values: constants.iter().map(|(_, value)| *value).collect() };
-        Self { spirv, constants: constants.into_iter().collect(), key, layout, lanes }
+        Self { spirv, constants: constants.into_iter().collect(), key, layout, lanes, keeps_infinities }
     }
 
     /// Compiles it, for the caller to destroy.
@@ -136,7 +140,10 @@ impl Source {
         cache: vk::PipelineCache,
         flags: vk::PipelineCreateFlags,
     ) -> Result<vk::Pipeline> {
-        let words = specialize::specialize(&self.spirv, |id| self.constants.get(&id).copied());
+        let mut words = specialize::specialize(&self.spirv, |id| self.constants.get(&id).copied());
+        if self.keeps_infinities {
+            words = floats::keep(&words);
+        }
         // SAFETY: the code was compiled and reflected by the build script; the module is
         // destroyed once the pipeline has been made, the pipeline by the caller.
         unsafe {

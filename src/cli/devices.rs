@@ -34,8 +34,9 @@ pub fn run() -> Result<(), Failure> {
             device.unfit.as_ref().map_or_else(|| "fits".to_owned(), |reason| format!("does not fit: {reason}"));
         text += &format!("{}  {}\n", device.index, device.name);
         text += &format!("   {kind}; driver {}; {gib:.1} GiB free; {verdict}\n", device.driver);
-        text +=
-            &format!("   arrays in {arrays}: {}\n   {}\n   {}\n", device.arrays_reason, lanes(&device), rays(&device));
+        let floats = if device.keeps_infinities { "kept, as goblet asks for" } else { "left to the driver" };
+        text += &format!("   arrays in {arrays}: {}\n   {}\n", device.arrays_reason, lanes(&device));
+        text += &format!("   {}; infinities and NaN are {floats}\n", rays(&device));
     }
     terminal::print(&text)
 }

@@ -54,6 +54,7 @@ mod tests {
             max_image_rows: 1,
             arrays: goblet_host::ArrayKind::Images,
             arrays_reason: String::new(),
+            keeps_infinities: false,
             subgroups: goblet_host::Subgroups::default(),
             unfit: None,
         };
