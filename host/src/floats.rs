@@ -3,14 +3,11 @@
 
 use ash::vk;
 
+use crate::specialize::op;
+
 /// The words of SPIR-V before the first instruction.
 const HEADER: usize = 5;
 
-// Numbers of the SPIR-V specification, version 1.3, section 3.
-const OP_EXTENSION: u32 = 10;
-const OP_ENTRY_POINT: u32 = 15;
-const OP_EXECUTION_MODE: u32 = 16;
-const OP_CAPABILITY: u32 = 17;
 const SIGNED_ZERO_INF_NAN_PRESERVE: u32 = 4461;
 const SIGNED_ZERO_INF_NAN_PRESERVE_CAPABILITY: u32 = 4466;
 
@@ -35,16 +32,16 @@ pub(crate) fn keep(words: &[u32]) -> Vec<u32> {
     while let Some(&first) = rest.first() {
         let (opcode, length) = (first & 0xffff, ((first >> 16) as usize).clamp(1, rest.len()));
         // Capabilities come first, then extensions; execution modes follow the entry points.
-        if opcode != OP_CAPABILITY && !is_declared {
-            out.extend(instruction(OP_CAPABILITY, &[SIGNED_ZERO_INF_NAN_PRESERVE_CAPABILITY]));
-            out.extend(instruction(OP_EXTENSION, &string("SPV_KHR_float_controls")));
+        if opcode != op::CAPABILITY && !is_declared {
+            out.extend(instruction(op::CAPABILITY, &[SIGNED_ZERO_INF_NAN_PRESERVE_CAPABILITY]));
+            out.extend(instruction(op::EXTENSION, &string("SPV_KHR_float_controls")));
             is_declared = true;
         }
-        if opcode == OP_ENTRY_POINT {
+        if opcode == op::ENTRY_POINT {
             entries.extend(rest.get(2).copied());
         } else if !entries.is_empty() && !is_kept {
             for entry in &entries {
-                out.extend(instruction(OP_EXECUTION_MODE, &[*entry, SIGNED_ZERO_INF_NAN_PRESERVE, 32]));
+                out.extend(instruction(op::EXECUTION_MODE, &[*entry, SIGNED_ZERO_INF_NAN_PRESERVE, 32]));
             }
             is_kept = true;
         }
@@ -69,22 +66,22 @@ mod tests {
     fn declarations_are_where_the_specification_wants_them() {
         let before = [
             [0x0723_0203, 0x0001_0300, 0, 9, 0].as_slice(),
-            &[2 << 16 | OP_CAPABILITY, 1],
-            &[3 << 16 | 14, 0, 1],                             // OpMemoryModel
-            &[5 << 16 | OP_ENTRY_POINT, 5, 4, 0x6e69_616d, 0], // GLCompute, %4, "main"
-            &[6 << 16 | OP_EXECUTION_MODE, 4, 17, 64, 1, 1],   // LocalSize
-            &[2 << 16 | 19, 2],                                // OpTypeVoid
+            &[2 << 16 | op::CAPABILITY, 1],
+            &[3 << 16 | 14, 0, 1],                              // OpMemoryModel
+            &[5 << 16 | op::ENTRY_POINT, 5, 4, 0x6e69_616d, 0], // GLCompute, %4, "main"
+            &[6 << 16 | op::EXECUTION_MODE, 4, 17, 64, 1, 1],   // LocalSize
+            &[2 << 16 | 19, 2],                                 // OpTypeVoid
         ];
         let name = string("SPV_KHR_float_controls");
-        let extension = [&[(name.len() as u32 + 1) << 16 | OP_EXTENSION], name.as_slice()].concat();
+        let extension = [&[(name.len() as u32 + 1) << 16 | op::EXTENSION], name.as_slice()].concat();
         let expected = [
             before[0],
             before[1],
-            &[2 << 16 | OP_CAPABILITY, SIGNED_ZERO_INF_NAN_PRESERVE_CAPABILITY],
+            &[2 << 16 | op::CAPABILITY, SIGNED_ZERO_INF_NAN_PRESERVE_CAPABILITY],
             &extension,
             before[2],
             before[3],
-            &[4 << 16 | OP_EXECUTION_MODE, 4, SIGNED_ZERO_INF_NAN_PRESERVE, 32],
+            &[4 << 16 | op::EXECUTION_MODE, 4, SIGNED_ZERO_INF_NAN_PRESERVE, 32],
             before[4],
             before[5],
         ];

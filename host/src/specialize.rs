@@ -7,7 +7,7 @@
 
 use std::collections::{HashMap, HashSet};
 
-mod op;
+pub mod op;
 
 /// The decoration that gives a specialization constant its id.
 const SPEC_ID: u32 = 1;

@@ -39,6 +39,9 @@ const FEWEST_INVOCATIONS: u64 = 128;
 /// The number in the first dispatch on a CPU, unless the render is responsive.
 const FIRST_INVOCATIONS_OF_CPU: u64 = 1 << 16;
 
+/// Iterations that run in pieces after one that did not fit in one submission.
+const PAUSE: u32 = 16;
+
 /// The number of invocations of a pass in one dispatch.
 #[derive(Clone, Copy, Debug)]
 pub struct Pace {
@@ -103,9 +106,6 @@ pub struct Schedule {
     /// Iterations that are to run in pieces, since one submission could not hold the last that was tried.
     in_pieces: u32,
 }
-
-/// Iterations after one that did not fit in one submission, before it is tried again.
-const PAUSE: u32 = 16;
 
 impl Schedule {
     /// Returns a schedule with batches of at most `max` photons. If `asked` is given, the size of batches is
@@ -252,5 +252,33 @@ mod tests {
             size.observe(size.photons, Duration::from_secs(100));
         }
         assert_eq!(size.photons, 256);
+    }
+    #[test]
+    fn an_iteration_is_one_submission_where_it_is_quick() {
+        let ms = Duration::from_millis;
+        let schedule = |kind, submission| Schedule::new(Some(1000), 1000, kind, false, submission);
+        let mut auto = schedule(DeviceKind::Discrete, Submission::Auto);
+        assert!(!auto.is_whole(1000), "nothing is known yet");
+        for (took, is_whole) in [(101, false), (99, true), (500, false), (5, true)] {
+            auto.observe_iteration(ms(took));
+            assert_eq!(auto.is_whole(1000), is_whole, "{took} ms");
+        }
+        assert!(!auto.is_whole(1001), "two batches");
+        assert!(auto.is_whole(0), "no photons");
+        auto.pause_whole();
+        for _ in 0..PAUSE {
+            assert!(!auto.is_whole(1000));
+            auto.observe_iteration(ms(5));
+        }
+        assert!(auto.is_whole(1000));
+        for (kind, submission, is_whole) in [
+            (DeviceKind::Cpu, Submission::Auto, false),
+            (DeviceKind::Cpu, Submission::Whole, true),
+            (DeviceKind::Discrete, Submission::Pieces, false),
+        ] {
+            let mut schedule = schedule(kind, submission);
+            schedule.observe_iteration(ms(5));
+            assert_eq!(schedule.is_whole(1000), is_whole, "{kind:?}, {submission:?}");
+        }
     }
 }

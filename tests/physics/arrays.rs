@@ -48,7 +48,7 @@ fn arrays_in_buffers_give_the_same_bits_as_in_images() {
 fn images_of_odd_sizes_stay_in_their_arrays() {
     let scene = Scene::load(root().join("tests/reference/cornell-caustic.pbrt")).expect("a scene");
     for arrays in [ArrayKind::Images, ArrayKind::Buffers] {
-        let options = DeviceOptions { validation: true, arrays: Some(arrays), ..DeviceOptions::default() };
+        let options = DeviceOptions { arrays: Some(arrays), ..device_options() };
         let mut device = match open_device(&options) {
             // It binds too few images.
             Err(DeviceError::Unfit { .. }) if arrays == ArrayKind::Images => continue,

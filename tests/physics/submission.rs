@@ -3,10 +3,10 @@
 use std::sync::Arc;
 
 use goblet::scene::Scene;
-use goblet::{DeviceOptions, Integrator, Options, RadiusSchedule, Renderer, Shard, Submission, Tally, open_device};
+use goblet::{Integrator, Options, RadiusSchedule, Renderer, Shard, Submission, Tally, open_device};
 use goblet_host::Device;
 
-use crate::support::{assert_silent, root, work};
+use crate::support::{assert_silent, device_options, root, work};
 
 const ITERATIONS: usize = 4;
 
@@ -35,8 +35,7 @@ fn render(device: &Arc<Device>, scene: &Scene, options: &Options) -> (Outcome, V
 
 /// Renders in pieces and in one submission on a device of its own, and returns the submissions of both.
 fn compare(name: &str, scene: &Scene, options: Options) -> [Vec<u64>; 2] {
-    let options_of_device = DeviceOptions { validation: true, ..DeviceOptions::default() };
-    let device = Arc::new(open_device(&options_of_device).expect("a device"));
+    let device = Arc::new(open_device(&device_options()).expect("a device"));
     let [pieces, whole] = [Submission::Pieces, Submission::Whole]
         .map(|submission| render(&device, scene, &Options { submission, ..options.clone() }));
     assert!(pieces.0 == whole.0, "{name}: {:?} in pieces, {:?} in one submission", pieces.0.tally, whole.0.tally);

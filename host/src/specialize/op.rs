@@ -3,7 +3,10 @@
 pub const NAME: u32 = 5;
 pub const MEMBER_NAME: u32 = 6;
 pub const LINE: u32 = 8;
+pub const EXTENSION: u32 = 10;
 pub const ENTRY_POINT: u32 = 15;
+pub const EXECUTION_MODE: u32 = 16;
+pub const CAPABILITY: u32 = 17;
 pub const TYPE_BOOL: u32 = 20;
 pub const CONSTANT_TRUE: u32 = 41;
 pub const CONSTANT_FALSE: u32 = 42;
