@@ -4,8 +4,8 @@
 #
 #   sh tests/drivers.sh
 #
-# GOBLET_TESTS=full runs all tests of kernels and compares all references. SWIFTSHADER names its driver file (vk_swiftshader_icd.json), if that is
-# not where Debian's chromium has it.
+# GOBLET_TESTS=full runs all tests of kernels and compares all references. SWIFTSHADER names its driver file
+# (vk_swiftshader_icd.json), if that is not where Debian's chromium has it.
 set -eu
 cd "$(dirname "$0")/.."
 
@@ -27,8 +27,21 @@ else
     kernels="subgroup:: trace:: grid:: flux:: sum:: circle:: sampling::"
     references="reference::caustic_point reference::cornell reference::layered"
 fi
+# Runs tests of a suite: all, or those that have one of the texts in their names. A text that no test has is an error.
+suite() {
+    name=$1
+    shift
+    listed=$(cargo test --locked --workspace --test "$name" -- --list)
+    for text; do
+        if ! echo "$listed" | grep -qF "$text"; then
+            echo "drivers.sh: no test of $name has $text in its name" >&2
+            exit 1
+        fi
+    done
+    cargo test --locked --workspace --test "$name" -- "$@"
+}
+
 # shellcheck disable=SC2086 # lists of names
-cargo test --locked --workspace --test kernels -- $kernels
+suite kernels $kernels
 # shellcheck disable=SC2086
-cargo test --locked --workspace --test physics -- \
-    metamorphic::batches metamorphic::the_size_of_workgroups $references
+suite physics metamorphic::batches metamorphic::the_size_of_workgroups submission::an_iteration $references

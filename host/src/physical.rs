@@ -87,7 +87,7 @@ pub struct DeviceInfo {
     pub arrays_reason: String,
     /// Its subgroups.
     pub subgroups: Subgroups,
-    /// Whether kernels can ask that infinities, NaN and signed zeros are kept; then they do.
+    /// Whether kernels ask that infinities, NaN and signed zeros are kept: on GPUs that can be asked.
     pub keeps_infinities: bool,
     /// The reason why it cannot be used; `None` if it can.
     pub unfit: Option<String>,
@@ -138,7 +138,8 @@ pub(crate) fn describe(
             physical,
             has_extension(instance, physical, ext::subgroup_size_control::NAME),
         ),
-        keeps_infinities: floats::can_keep(instance, physical),
+        // On SwiftShader, kernels that ask for it take minutes to compile; CPUs keep them anyway.
+        keeps_infinities: kind != DeviceKind::Cpu && floats::can_keep(instance, physical),
         max_image_rows: properties.limits.max_image_dimension2_d,
         arrays,
         arrays_reason,
