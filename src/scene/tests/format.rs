@@ -72,12 +72,12 @@ fn the_white_balance_is_a_temperature() {
         let balance = of(&format!("\"string sensor\" \"cie1931\" \"float whitebalance\" {text}")).unwrap();
         assert!(balance.kelvin == kelvin && (balance.matrix * DVec3::ONE).is_finite(), "{balance:?}");
     }
-    for (value, shown) in [("-5000", "-5000"), ("999", "999"), ("1000001", "1000001"), ("1e999", "inf")] {
+    for value in ["-5000", "-0.5", "999", "1000001", "1e300"] {
         let error = refusal(&format!("Film \"rgb\" \"float whitebalance\" {value}\n{WORLD}"));
         let expected = "expected 0 for none, or a temperature from 1000 to 1000000 K";
-        assert!(error.starts_with("t.pbrt:1:12: ") && error.contains(expected), "{shown}: {error}");
+        assert!(error.starts_with("t.pbrt:1:12: ") && error.contains(expected), "{value}: {error}");
     }
-    for value in ["[ 5000 6000 ]", "[ ]", "\"warm\"", "nan"] {
+    for value in ["[ 5000 6000 ]", "[ ]", "\"warm\"", "nan", "1e999"] {
         let error = refusal(&format!("Film \"rgb\" \"float whitebalance\" {value}\n{WORLD}"));
         assert!(error.starts_with("t.pbrt:1:"), "{value}: {error}");
     }
