@@ -32,7 +32,7 @@ GROUPED_UPDATED_TEXELS(sums, uvec4, sum_blue)
 GROUPED_UPDATED_TEXELS(sums, uvec4, sum_second) // luminance, second half of the rounds only
 
 layout(push_constant) uniform Push {
-    vec3 luminance;      // luminance of each channel
+    vec3 luminance;      // luminance of each channel in the image, so after its white balance
     uint pixel_count;    // number of pixels
     float alpha;         // share of an iteration's photons that is kept, in (0, 1]
     float per_unit;      // 1 over the unit of the sums, m^2 sr/W
@@ -97,7 +97,9 @@ void main() {
     store_sum_blue(pixel, add_exactly(sum_blue_at(pixel), term_of(radiance.b)));
 
     if (half_of_rounds == 1u) {
-        store_sum_second(pixel, add_exactly(sum_second_at(pixel), term_of(dot(radiance, luminance))));
+        // The weights may add up to more than 1.
+        float bounded = clamp(dot(radiance, luminance), -LARGEST_TERM, LARGEST_TERM);
+        store_sum_second(pixel, add_exactly(sum_second_at(pixel), term_of(bounded)));
     }
 
     if (count > 0u) {

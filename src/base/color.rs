@@ -61,6 +61,12 @@ pub(crate) fn srgb_from_xyz() -> DMat3 {
     REC709.xyz_from_rgb().inverse()
 }
 
+/// Returns the matrix on linear sRGB that makes light of the chromaticity `white` grey, at the same luminance:
+/// von Kries's scaling of the cone responses of Bradford (Lam 1985).
+pub(crate) fn white_balance(white: DVec2) -> DMat3 {
+    srgb_from_xyz() * adaptation(white, D65) * REC709.xyz_from_rgb()
+}
+
 /// Returns X, Y and Z, divided by their sum.
 fn direction(xy: DVec2) -> DVec3 {
     DVec3::new(xy.x, xy.y, 1.0 - xy.x - xy.y)

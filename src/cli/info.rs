@@ -66,6 +66,8 @@ struct Film {
     /// The first pixel that is rendered, and the one after the last.
     rendered: [[u32; 2]; 2],
     exposure: f64,
+    /// Colour temperature in K; `None` without a white balance.
+    whitebalance: Option<f64>,
     filter: &'static str,
     /// Parameters of the filter by their names in scene files.
     filter_parameters: BTreeMap<&'static str, f64>,
@@ -178,6 +180,7 @@ impl Film {
             resolution: film.resolution,
             rendered: film.bounds(film.resolution),
             exposure: film.exposure,
+            whitebalance: film.white_balance.map(|balance| balance.kelvin),
             filter,
             filter_parameters: parameters.into_iter().collect(),
             filter_radius: film.filter.radius.to_array(),

@@ -1,6 +1,8 @@
 //! An image in progress: exact sums over iterations, their mean, and an estimate of its error.
 
-use crate::image::film::{Image, LUMINANCE, Window};
+use glam::{DMat3, DVec3};
+
+use crate::image::film::{Image, Window, balanced_luminance};
 use crate::kernels::FRACTION_BITS;
 
 /// Relative errors of pixels that are darker than this share of the image's median luminance weigh less.
@@ -10,8 +12,8 @@ const DARK: f64 = 0.1;
 /// [`Estimate::unit`].
 pub type Sum = [u32; 4];
 
-/// Sums over iterations of each pixel's radiance, times the film's exposure. Sums over parts of the
-/// iterations add up to the sums over all, to the last bit, in any order.
+/// Sums over iterations of each pixel's radiance, times the film's exposure and before its white balance. Sums
+/// over parts of the iterations add up to the sums over all, to the last bit, in any order.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Estimate {
     /// Width and height in pixels.
@@ -20,11 +22,13 @@ pub struct Estimate {
     pub window: Window,
     /// Unit of the sums in W/(m² sr): a power of two times the film's exposure.
     pub unit: f64,
+    /// The white balance of the image: a matrix on linear RGB in the sRGB primaries; `None` if the film has none.
+    pub white_balance: Option<DMat3>,
     /// Iterations in the sums, for each half: [`crate::render::sequence::Place::half`].
     pub halves: [u64; 2],
     /// Sums of radiance of each pixel, for red, green and blue.
     pub radiance: [Vec<Sum>; 3],
-    /// Sums of luminance of each pixel over the iterations of the second half.
+    /// Sums of luminance after the white balance of each pixel over the iterations of the second half.
     pub second_half: Vec<Sum>,
 }
 
@@ -60,15 +64,12 @@ fn median_lit(luminances: impl Iterator<Item = f64>) -> Option<f64> {
     Some(*median)
 }
 
-fn luminance([red, green, blue]: [f64; 3]) -> f64 {
-    LUMINANCE[0] * red + LUMINANCE[1] * green + LUMINANCE[2] * blue
-}
-
 impl Estimate {
-    /// Returns the mean over the iterations; black if there is none.
+    /// Returns the mean over the iterations, after the white balance; black if there is no iteration.
     pub fn image(&self) -> Image {
         let [width, height] = self.resolution;
-        let pixels = self.means().map(|mean| mean.map(|channel| (channel * self.unit) as f32)).collect();
+        let balanced = |mean| self.white_balance.map_or(mean, |matrix| (matrix * DVec3::from(mean)).to_array());
+        let pixels = self.means().map(|mean| balanced(mean).map(|channel| (channel * self.unit) as f32)).collect();
         Image { width, height, pixels }
     }
 
@@ -77,11 +78,17 @@ impl Estimate {
         self.halves[0] + self.halves[1]
     }
 
-    /// Returns the mean of each pixel, in multiples of the unit.
+    /// Returns the mean of each pixel before the white balance, in multiples of the unit.
     fn means(&self) -> impl Iterator<Item = [f64; 3]> {
         let scale = 1.0 / self.iterations().max(1) as f64;
         let [red, green, blue] = &self.radiance;
         red.iter().zip(green).zip(blue).map(move |((r, g), b)| [*r, *g, *b].map(|sum| in_units(sum) * scale))
+    }
+
+    /// Returns the function from a pixel before the white balance to the luminance after it.
+    fn luminance(&self) -> impl Fn([f64; 3]) -> f64 + use<> {
+        let weights = balanced_luminance(self.white_balance);
+        move |[red, green, blue]| weights[0] * red + weights[1] * green + weights[2] * blue
     }
 
     /// Returns the standard error of each pixel's luminance in W/(m² sr); `None` before both halves have an
@@ -101,6 +108,7 @@ impl Estimate {
     /// numbers with the same mean and independent noise. `None` before both halves have an iteration.
     pub fn half_luminances(&self) -> Option<impl Iterator<Item = [f64; 2]>> {
         let [first, second] = self.halves.map(|iterations| iterations as f64);
+        let luminance = self.luminance();
         let halves = move |(mean, sum): ([f64; 3], &Sum)| {
             let sum = in_units(*sum);
             [(luminance(mean) * (first + second) - sum) / first, sum / second]
@@ -131,7 +139,13 @@ impl Estimate {
     /// Returns the median luminance of the pixels that are not black, in multiples of the unit; `None` if
     /// all are black.
     pub fn median_lit(&self) -> Option<f64> {
-        median_lit(self.means().map(luminance))
+        median_lit(self.means().map(self.luminance()))
+    }
+
+    /// Returns whether these are the resolution, the unit and the white balance: only sums of the same form can
+    /// be added.
+    pub fn has_form(&self, resolution: [u32; 2], unit: f64, white_balance: Option<DMat3>) -> bool {
+        (self.resolution, self.unit, self.white_balance) == (resolution, unit, white_balance)
     }
 
     /// Returns the sums of red, green and blue, and of the second half's luminance.
@@ -140,9 +154,10 @@ impl Estimate {
         [red, green, blue, &self.second_half]
     }
 
-    /// Adds the sums over other iterations of the same render. Panics if resolution or unit differ.
+    /// Adds the sums over other iterations of the same render. Panics if resolution, unit or white balance
+    /// differ.
     pub fn add(&mut self, other: &Self) {
-        assert_eq!((self.resolution, self.unit), (other.resolution, other.unit));
+        assert!(self.has_form(other.resolution, other.unit, other.white_balance), "sums of another form");
         let shares = self.radiance.iter_mut().zip(&other.radiance).chain([(&mut self.second_half, &other.second_half)]);
         for (sums, more) in shares {
             sums.iter_mut().zip(more).for_each(|(sum, more)| add(sum, *more));
@@ -172,6 +187,7 @@ mod tests {
             resolution,
             window: Window::whole(resolution),
             unit: 4.0,
+            white_balance: None,
             halves,
             radiance: radiance.map(sums),
             second_half: sums(second_half),
@@ -190,6 +206,26 @@ mod tests {
         assert_eq!(estimate.image().pixels, [[0.5, f32::exp2(39.0), tiny], [0.75, 0.0, 8.0 * tiny]]);
         let nothing = Estimate { halves: [0, 0], ..estimate };
         assert!(nothing.image().pixels.iter().flatten().all(|value| value.is_finite()));
+    }
+
+    /// Rows of the matrix: twice the blue; half the red and green; red, and blue off.
+    #[test]
+    fn the_white_balance_changes_the_image_and_its_error() {
+        let matrix = DMat3::from_cols_array_2d(&[[0.0, 0.5, 1.0], [0.0, 0.5, 0.0], [2.0, 0.0, -1.0]]);
+        let plain = estimate([1, 1], [&[2 * ONE], &[4 * ONE], &[6 * ONE]], &[0]);
+        let halves = [[0.5, 3.0, 1.0], [1.5, 1.0, 5.0]];
+        let balanced = halves.map(|[r, g, b]| [2.0 * b, 0.5 * (r + g), r - b]);
+        let lit = |[r, g, b]: [f64; 3]| 0.2126 * r + 0.7152 * g + 0.0722 * b;
+        let second = (lit(balanced[1]) * ONE as f64) as u128;
+        let sums = Estimate { white_balance: Some(matrix), second_half: vec![sum(second)], ..plain.clone() };
+        assert_eq!(plain.image().pixels, [[4.0, 8.0, 12.0]]);
+        assert_eq!(sums.image().pixels, [[24.0, 6.0, -8.0]]);
+        let [a, b] = sums.half_luminances().unwrap().next().unwrap();
+        assert!((a - lit(balanced[0])).abs() < 1e-12 && (b - lit(balanced[1])).abs() < 1e-12, "{a} {b}");
+        let error = f64::from(sums.standard_error().unwrap()[0]);
+        assert!((error - 4.0 * (a - b).abs() / 2.0).abs() < 1e-6, "{error}");
+        assert!((sums.median_lit().unwrap() - (a + b) / 2.0).abs() < 1e-12);
+        assert!(!sums.has_form([1, 1], 4.0, None) && sums.has_form([1, 1], 4.0, Some(matrix)));
     }
 
     #[test]

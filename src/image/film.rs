@@ -1,5 +1,7 @@
 //! Images of linear RGB, row by row, as renders make them and files hold them.
 
+use glam::{DMat3, DVec3};
+
 /// An image of linear RGB in the sRGB primaries. Its values are radiance in W/(m² sr) if a render made it.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Image {
@@ -122,6 +124,13 @@ pub fn picture(image: &Image) -> Vec<u8> {
 /// (ITU-R BT.709).
 pub const LUMINANCE: [f64; 3] = [0.2126, 0.7152, 0.0722];
 
+/// Returns the weights of red, green and blue, as they are before the white balance, in the relative luminance
+/// after it. Without a white balance they are [`LUMINANCE`].
+#[must_use]
+pub fn balanced_luminance(white_balance: Option<DMat3>) -> [f64; 3] {
+    white_balance.map_or(LUMINANCE, |matrix| (matrix.transpose() * DVec3::from(LUMINANCE)).to_array())
+}
+
 /// Returns the relative luminance of linear RGB in the sRGB primaries.
 #[must_use]
 pub fn luminance([r, g, b]: [f32; 3]) -> f32 {
@@ -181,6 +190,15 @@ mod tests {
     fn luminance_weighs_the_primaries() {
         assert!((luminance([1.0; 3]) - 1.0).abs() < 1e-6);
         assert_eq!(luminance([0.0, 1.0, 0.0]), 0.7152);
+    }
+
+    #[test]
+    fn luminance_is_that_after_the_white_balance() {
+        assert_eq!(balanced_luminance(None), LUMINANCE);
+        let matrix = DMat3::from_cols_array(&[2.0, 0.0, 0.5, 0.0, 3.0, 0.0, 1.0, 0.0, 4.0]);
+        let [red, green, blue] = balanced_luminance(Some(matrix));
+        let expected = [2.0 * 0.2126 + 0.5 * 0.0722, 3.0 * 0.7152, 0.2126 + 4.0 * 0.0722];
+        assert!(DVec3::new(red, green, blue).distance(DVec3::from(expected)) < 1e-12, "{red} {green} {blue}");
     }
 
     #[test]

@@ -185,6 +185,7 @@ mod tests {
             resolution: [3, 2],
             window: Window::whole([3, 2]),
             unit: 1.0,
+            white_balance: None,
             halves: [1, 0],
             radiance: [zeros(), zeros(), zeros()],
             second_half: zeros(),

@@ -15,6 +15,7 @@ use bytemuck::{Pod, Zeroable};
 use flate2::Compression;
 use flate2::bufread::GzDecoder;
 use flate2::write::GzEncoder;
+use glam::DMat3;
 use goblet_host::Device;
 use serde::{Deserialize, Serialize};
 
@@ -110,6 +111,9 @@ struct Header {
     #[serde(default, skip_serializing_if = "Option::is_none")]
     window: Option<[[u32; 2]; 2]>,
     unit: f64,
+    /// The columns of the matrix, if the film has a white balance.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    white_balance: Option<[[f64; 3]; 3]>,
     halves: [u64; 2],
     has_states: bool,
 }
@@ -178,7 +182,7 @@ impl Checkpoint {
         if self.shards != other.shards {
             return Err(option("shards", self.shards.to_string(), other.shards.to_string()));
         }
-        self.check_form(other.estimate.resolution, other.estimate.unit)?;
+        self.check_form(other.estimate.resolution, other.estimate.unit, other.estimate.white_balance)?;
         // A shard without iterations may not have a first radius yet.
         if let (Some(here), Some(there)) = (self.first_radius, other.first_radius)
             && here != there
@@ -196,10 +200,15 @@ impl Checkpoint {
         Ok(())
     }
 
-    /// Checks the resolution and the unit of the sums. They agree if the identity agrees, unless the file was
-    /// forged.
-    pub(crate) fn check_form(&self, resolution: [u32; 2], unit: f64) -> Result<(), CheckpointError> {
-        if (self.estimate.resolution, self.estimate.unit) == (resolution, unit) {
+    /// Checks the resolution, the unit and the white balance of the sums. They agree if the identity agrees,
+    /// unless the file was forged.
+    pub(crate) fn check_form(
+        &self,
+        resolution: [u32; 2],
+        unit: f64,
+        white_balance: Option<DMat3>,
+    ) -> Result<(), CheckpointError> {
+        if self.estimate.has_form(resolution, unit, white_balance) {
             return Ok(());
         }
         Err(CheckpointError::Format("its sums are of another form than its options ask for".to_owned()))
@@ -243,6 +252,7 @@ impl Checkpoint {
             resolution: self.estimate.resolution,
             window: window_of(&self.estimate),
             unit: self.estimate.unit,
+            white_balance: self.estimate.white_balance.map(|matrix| matrix.to_cols_array_2d()),
             halves: self.estimate.halves,
             has_states: !self.states.is_empty(),
         };
@@ -304,6 +314,7 @@ impl Checkpoint {
             resolution: header.resolution,
             window: header.window.map_or(whole, |[first, full]| Window { first: first.map(|side| side as i32), full }),
             unit: header.unit,
+            white_balance: header.white_balance.map(|columns| DMat3::from_cols_array_2d(&columns)),
             halves: header.halves,
             radiance,
             second_half,

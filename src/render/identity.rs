@@ -29,6 +29,9 @@ const PARTS: [&str; 4] = ["the shapes", "the materials", "the lights", "the came
 /// The name of the contribution, which is present only if the image does not show all light.
 const CONTRIBUTION: &str = "light";
 
+/// The name of the white balance, which is present only if the film has one.
+const WHITE_BALANCE: &str = "white balance";
+
 impl Identity {
     /// Returns the identity of a render of a scene with these options.
     pub(crate) fn new(
@@ -56,6 +59,10 @@ impl Identity {
             Effect::PartOf | Effect::End | Effect::Cost => None,
         });
         self.0.extend(parts.into_iter().chain(values).map(|(name, value)| (name.to_owned(), value)));
+        self.0.remove(WHITE_BALANCE);
+        if let Some(balance) = scene.film.white_balance {
+            self.0.insert(WHITE_BALANCE.to_owned(), format!("{} K", balance.kelvin));
+        }
         self.0.remove(CONTRIBUTION);
         if options.contribution != Contribution::All {
             self.0.insert(CONTRIBUTION.to_owned(), options.contribution.to_string());

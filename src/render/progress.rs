@@ -42,7 +42,8 @@ impl Progress {
         let throughputs = on.device.read_first_texels(&on.buffers.visible_throughputs, on.settings.pixels())?;
         let lengths = throughputs.iter().map(|throughput| throughput[3]);
         let radius = self.first_radius.get_or_insert_with(|| FirstRadius::from_footprints(radius_per_length, lengths));
-        self.response = Some(response(throughputs.into_iter(), pixel_width, is_parallel, radius.least.into()));
+        let (luminance, radius) = (on.settings.luminance(), radius.least.into());
+        self.response = Some(response(throughputs.into_iter(), luminance, pixel_width, is_parallel, radius));
         Ok(())
     }
 

@@ -111,7 +111,7 @@ impl Base {
         }
     }
 
-    fn settings(&self, options: &Options, resolved: &Resolved, view: &View) -> Settings {
+    fn settings(&self, scene: &Scene, options: &Options, resolved: &Resolved, view: &View) -> Settings {
         Settings {
             resolution: resolved.resolution,
             window: resolved.window,
@@ -126,6 +126,7 @@ impl Base {
             mean_power: self.mean_power,
             // The radiance inside a sphere as large as the scene with all lights in it, as a power of two.
             unit: if self.mean_power > 0.0 { self.mean_power.log2().ceil().exp2() } else { 1.0 },
+            white_balance: scene.film.white_balance.map(|balance| balance.matrix),
             contribution: options.contribution,
             has_photons: self.mean_power > 0.0 && self.has_surfaces,
             photons_matter: photons_matter(options, resolved.max_depth, self.is_plane),
@@ -191,7 +192,7 @@ impl Renderer {
         let Compiled { specialization, lookup, workgroup_size, .. } = &compiled;
         let passes = Passes::new(&device, gpu_scene, &buffers, &sizes, *lookup, specialization, *workgroup_size)?;
         Ok(Self {
-            settings: base.settings(options, &resolved, &view),
+            settings: base.settings(scene, options, &resolved, &view),
             progress: base.progress(&device, options, &resolved, &view),
             exposure: scene.film.exposure,
             base,
@@ -223,7 +224,7 @@ impl Renderer {
         self.buffers.set_view(&self.device, &view)?;
         self.buffers.clear(&self.device)?;
         self.identity.set_view(scene, &view, options, &resolved);
-        self.settings = self.base.settings(options, &resolved, &view);
+        self.settings = self.base.settings(scene, options, &resolved, &view);
         self.exposure = scene.film.exposure;
         let paces = self.progress.schedule.paces;
         self.progress = self.base.progress(&self.device, options, &resolved, &view);
@@ -281,6 +282,7 @@ impl Renderer {
             resolution: self.settings.resolution,
             window: self.settings.window,
             unit: self.settings.unit * self.exposure,
+            white_balance: self.settings.white_balance,
             halves: self.progress.halves,
             radiance: [red?, green?, blue?],
             second_half: second?,
@@ -353,7 +355,8 @@ impl Renderer {
     /// The checkpoint is of another render (the error names a difference), or the device fails.
     pub fn resume(&mut self, checkpoint: &Checkpoint) -> Result<(), CheckpointError> {
         self.identity.check(&checkpoint.identity)?;
-        checkpoint.check_form(self.settings.resolution, self.settings.unit * self.exposure)?;
+        let Settings { resolution, unit, white_balance, .. } = self.settings;
+        checkpoint.check_form(resolution, unit * self.exposure, white_balance)?;
         let done = checkpoint.done_by(self.settings.sequence.shard)?;
         for (texels, sums) in self.buffers.sums.iter().zip(checkpoint.estimate.sums()) {
             self.device.write_texels(texels, sums)?;

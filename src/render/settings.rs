@@ -1,6 +1,8 @@
 //! The settings of a render that its iterations read.
 
-use crate::image::film::Window;
+use glam::DMat3;
+
+use crate::image::film::{Window, balanced_luminance};
 use crate::render::options::Contribution;
 use crate::render::radius::RadiusSchedule;
 use crate::render::sequence::{IterationIndex, Sequence, Shard};
@@ -32,6 +34,8 @@ pub struct Settings {
     pub mean_power: f64,
     /// Unit of the sums before exposure, W/(m² sr).
     pub unit: f64,
+    /// The white balance of the image: a matrix on linear RGB in the sRGB primaries; `None` if the film has none.
+    pub white_balance: Option<DMat3>,
     /// The part of the light that the image shows.
     pub contribution: Contribution,
     /// Whether the scene has a light with power, and a surface that its photons can meet.
@@ -45,6 +49,11 @@ impl Settings {
     /// shows direct light only.
     pub fn wanted_photons(&self) -> u64 {
         if self.has_photons && self.contribution != Contribution::Direct { self.photons } else { 0 }
+    }
+
+    /// Returns the weights of the radiance's red, green and blue in the luminance of the image.
+    pub fn luminance(&self) -> [f64; 3] {
+        balanced_luminance(self.white_balance)
     }
 
     /// Returns the place of the first iteration of all shards.

@@ -9,7 +9,6 @@
 //! the difference between the halves.
 
 use crate::image::estimate::Estimate;
-use crate::image::film::LUMINANCE;
 use crate::render::options::{Contribution, DirectLight, Options};
 
 /// The share of the image's radiance that may be unknown before a render reports missing light.
@@ -48,13 +47,19 @@ impl Noise {
 /// Returns the mean radiance that one watt adds to an image if it is spread evenly over the surfaces that are
 /// seen, or over a disc of `radius` if their area is smaller; 1/(m² sr) in render units. `pixels` has for
 /// each pixel BSDF times throughput in 1/sr for red, green and blue, and the length of its eye path, 0 if
-/// there is no visible point. A pixel is `width` wide at distance 1, or at any distance if rays are parallel.
-pub fn response(pixels: impl ExactSizeIterator<Item = [f32; 4]>, width: f64, is_parallel: bool, radius: f64) -> f64 {
+/// there is no visible point; `luminance` has the weights of red, green and blue. A pixel is `width` wide at distance 1, or at any distance if rays are parallel.
+pub fn response(
+    pixels: impl ExactSizeIterator<Item = [f32; 4]>,
+    luminance: [f64; 3],
+    width: f64,
+    is_parallel: bool,
+    radius: f64,
+) -> f64 {
     let count = pixels.len() as f64;
     let (mut bsdfs, mut area) = (0.0, 0.0);
     for [red, green, blue, length] in pixels.filter(|pixel| pixel[3] > 0.0) {
         let bsdf = [red, green, blue].map(f64::from);
-        bsdfs += bsdf.iter().zip(LUMINANCE).map(|(bsdf, weight)| bsdf * weight).sum::<f64>();
+        bsdfs += bsdf.iter().zip(luminance).map(|(bsdf, weight)| bsdf * weight).sum::<f64>();
         area += (if is_parallel { width } else { width * f64::from(length) }).powi(2);
     }
     let area = f64::max(area, std::f64::consts::PI * radius * radius);
@@ -103,10 +108,13 @@ mod tests {
     fn a_watt_is_spread_over_what_is_seen() {
         let pixels = [[0.1, 0.1, 0.1, 1.0], [0.0; 4], [0.3, 0.3, 0.3, 2.0], [9.0, 9.0, 9.0, 0.0]];
         let near = |value: f64, expected: f64| assert!((value / expected - 1.0).abs() < 1e-6, "{value}");
-        near(response(pixels.into_iter(), 0.1, false, 0.1), 0.1 / 0.05);
-        near(response(pixels.into_iter(), 0.1, true, 0.01), 0.1 / 0.02);
-        near(response(pixels.into_iter(), 0.1, true, 1.0), 0.1 / std::f64::consts::PI);
-        assert_eq!(response([[0.0, 0.0, 0.0, 1.0]].into_iter(), 0.1, false, 0.1), 0.0, "all is black");
+        let weights = [0.25, 0.5, 0.25];
+        near(response(pixels.into_iter(), weights, 0.1, false, 0.1), 0.1 / 0.05);
+        near(response(pixels.into_iter(), weights, 0.1, true, 0.01), 0.1 / 0.02);
+        near(response(pixels.into_iter(), weights, 0.1, true, 1.0), 0.1 / std::f64::consts::PI);
+        let red = [[0.2, 0.0, 0.0, 1.0]];
+        near(response(red.into_iter(), weights, 0.1, true, 0.01), 0.05 / 0.01);
+        assert_eq!(response([[0.0, 0.0, 0.0, 1.0]].into_iter(), weights, 0.1, false, 0.1), 0.0, "all is black");
     }
 
     #[test]

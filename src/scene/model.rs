@@ -15,7 +15,7 @@ pub(in crate::scene) mod texture;
 use std::path::PathBuf;
 use std::sync::Arc;
 
-use glam::{DAffine3, DVec2, DVec3};
+use glam::{DAffine3, DMat3, DVec2, DVec3};
 
 pub use input::{Input, Rgb};
 pub use light::{Light, LightImage};
@@ -57,7 +57,7 @@ pub struct Scene {
     pub budget: Arc<Budget>,
 }
 
-/// Image size, file, exposure and pixel filter.
+/// Image size, file, exposure, white balance and pixel filter.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Film {
     /// Width and height in pixels of what the camera sees, each at least 1.
@@ -67,10 +67,21 @@ pub struct Film {
     pub window: [f64; 4],
     /// Factor from the radiance that a pixel sees to the pixel's value.
     pub exposure: f64,
+    /// The light that looks white in the image; `None` leaves colours as they are.
+    pub white_balance: Option<WhiteBalance>,
     /// The output file that the scene names, relative to the working directory.
     pub filename: Option<PathBuf>,
     /// Filter by which camera samples spread around a pixel.
     pub filter: PixelFilter,
+}
+
+/// The adaptation of an image to a light, which looks white in it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct WhiteBalance {
+    /// Colour temperature of the light as the scene gives it, K.
+    pub kelvin: f64,
+    /// Matrix from the linear sRGB that a pixel sees to that of the image.
+    pub matrix: DMat3,
 }
 
 impl Film {

@@ -7,6 +7,9 @@
 pub(in crate::scene) mod color_space;
 mod data;
 pub(in crate::scene) mod files;
+pub(in crate::scene) mod white_balance;
+
+use glam::DVec2;
 
 use crate::scene::format::error::{Location, SceneError};
 use crate::scene::format::kind::Kind;
@@ -187,8 +190,7 @@ pub(in crate::scene) struct DaylightPhase {
 impl DaylightPhase {
     /// Returns the daylight of a temperature from 4000 K to 7000 K.
     fn new(kelvin: f64) -> Self {
-        let x = 0.244_063 + 0.099_11e3 / kelvin + 2.967_8e6 / kelvin.powi(2) - 4.607_0e9 / kelvin.powi(3);
-        let y = -3.0 * x * x + 2.87 * x - 0.275;
+        let DVec2 { x, y } = daylight_chromaticity(kelvin);
         let divisor = 0.0241 + 0.2562 * x - 0.7341 * y;
         let weights = [-1.3515 - 1.7703 * x + 5.9114 * y, 0.0300 - 31.4424 * x + 30.0717 * y];
         Self { weights: weights.map(|weight| weight / divisor) }
@@ -198,6 +200,18 @@ impl DaylightPhase {
         let [first, second] = self.weights;
         interpolated(nm, |i| Rgb::from(DAYLIGHT[i])).dot(Rgb::new(1.0, first, second))
     }
+}
+
+/// Returns the chromaticity of daylight of a colour temperature from 4000 K (CIE 15, from Judd, MacAdam and
+/// Wyszecki 1964). The CIE defines it up to 25000 K; above, as in pbrt, the formula is used as it is.
+fn daylight_chromaticity(kelvin: f64) -> DVec2 {
+    let [constant, first, second, third] = if kelvin <= 7000.0 {
+        [0.244_063, 0.099_11e3, 2.967_8e6, 4.607_0e9]
+    } else {
+        [0.237_040, 0.247_48e3, 1.901_8e6, 2.006_4e9]
+    };
+    let x = constant + first / kelvin + second / kelvin.powi(2) - third / kelvin.powi(3);
+    DVec2::new(x, -3.0 * x * x + 2.87 * x - 0.275)
 }
 
 /// Factor of temperatures that results from the change of the second radiation constant from 1.438 cm K to

@@ -166,9 +166,10 @@ Material "coatedconductor" Shape "sphere" MakeNamedMaterial "a" "string type" "d
 MakeNamedMaterial "b" "string type" "conductor"
 Material "mix" "string materials" [ "a" "b" ] Shape "revolution" "point2 P" [ 0 0 .5 0 .6 .4 .6 1 ]
 Material "diffuse" ObjectBegin "o" Shape "sphere" ObjectEnd ObjectInstance "o""#;
+    let film = "Film \"rgb\" \"float whitebalance\" 5000";
     let filters = ["gaussian", "mitchell", "sinc", "box"];
-    let all = filters.map(|filter| scene(LIGHT, world).replace("Camera", &format!("PixelFilter \"{filter}\" Camera")));
-    all.into()
+    let text = scene(LIGHT, world).replace("Film \"rgb\"", film);
+    filters.map(|filter| text.replace("Camera", &format!("PixelFilter \"{filter}\" Camera"))).into()
 }
 
 #[test]
@@ -207,7 +208,8 @@ fn people_read_units_and_few_digits() {
             assert!(run.stdout.contains(unit), "{unit:?} in {}", run.stdout);
         }
     }
-    bench.write("scene.pbrt", scene("\"integer photonsperiteration\" 500", "\"integer photonsperiteration\" 1234567"));
+    let text = scene("\"integer photonsperiteration\" 500", "\"integer photonsperiteration\" 1234567");
+    bench.write("scene.pbrt", text.replace("Film \"rgb\"", "Film \"rgb\" \"float whitebalance\" 5000"));
     let run = bench.run(&["info", "scene.pbrt"]);
     for line in [
         "\n  point: 62.83 W\n",
@@ -216,6 +218,7 @@ fn people_read_units_and_few_digits() {
         "\n  position: 0 0 -3\n",
         "\n  resolution: 16 x 12 pixels\n",
         "\n  first radius: 0.5 scene units\n",
+        "\n  exposure: 1\n  white balance: 5000 K\n",
         "\n  filter: gaussian, sigma 0.5, radius 1.5 x 1.5 pixels\n",
     ] {
         assert!(run.stdout.contains(line), "{line:?} in {}", run.stdout);

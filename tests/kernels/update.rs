@@ -122,6 +122,12 @@ fn update(throughput: f32) -> (Sum, Counters) {
 
 /// The same after passes that have counted something.
 fn update_after(before: Counters, throughput: f32) -> (Sum, Counters) {
+    let ([red, _], counters) = sums_after(before, throughput);
+    (red, counters)
+}
+
+/// The same, with the sum of the second half's luminance, which is twice the red.
+fn sums_after(before: Counters, throughput: f32) -> ([Sum; 2], Counters) {
     let fixture = Fixture::new();
     let flux = Flux::of(&fixture, [(); 3].map(|()| vec![[1 << 28, 0]]));
     fixture.device().write(&flux.counts, &[1]).expect("an upload");
@@ -143,12 +149,12 @@ fn update_after(before: Counters, throughput: f32) -> (Sum, Counters) {
     };
     let pass = fixture.device().pass(&kernel, &Specialization::DECLARED, 64).expect("a pass");
     let push = UpdatePush {
-        luminance: [1.0, 0.0, 0.0],
+        luminance: [2.0, 0.0, 0.0],
         pixel_count: 1,
         alpha: 0.5,
         per_unit: 1.0,
         flux_scale: 0.01,
-        half_of_rounds: 0,
+        half_of_rounds: 1,
         capacity: 7,
         pad0: 0,
         pad1: 0,
@@ -158,7 +164,7 @@ fn update_after(before: Counters, throughput: f32) -> (Sum, Counters) {
     let mut frame = fixture.device().frame().expect("a frame");
     frame.dispatch(&pass, push, 1);
     frame.run().expect("a run");
-    (fixture.read_texels(&sums[0])[0], fixture.read(&flux.counters)[0])
+    ([0, 3].map(|sum| fixture.read_texels(&sums[sum])[0]), fixture.read(&flux.counters)[0])
 }
 
 #[test]
@@ -170,6 +176,15 @@ fn what_is_not_a_number_is_dropped_and_what_is_too_bright_is_cut() {
     for bright in [1e12, f32::INFINITY] {
         let (sum, counters) = update(bright);
         assert_eq!((number(sum), counters.non_finite, counters.saturated), (to_term(549_755_781_120.0), 0, 1));
+    }
+}
+
+/// A white balance can give weights that add up to more than 1.
+#[test]
+fn a_luminance_that_is_too_bright_is_cut_too() {
+    for (red, luminance) in [(3.0, 6.0), (549_755_781_120.0, 549_755_781_120.0), (1e12, 549_755_781_120.0)] {
+        let ([_, second], _) = sums_after(Counters::zeroed(), red);
+        assert_eq!(number(second), to_term(luminance), "{red}");
     }
 }
 

@@ -22,6 +22,7 @@ mod submission;
 #[path = "../support/mod.rs"]
 mod support;
 mod textures;
+mod white_balance;
 
 use goblet::image::film::Image;
 use goblet::scene::Scene;

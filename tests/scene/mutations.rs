@@ -16,6 +16,7 @@ use crate::support::work;
 const SINK: &str = r#"
 Option "integer seed" 3 Option "bool disablepixeljitter" true ColorSpace "rec2020"
 Film "spectral" "float cropwindow" [.1 .9 .2 .8] "integer pixelbounds" [0 9 0 9] "float iso" 200 "string sensor" "x"
+"float whitebalance" 4000
 PixelFilter "mitchell" "float B" .3 "float C" .3 PixelFilter "sinc" "float tau" 3 "float xradius" 4
 ActiveTransform EndTime Translate 0 1 0 ActiveTransform All TransformTimes 0 1
 Camera "orthographic" "float screenwindow" [-1 1 -1 1] "float lensradius" .1 "float focaldistance" 3

@@ -94,7 +94,11 @@ fn film_lines(film: &Film) -> Lines {
     }
     let [x, y] = film.filter_radius.map(number);
     filter += &format!(", radius {x} x {y} pixels");
-    all.extend(lines([("exposure", number(film.exposure)), ("filter", filter)]));
+    all.extend(lines([("exposure", number(film.exposure))]));
+    if let Some(kelvin) = film.whitebalance {
+        all.extend(lines([("white balance", format!("{} K", number(kelvin)))]));
+    }
+    all.extend(lines([("filter", filter)]));
     all
 }
 

@@ -43,6 +43,9 @@ fn small() -> impl Strategy<Value = Checkpoint> {
                         Window { first: [3, 0], full: [resolution[0] + 3, resolution[1] + 9] }
                     },
                     unit: f64::from(exponent).exp2(),
+                    white_balance: iterations
+                        .is_multiple_of(3)
+                        .then(|| DMat3::from_cols_array(&std::array::from_fn(|i| (i as f64 - 2.0) / 7.0))),
                     halves: [iterations / 3, iterations - iterations / 3],
                     radiance,
                     second_half,
@@ -193,6 +196,8 @@ fn a_header_that_lies_is_refused() {
         ("resolution", json!([1, 1])),
         ("unit", json!(0.0)),
         ("unit", json!(-1.0)),
+        ("white_balance", json!([[1.0, 0.0, 0.0]])),
+        ("white_balance", json!([[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, "white"]])),
         ("halves", json!([3, 3])),
         ("halves", json!([u64::MAX, 6])),
         ("done", json!({ "0": 3, "2": 2 })),
@@ -298,11 +303,27 @@ fn a_shard_without_iterations_knows_no_radius() {
     assert!(full().merge(&other).unwrap_err().to_string().starts_with("first radius"));
 }
 
+/// So that files of goblet from before there were white balances are read, and the same files are written.
+#[test]
+fn only_a_white_balance_is_in_the_header() {
+    let first_line = |checkpoint: &Checkpoint| {
+        let mut line = Vec::new();
+        BufReader::new(GzDecoder::new(&encoded(checkpoint)[..])).read_until(b'\n', &mut line).unwrap();
+        String::from_utf8(line).unwrap()
+    };
+    let mut checkpoint = parsed(|_| {});
+    assert_eq!(checkpoint.estimate.white_balance, None);
+    assert!(!first_line(&checkpoint).contains("white_balance"));
+    checkpoint.estimate.white_balance = Some(DMat3::IDENTITY);
+    assert!(first_line(&checkpoint).contains("\"white_balance\":[[1.0,0.0,0.0],"));
+}
+
 /// Both checkpoints have the same identity, so one of them must be forged.
 #[test]
 fn sums_of_another_form_are_not_added() {
     let first = || parsed(|header| header["done"] = json!({ "0": 5 }));
-    for (key, value) in [("unit", json!(0.25)), ("resolution", json!([1, 2]))] {
+    let matrix = json!([[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 2.0]]);
+    for (key, value) in [("unit", json!(0.25)), ("resolution", json!([1, 2])), ("white_balance", matrix)] {
         let second = parsed(|header| {
             header["done"] = json!({ "1": 5 });
             header[key] = value;

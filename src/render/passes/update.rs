@@ -4,7 +4,6 @@
 use bytemuck::Zeroable;
 use goblet_host::{Device, Frame, Pass};
 
-use crate::image::film::LUMINANCE;
 use crate::kernels::{Specialization, Update, UpdatePush};
 use crate::render::buffers::Buffers;
 use crate::render::counters::Counted;
@@ -70,7 +69,7 @@ impl UpdatePass {
         };
         let flux_scale = settings.mean_power / (settings.photons as f64 * std::f64::consts::PI * settings.unit);
         let push = UpdatePush {
-            luminance: LUMINANCE.map(|weight| weight as f32),
+            luminance: settings.luminance().map(|weight| weight as f32),
             pixel_count: settings.pixels() as u32,
             alpha: alpha as f32,
             per_unit: (1.0 / settings.unit) as f32,

@@ -5,8 +5,9 @@ use glam::DVec2;
 use crate::scene::format::error::SceneError;
 use crate::scene::format::kind::Kind;
 use crate::scene::format::params::ParamList;
-use crate::scene::format::registry::{Family, ParamSpec, full, ignored, later, not_yet, supported};
-use crate::scene::model::{Film, FilterKind, Integrator, PixelFilter};
+use crate::scene::format::registry::{Family, ParamSpec, full, ignored, not_yet, supported};
+use crate::scene::model::{Film, FilterKind, Integrator, PixelFilter, WhiteBalance};
+use crate::scene::spectrum::white_balance;
 
 const SIZE: &[Kind] = &[Kind::Integer];
 
@@ -20,7 +21,7 @@ const FILM: &[ParamSpec] = &[
     full("exposuretime", &[Kind::Float]),
     full("cropwindow", &[Kind::Float]),
     full("pixelbounds", SIZE),
-    later("whitebalance", &[Kind::Float]),
+    full("whitebalance", &[Kind::Float]),
     // Bounds single samples; pbrt's photon mapper ignores it, too.
     ignored("maxcomponentvalue", &[Kind::Float]),
     ignored("diagonal", &[Kind::Float]),
@@ -137,6 +138,7 @@ pub(in crate::scene) fn film(params: &ParamList, filter: PixelFilter, exposure_t
         resolution,
         window: window(params, resolution)?,
         exposure,
+        white_balance: balance(params)?,
         filename: params.string("filename")?.filter(|name| !name.is_empty()).map(Into::into),
         filter,
     })
@@ -144,6 +146,18 @@ pub(in crate::scene) fn film(params: &ParamList, filter: PixelFilter, exposure_t
 
 /// Permitted exposures: pixels with others may not fit in an f32.
 const EXPOSURES: std::ops::RangeInclusive<f64> = 1e-12..=1e12;
+
+/// Permitted colour temperatures in K. Light of a lower one is so deep a red that Bradford's matrix gives it
+/// hardly any response of the other cones, or a negative one.
+const KELVINS: std::ops::RangeInclusive<f64> = 1e3..=1e6;
+
+/// Returns the white balance; as in pbrt, a temperature of 0 stands for none.
+fn balance(params: &ParamList) -> Result<Option<WhiteBalance>, SceneError> {
+    let accept = |kelvin: f64| kelvin == 0.0 || KELVINS.contains(&kelvin);
+    let expected = "0 for none, or a temperature from 1000 to 1000000 K";
+    let kelvin = params.float_in("whitebalance", 0.0, accept, expected)?;
+    Ok((kelvin != 0.0).then(|| white_balance::of_temperature(kelvin)))
+}
 
 /// Returns the part of the image that is rendered, as fractions of the resolution. As in pbrt, the crop
 /// window takes precedence over the pixel bounds, and both may extend beyond the image.

@@ -65,6 +65,25 @@ fn exposure_is_shutter_time_times_iso() {
 }
 
 #[test]
+fn the_white_balance_is_a_temperature() {
+    let of = |text: &str| with(&format!("Film \"rgb\" {text}")).film.white_balance;
+    assert_eq!([of(""), of("\"float whitebalance\" 0")], [None; 2]);
+    for (text, kelvin) in [("1000", 1e3), ("[ 5000 ]", 5e3), ("1e6", 1e6)] {
+        let balance = of(&format!("\"string sensor\" \"cie1931\" \"float whitebalance\" {text}")).unwrap();
+        assert!(balance.kelvin == kelvin && (balance.matrix * DVec3::ONE).is_finite(), "{balance:?}");
+    }
+    for value in ["-5000", "-0.5", "999", "1000001", "1e300"] {
+        let error = refusal(&format!("Film \"rgb\" \"float whitebalance\" {value}\n{WORLD}"));
+        let expected = "expected 0 for none, or a temperature from 1000 to 1000000 K";
+        assert!(error.starts_with("t.pbrt:1:12: ") && error.contains(expected), "{value}: {error}");
+    }
+    for value in ["[ 5000 6000 ]", "[ ]", "\"warm\"", "nan", "1e999"] {
+        let error = refusal(&format!("Film \"rgb\" \"float whitebalance\" {value}\n{WORLD}"));
+        assert!(error.starts_with("t.pbrt:1:"), "{value}: {error}");
+    }
+}
+
+#[test]
 fn films_and_sensors_that_are_approximated_are_named() {
     let scene = with("Film \"spectral\" \"string sensor\" \"nikon_d850\" \"integer nbuckets\" 16");
     let expected = [

@@ -44,6 +44,25 @@ fn another_option_is_named() {
 }
 
 #[test]
+fn another_exposure_or_white_balance_is_named() {
+    let bench = bench();
+    let film = |parameter: &str| command::scene("Film \"rgb\"", &format!("Film \"rgb\" {parameter}"));
+    bench.write("scene.pbrt", film("\"float iso\" 200"));
+    assert_refused(&bench, "iso", &[], "exposure: the checkpoint was made with 1, and this is 2");
+    bench.write("scene.pbrt", film("\"float whitebalance\" 5000"));
+    let message = "white balance: the checkpoint was made with nothing, and this is 5000 K";
+    assert_refused(&bench, "a balance", &[], message);
+
+    bench.rendered(&["--quiet", "--iterations", "1", "--checkpoint", "x.checkpoint", "-o", "y.exr"]);
+    bench.write("scene.pbrt", film("\"float whitebalance\" 4000.5"));
+    let message = "white balance: the checkpoint was made with 5000 K, and this is 4000.5 K";
+    assert_refused(&bench, "another balance", &[], message);
+    bench.write("scene.pbrt", film("\"float whitebalance\" 0"));
+    let message = "white balance: the checkpoint was made with 5000 K, and this is nothing";
+    assert_refused(&bench, "no balance", &[], message);
+}
+
+#[test]
 fn another_shard_is_named() {
     let bench = Bench::new();
     let global = ["--radius-schedule", "global", "--checkpoint", "x.checkpoint", "--quiet"];

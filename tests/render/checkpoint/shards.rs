@@ -121,6 +121,34 @@ fn merged_files_are_those_of_one_run() {
     assert!(bench.bytes("x.exr") == bench.bytes("whole.exr"));
 }
 
+/// Resumed and merged, in images and in the error that is written with them.
+#[test]
+fn a_white_balance_is_that_of_one_run() {
+    let bench = Bench::new();
+    let output = ["--aov", "standard-error", "-o"];
+    let render = |arguments: &[&str]| bench.rendered(&[&GLOBAL[..3], arguments].concat());
+    render(&[&["7"], &output[..], &["plain.exr"]].concat());
+    let (film, plain) = ("Film \"rgb\"", bench.text("scene.pbrt"));
+    bench.write("scene.pbrt", plain.replace(film, &format!("{film} \"float whitebalance\" 4321.1")));
+    render(&[&["7"], &output[..], &["whole.exr"]].concat());
+    assert!(bench.bytes("whole.exr") != bench.bytes("plain.exr"));
+
+    render(&["3", "--checkpoint", "part", "-o", "x.exr"]);
+    render(&[&["7", "--resume", "part"], &output[..], &["x.exr"]].concat());
+    assert!(bench.bytes("x.exr") == bench.bytes("whole.exr"), "resumed");
+
+    for index in ["0", "1"] {
+        render(&["7", "--shard", &format!("{index}/2"), "--checkpoint", index]);
+    }
+    let merged = bench.run(&[&["merge", "0", "1"], &output[..], &["x.exr"]].concat());
+    assert!(merged.code == 0 && bench.bytes("x.exr") == bench.bytes("whole.exr"), "{merged:?}");
+
+    bench.write("scene.pbrt", plain);
+    render(&["7", "--shard", "1/2", "--checkpoint", "1"]);
+    let words = "1: white balance: the checkpoint was made with nothing, and this is 4321.1 K";
+    bench.run(&["merge", "0", "1", "-o", "y.exr"]).assert_refused("plain", 2, &[words]);
+}
+
 #[test]
 fn what_does_not_belong_together_is_refused() {
     let bench = three_shards();
