@@ -84,5 +84,6 @@ struct TextureNode {
     uint wrap;    // image: WRAP_REPEAT, ..
     uint nearest; // 1 where texels are not interpolated
     vec4 to_coordinates[3]; // rows; direction: the first is it
-    vec4 values[4]; // at (0, 0), (1, 0), (0, 1), (1, 1); image: offset, factor, least, most; noise: roughness, variation
+    // At (0, 0), (1, 0), (0, 1), (1, 1); image: offset, factor, least, most; noise: roughness, variation.
+    vec4 values[4];
 };
