@@ -14,6 +14,7 @@ mod light_image;
 mod light_range;
 mod material;
 mod newton;
+mod noise;
 mod order;
 mod quadric;
 mod revolution;
@@ -33,6 +34,7 @@ use light::light_of;
 use light_range::{set_reach, sphere_of_reach};
 use material::specialize;
 pub use newton::{Envelopes, RevolutionSolver};
+pub use noise::PERMUTATION;
 pub use quadric::longest_row;
 use quadric::{quadric, quadric_area, quadric_bounds};
 use space::MAX_EXTENT;
@@ -44,7 +46,8 @@ use crate::gpu_scene::bvh::{self, Bvh, CompactBox};
 use crate::kernels::{
     self, AREA, AliasEntry, DISK, DISTANT, GONIOMETRIC, INFINITE, Instance, KIND_SHIFT, LightTexel, MaterialFeatures,
     NONE, NewtonStart, PROJECTION, Quadric, REVOLUTION, Revolution, RevolutionPiece, RevolutionSegment, SKY, SPHERE,
-    SPOT, SceneArrays, SceneFeatures, SceneInfo, TRIANGLE, Triangle, TriangleNormals, TriangleUvs,
+    SPOT, SceneArrays, SceneFeatures, SceneInfo, TEXTURE_DOTS, TEXTURE_IMAGE, TRIANGLE, Triangle, TriangleNormals,
+    TriangleUvs,
 };
 use crate::scene::{AreaLight, Geometry, Input, Mesh, PACKED_LIGHT, PACKED_TRIANGLE, Rgb, Scene, Shape};
 
@@ -443,8 +446,10 @@ impl Packer {
             flat_quadrics: flat(self.quadrics.len()),
             flat_revolutions: flat(self.revolutions.len()),
             has_textures: !self.textures.nodes.is_empty(),
-            has_image_textures: self.textures.has_images(),
+            has_image_textures: self.textures.has(TEXTURE_IMAGE),
             has_texture_trees: self.textures.has_trees(),
+            has_noise: self.textures.has_noise(),
+            has_dots: self.textures.has(TEXTURE_DOTS),
             has_alpha: self.materials.iter().any(|material| material.alpha_texture != NONE),
             has_image_emitters: self.lights.iter().any(|light| light.image != NONE),
         }

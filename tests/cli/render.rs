@@ -19,7 +19,7 @@ fn assert_finite_and_lit(image: &Image) {
 
 #[test]
 fn a_wrong_scene_is_refused_at_its_place() {
-    let texture = r#"Texture "t" "spectrum" "marble" Material "diffuse" "texture reflectance" "t""#;
+    let texture = r#"Texture "t" "spectrum" "ptex" Material "diffuse" "texture reflectance" "t""#;
     let cases: &[(&str, &str, &str, &[&str])] = &[
         (LIGHT, r#"Include "scene.pbrt""#, "7:1", &["Include", "includes itself"]),
         (LIGHT, r#"Include "absent.pbrt""#, "7:9", &["cannot read absent.pbrt"]),
@@ -40,7 +40,7 @@ fn a_wrong_scene_is_refused_at_its_place() {
         ("\"sphere\" \"float radius\" 0.5", "\"curve\"", "12:7", &["not supported yet", "\"trianglemesh\""]),
         ("\"sphere\" \"float radius\" 0.5", "\"cube\"", "12:7", &["unknown Shape \"cube\"", "\"sphere\""]),
         ("\"sphere\" \"float radius\"", "\"sphere\" \"float size\"", "12:16", &["unknown parameter", "float radius"]),
-        ("Material \"diffuse\"", texture, "8:24", &["Texture \"marble\"", "not supported yet", "\"checkerboard\""]),
+        ("Material \"diffuse\"", texture, "8:24", &["Texture \"ptex\"", "not supported yet", "\"imagemap\""]),
         (
             "Material \"diffuse\"",
             "Material \"hair\"",

@@ -17,6 +17,7 @@ mod interruption;
 mod light;
 mod light_image;
 mod newton;
+mod noise;
 mod normal;
 mod quadric;
 mod random;

@@ -13,6 +13,7 @@ use crate::fixture::{EPS, Fixture, Rng, double, single};
 use crate::generated::{
     KIND_SHIFT, MapSurfaces, MappedPoint, MappedRay, REVOLUTION, RunTextures, TRIANGLE, TexturedPoint,
 };
+use crate::support::noise;
 use crate::world::World;
 
 const COUNT: usize = 20_000;
@@ -62,6 +63,25 @@ fn value(textures: &[Texture], input: Input<Rgb>, place: &Place) -> Option<Rgb> 
             a.lerp(b, number(*amount)?)
         }
         TextureKind::Scale { texture, factor } => value(textures, *texture, place)? * number(*factor)?,
+        TextureKind::Dots { mapping, textures: inputs } => {
+            let (inside, outside) = both(inputs)?;
+            if noise::is_in_dot(coordinates(mapping, place).truncate())? { inside } else { outside }
+        }
+        TextureKind::Fbm { mapping, octaves } => {
+            Rgb::splat(noise::fbm(&noise::octaves(coordinates(mapping, place), octaves.count), octaves.roughness))
+        }
+        TextureKind::Wrinkled { mapping, octaves } => {
+            Rgb::splat(noise::wrinkled(&noise::octaves(coordinates(mapping, place), octaves.count), octaves.roughness))
+        }
+        TextureKind::Windy { mapping } => Rgb::splat(noise::windy(coordinates(mapping, place))),
+        TextureKind::Marble { mapping, octaves, variation } => {
+            let at = coordinates(mapping, place);
+            let phase = at.y + variation * noise::fbm(&noise::octaves(at, octaves.count), octaves.roughness);
+            let on_curves = noise::place_on_marble(phase);
+            // The colours jump where a curve begins.
+            let is_sharp = (on_curves - on_curves.round()).abs() < 5e-3 && on_curves.round() % 6.0 != 0.0;
+            (!is_sharp).then(|| noise::marble(on_curves))?
+        }
     })
 }
 
@@ -202,6 +222,25 @@ fn patterns_and_mappings_agree_with_f64() {
         Texture "up" "spectrum" "directionmix" "vector3 dir" [1 2 0] "rgb tex1" [.1 .2 .3] "rgb tex2" [.9 .8 .7]
     "#;
     check(text, &["bilerp", "checks", "cubes", "planar", "ball", "can", "up"]);
+}
+
+#[test]
+fn textures_of_noise_agree_with_f64() {
+    let text = r#"
+        Translate .1 -.2 .4 Scale .3 .4 .5 Rotate 30 1 2 3
+        Texture "clouds" "float" "fbm" "integer octaves" 5 "float roughness" .6
+        Texture "folds" "float" "wrinkled"
+        Texture "waves" "float" "windy"
+        Texture "holes" "float" "dots" "float uscale" 4 "float vscale" 3
+        Texture "fbm" "spectrum" "scale" "rgb tex" [.5 1 .25] "texture scale" "clouds"
+        Texture "wrinkled" "spectrum" "mix" "rgb tex1" [.1 .2 .3] "texture amount" "folds"
+        Texture "windy" "spectrum" "scale" "texture scale" "waves"
+        Texture "marble" "spectrum" "marble" "float scale" 3 "float variation" 2 "integer octaves" 4
+        Texture "grid" "spectrum" "checkerboard" "rgb tex1" [.1 .2 .3]
+        Texture "dots" "spectrum" "dots" "string mapping" "planar" "texture inside" "marble" "texture outside" "grid"
+        Texture "both" "spectrum" "mix" "texture tex1" "dots" "texture tex2" "marble" "texture amount" "holes"
+    "#;
+    check(text, &["fbm", "wrinkled", "windy", "marble", "dots", "both"]);
 }
 
 #[test]

@@ -14,6 +14,7 @@ mod layers;
 mod leaks;
 mod lights;
 mod metamorphic;
+mod noise;
 mod reference;
 mod revolution;
 mod shading;

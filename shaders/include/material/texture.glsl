@@ -1,6 +1,7 @@
 // Textures: values that vary over surfaces. Kernels of scenes without textures leave out this code.
 #include "geometry/quadric.glsl"
 #include "geometry/surface_point.glsl"
+#include "material/noise.glsl"
 #include "math/sampling.glsl"
 #include "scene/constants.glsl"
 #include "scene/features.glsl"
@@ -65,10 +66,20 @@ vec3 node_value(TextureNode node, Surface surface) {
     if (HAS_IMAGE_TEXTURES && node.kind == TEXTURE_IMAGE) {
         return sample_image_texture(node, at.xy);
     }
+    if (HAS_NOISE) {
+        if (node.kind >= TEXTURE_FBM) {
+            return noise_value(node, at);
+        }
+    }
     vec2 weight = node.kind == TEXTURE_BILINEAR ? at.xy : vec2(0.0);
     if (node.kind == TEXTURE_CHECKS) {
         vec3 cell = floor(at);
         weight.x = mod(cell.x + cell.y + cell.z, 2.0);
+    }
+    if (HAS_DOTS) {
+        if (node.kind == TEXTURE_DOTS) {
+            weight.x = is_in_dot(node.first, at.xy) ? 1.0 : 0.0;
+        }
     }
     if (node.kind == TEXTURE_DIRECTION) {
         weight.x = min(abs(dot(node.to_coordinates[0].xyz, surface.normal)), 1.0);

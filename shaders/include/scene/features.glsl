@@ -43,6 +43,8 @@ FEATURES SceneFeatures {
     bool HAS_IMAGE_EMITTERS = true;     // area lights with a texture
     bool HAS_IMAGE_TEXTURES = true;     // textures that are images
     bool HAS_TEXTURE_TREES = true;      // textures of more than one node
+    bool HAS_NOISE = true;              // textures that sum octaves of noise
+    bool HAS_DOTS = true;               // textures of discs, of which noise says where they are
 };
 
 // Of materials: src/gpu_scene/pack/material.rs.

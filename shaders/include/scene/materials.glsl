@@ -54,6 +54,12 @@ export const uint TEXTURE_IMAGE = 4u;     // texels of an image
 // others take values from the stack.
 export const uint TEXTURE_MULTIPLY = 5u;  // multiplies two values from the stack
 export const uint TEXTURE_MIX = 6u;       // blends two values from the stack by an amount, the third
+// Noise gives values, too.
+export const uint TEXTURE_DOTS = 7u;      // the second of its values in a disc, the first around it
+export const uint TEXTURE_FBM = 8u;       // the sum of octaves; kinds from here on have octaves
+export const uint TEXTURE_WRINKLED = 9u;  // the sum of the magnitudes of octaves
+export const uint TEXTURE_WIND = 10u;     // the magnitude of the sum of octaves
+export const uint TEXTURE_MARBLE = 11u;   // a color by the sine of a coordinate plus the sum of octaves
 
 // Values that a texture may have on its stack.
 export const uint TEXTURE_STACK = 8u;
@@ -72,11 +78,12 @@ struct TextureNode {
     uint kind;    // TEXTURE_CONSTANT, ..
     uint from;    // where coordinates come from: FROM_SURFACE, ..
     uint last;    // 1 where the texture ends
-    uint first;   // image: index of its first texel
-    uint width;   // image: texels in a row
+    uint first;   // image: index of its first texel; noise: index of the first element of its table
+    uint width;   // image: texels in a row; noise: number of octaves
     uint height;  // image: rows
     uint wrap;    // image: WRAP_REPEAT, ..
     uint nearest; // 1 where texels are not interpolated
     vec4 to_coordinates[3]; // rows; direction: the first is it
-    vec4 values[4]; // at (0, 0), (1, 0), (0, 1), (1, 1); image: offset, factor, least, most
+    // At (0, 0), (1, 0), (0, 1), (1, 1); image: offset, factor, least, most; noise: roughness, variation.
+    vec4 values[4];
 };

@@ -10,15 +10,18 @@ use glam::{DAffine3, DMat3, DVec2, DVec3};
 
 use super::instance::Placed;
 use super::material::{pack_materials, specialize};
-use super::{PackError, Packer, rows};
+use super::{PackError, Packer, noise, rows};
 use crate::base::input::{Budget, OverBudget};
 use crate::image::film::Image;
 use crate::kernels::{
     self, FROM_ANGLES, FROM_CYLINDER, FROM_SPACE, FROM_SURFACE, NONE, TEXTURE_BILINEAR, TEXTURE_CHECKS,
-    TEXTURE_CONSTANT, TEXTURE_DIRECTION, TEXTURE_IMAGE, TEXTURE_MIX, TEXTURE_MULTIPLY, TEXTURE_STACK, TextureNode,
-    TriangleUvs, WRAP_BLACK, WRAP_CLAMP, WRAP_REPEAT,
+    TEXTURE_CONSTANT, TEXTURE_DIRECTION, TEXTURE_DOTS, TEXTURE_FBM, TEXTURE_IMAGE, TEXTURE_MARBLE, TEXTURE_MIX,
+    TEXTURE_MULTIPLY, TEXTURE_STACK, TEXTURE_WIND, TEXTURE_WRINKLED, TextureNode, TriangleUvs, WRAP_BLACK, WRAP_CLAMP,
+    WRAP_REPEAT,
 };
-use crate::scene::{AreaLight, EmissionImage, ImageTexture, Input, Mapping, Rgb, Scene, Texture, TextureKind, Wrap};
+use crate::scene::{
+    AreaLight, EmissionImage, ImageTexture, Input, Mapping, Octaves, Rgb, Scene, Texture, TextureKind, Wrap,
+};
 
 /// Maximum number of nodes of one texture; a texture that is used twice in it has its nodes twice.
 const MAX_NODES: usize = 1024;
@@ -32,7 +35,7 @@ const DEFAULT_UVS: [DVec2; 3] = [DVec2::ZERO, DVec2::X, DVec2::ONE];
 #[derive(Default)]
 pub(super) struct PackedTextures {
     pub nodes: Vec<TextureNode>,
-    /// Two texels in each element, of four half floats each.
+    /// Two texels in each element, of four half floats each; and the table of noise.
     pub texels: Vec<[u32; 4]>,
     world_from_render: DAffine3,
     scene: Vec<Texture>,
@@ -44,6 +47,8 @@ pub(super) struct PackedTextures {
     constants: HashMap<u64, u32>,
     /// First texel of each image, by its address.
     images: HashMap<*const Image, u32>,
+    /// First element of the table of noise, if a texture uses it.
+    noise_table: Option<u32>,
 }
 
 impl PackedTextures {
@@ -128,13 +133,28 @@ impl PackedTextures {
         first
     }
 
+    /// Returns the first element of the table of noise, and adds the table if it is not packed yet.
+    fn noise_table(&mut self) -> u32 {
+        *self.noise_table.get_or_insert_with(|| {
+            let first = self.texels.len() as u32;
+            self.texels.extend(noise::table());
+            first
+        })
+    }
+
     /// Returns true if a texture needs a stack.
     pub fn has_trees(&self) -> bool {
         self.nodes.iter().any(|node| node.last == 0)
     }
 
-    pub fn has_images(&self) -> bool {
-        self.nodes.iter().any(|node| node.kind == TEXTURE_IMAGE)
+    /// Returns true if a texture has a node of a kind.
+    pub fn has(&self, kind: u32) -> bool {
+        self.nodes.iter().any(|node| node.kind == kind)
+    }
+
+    /// Returns true if a texture sums octaves of noise.
+    pub fn has_noise(&self) -> bool {
+        [TEXTURE_FBM, TEXTURE_WRINKLED, TEXTURE_WIND, TEXTURE_MARBLE].into_iter().any(|kind| self.has(kind))
     }
 }
 
@@ -218,7 +238,38 @@ impl Run<'_> {
                 self.number(*factor, depth)?;
                 self.push(node(TEXTURE_MULTIPLY, [Rgb::ZERO; 4]), 2)
             }
+            TextureKind::Dots { mapping, textures: [inside, outside] } => {
+                let first = self.textures.noise_table();
+                let weight = TextureNode { first, ..node(TEXTURE_DOTS, [Rgb::ZERO; 4]) };
+                self.blend([*outside, *inside], self.mapped(mapping, weight), depth)
+            }
+            TextureKind::Fbm { mapping, octaves } => self.noise(TEXTURE_FBM, mapping, octaves, 0.0),
+            TextureKind::Wrinkled { mapping, octaves } => self.noise(TEXTURE_WRINKLED, mapping, octaves, 0.0),
+            TextureKind::Windy { mapping } => self.windy(mapping),
+            TextureKind::Marble { mapping, octaves, variation } => {
+                self.noise(TEXTURE_MARBLE, mapping, octaves, *variation)
+            }
         }
+    }
+
+    /// Adds a node that sums octaves of noise.
+    fn noise(&mut self, kind: u32, mapping: &Mapping, octaves: &Octaves, variation: f64) -> Result<(), Limit> {
+        let values = [octaves.roughness, variation, 0.0, 0.0].map(Rgb::splat);
+        let first = self.textures.noise_table();
+        let sum = TextureNode { first, width: octaves.count, ..node(kind, values) };
+        self.push(self.mapped(mapping, sum), 0)
+    }
+
+    /// Adds the product of the strength of the wind and the waves.
+    fn windy(&mut self, mapping: &Mapping) -> Result<(), Limit> {
+        let octaves = |count| Octaves { count, roughness: 0.5 };
+        let coarse = match *mapping {
+            Mapping::Space(from_world) => Mapping::Space(DAffine3::from_scale(DVec3::splat(0.1)) * from_world),
+            other => other,
+        };
+        self.noise(TEXTURE_WIND, &coarse, &octaves(3), 0.0)?;
+        self.noise(TEXTURE_FBM, mapping, &octaves(6), 0.0)?;
+        self.push(node(TEXTURE_MULTIPLY, [Rgb::ZERO; 4]), 2)
     }
 
     /// Adds the mix of two inputs by a node's weight; a single node if both inputs are constant.

@@ -78,11 +78,11 @@ fn defaults_and_transforms_apply() {
 
 #[test]
 fn what_is_not_supported_is_an_error_once_it_is_used() {
-    let noise = "Texture \"n\" \"float\" \"fbm\" \"integer octaves\" 3 Texture \"t\" \"spectrum\" \"mix\" \"texture amount\" \"n\"";
-    assert!(in_world(noise).is_ok());
+    let ptex = "Texture \"n\" \"float\" \"ptex\" \"string filename\" \"a.ptx\" Texture \"t\" \"spectrum\" \"mix\" \"texture amount\" \"n\"";
+    assert!(in_world(ptex).is_ok());
     assert_refused(
-        &format!("{noise} {USE} Shape \"disk\""),
-        "2:21: Texture \"fbm\" is not supported yet; supported here: \"constant\"",
+        &format!("{ptex} {USE} Shape \"disk\""),
+        "2:21: Texture \"ptex\" is not supported yet; supported here: \"imagemap\", for which the colours of all faces",
     );
     assert_refused(
         "Shape \"plymesh\" \"texture displacement\" \"x\"",
@@ -123,6 +123,32 @@ fn complaints_say_what_is_expected() {
         (
             "Texture \"a\" \"float\" \"directionmix\" \"vector3 dir\" [0 0 0]",
             "\"vector3 dir\" is 0; expected a direction",
+        ),
+        (
+            "Texture \"a\" \"float\" \"fbm\" \"integer octaves\" 17",
+            "2:27: \"integer octaves\" is 17; expected a whole number from 0 to 16",
+        ),
+        ("Texture \"a\" \"float\" \"wrinkled\" \"integer octaves\" -1", "2:32: \"integer octaves\" is -1; expected"),
+        (
+            "Texture \"a\" \"spectrum\" \"marble\" \"float roughness\" 1e9",
+            "2:33: \"float roughness\" is 1000000000; expected a number from -100 to 100",
+        ),
+        (
+            "Texture \"a\" \"spectrum\" \"marble\" \"float variation\" -1e9",
+            "2:33: \"float variation\" is -1000000000; expected a number from -100000 to 100000",
+        ),
+        (
+            "Texture \"a\" \"float\" \"windy\" \"integer octaves\" 3",
+            "2:29: unknown parameter \"integer octaves\"; Texture \"windy\" accepts: no parameters",
+        ),
+        ("Texture \"a\" \"spectrum\" \"fbm\"", "2:24: unknown Texture \"fbm\"; expected one of: \"constant\""),
+        (
+            "Texture \"a\" \"float\" \"dots\" \"rgb inside\" [1 1 1]",
+            "2:28: \"rgb inside\" has the wrong type; Texture \"dots\" accepts: \"float inside\", \"texture inside\"",
+        ),
+        (
+            "Scale 1 0 1 Texture \"t\" \"spectrum\" \"marble\" Material \"diffuse\" \"texture reflectance\" \"t\" Identity Shape \"disk\"",
+            "2:36: a texture in a space that cannot be inverted, by its transform, is not supported yet",
         ),
         ("Texture \"a\" \"float\" \"imagemap\"", "Texture \"imagemap\" has no \"string filename\""),
         ("Texture \"a\" \"float\" \"imagemap\" \"string filename\" \"absent.png\"", "cannot read absent.png"),
@@ -204,4 +230,48 @@ fn textures_of_too_many_textures_are_refused() {
         let error = chain(levels, other).map(|_| ()).unwrap_err().to_string();
         assert!(error.contains("the texture is made of too many others"), "{error}");
     }
+}
+
+/// What a scene does not have is not in its kernels, nor in its arrays.
+#[test]
+fn noise_is_a_feature_of_the_scenes_that_have_it() {
+    for (texture, has_noise, has_dots) in [
+        ("\"float\" \"checkerboard\"", false, false),
+        ("\"float\" \"dots\"", false, true),
+        ("\"float\" \"fbm\"", true, false),
+        ("\"float\" \"wrinkled\"", true, false),
+        ("\"float\" \"windy\"", true, false),
+        ("\"spectrum\" \"marble\"", true, false),
+    ] {
+        let used = if texture.starts_with("\"float") {
+            "Material \"conductor\" \"texture roughness\" \"t\""
+        } else {
+            "Material \"diffuse\" \"texture reflectance\" \"t\""
+        };
+        // Textures that nothing uses are not packed.
+        let others = "Texture \"u\" \"float\" \"windy\" Texture \"v\" \"float\" \"dots\"";
+        let scene = in_world(&format!("{others} Texture \"t\" {texture} {used}")).unwrap();
+        let packed = pack(&scene, RevolutionSolver::default()).unwrap();
+        assert_eq!((packed.features.has_noise, packed.features.has_dots), (has_noise, has_dots), "{texture}");
+        let table = if has_noise || has_dots { 256 } else { 0 };
+        assert_eq!(packed.arrays.texture_texels.len(), table, "{texture}");
+    }
+}
+
+#[test]
+fn values_of_noise_have_the_defaults_of_pbrt() {
+    let world = "Texture \"f\" \"float\" \"fbm\" Scale 2 2 2 Texture \"m\" \"spectrum\" \"marble\" \"float scale\" 3
+        Texture \"d\" \"spectrum\" \"dots\"";
+    let textures = in_world(world).unwrap().textures;
+    let usual = Octaves { count: 8, roughness: 0.5 };
+    let TextureKind::Fbm { octaves, .. } = textures[0].kind else { panic!("{:?}", textures[0]) };
+    assert_eq!(octaves, usual);
+    let TextureKind::Marble { mapping: Mapping::Space(from_world), octaves, variation } = textures[1].kind else {
+        panic!("{:?}", textures[1]);
+    };
+    assert_eq!((octaves, variation), (usual, 0.2));
+    assert_eq!(from_world.transform_point3(DVec3::new(2.0, 4.0, 6.0)), DVec3::new(3.0, 6.0, 9.0));
+    // As in pbrt-v4, discs have the value of "outside".
+    let TextureKind::Dots { textures: inputs, .. } = &textures[2].kind else { panic!("{:?}", textures[2]) };
+    assert_eq!(inputs, &[Input::Constant(Rgb::ZERO), Input::Constant(Rgb::ONE)]);
 }

@@ -13,7 +13,7 @@ use crate::scene::format::error::SceneError;
 use crate::scene::format::kind::Kind;
 use crate::scene::format::lexer::shorten;
 use crate::scene::format::registry::{Family, ParamSpec, full, ignored, not_yet, supported};
-use crate::scene::model::texture::{ImageTexture, Mapping, Texture, TextureKind, Wrap};
+use crate::scene::model::texture::{ImageTexture, Mapping, Octaves, Texture, TextureKind, Wrap};
 use crate::scene::model::{Input, Rgb};
 pub(in crate::scene) use named::{Declaration, Textures, Values};
 
@@ -31,11 +31,17 @@ const U_DELTA: ParamSpec = full("udelta", FLOAT);
 const V_DELTA: ParamSpec = full("vdelta", FLOAT);
 const V1: ParamSpec = full("v1", VECTOR);
 const V2: ParamSpec = full("v2", VECTOR);
+const OCTAVES: ParamSpec = full("octaves", &[Kind::Integer]);
+const ROUGHNESS: ParamSpec = full("roughness", FLOAT);
+
+/// What to use in place of a `ptex` texture.
+const INSTEAD_OF_PTEX: &str =
+    "\"imagemap\", for which the colours of all faces are baked into one image by the mesh's \"point2 uv\"";
 
 /// The family of pbrt's textures with values of the types `$fixed`, or `$input` for parameters that may be
 /// textures themselves.
 macro_rules! family {
-    ($fixed:expr, $input:expr, $($unsupported:literal),*) => {
+    ($fixed:expr, $input:expr, $($noise:expr),*) => {
         Family {
             directive: "Texture",
             types: &[
@@ -75,16 +81,35 @@ macro_rules! family {
                         MAPPING, U_SCALE, V_SCALE, U_DELTA, V_DELTA, V1, V2,
                     ],
                 ),
-                $(not_yet($unsupported)),*
+                supported(
+                    "dots",
+                    &[
+                        full("inside", $input),
+                        full("outside", $input),
+                        MAPPING, U_SCALE, V_SCALE, U_DELTA, V_DELTA, V1, V2,
+                    ],
+                ),
+                $($noise,)*
+                not_yet("ptex"),
             ],
         }
     };
 }
 
 /// The textures of numbers.
-pub(in crate::scene) const FLOAT_FAMILY: Family = family!(FLOAT, NUMBER, "dots", "fbm", "ptex", "windy", "wrinkled");
+pub(in crate::scene) const FLOAT_FAMILY: Family = family!(
+    FLOAT,
+    NUMBER,
+    supported("fbm", &[OCTAVES, ROUGHNESS]),
+    supported("windy", &[]),
+    supported("wrinkled", &[OCTAVES, ROUGHNESS])
+);
 /// The textures of colours.
-pub(in crate::scene) const SPECTRUM_FAMILY: Family = family!(FIXED_COLOUR, COLOUR, "dots", "marble", "ptex");
+pub(in crate::scene) const SPECTRUM_FAMILY: Family = family!(
+    FIXED_COLOUR,
+    COLOUR,
+    supported("marble", &[OCTAVES, ROUGHNESS, full("scale", FLOAT), full("variation", FLOAT)])
+);
 
 /// Maker of one texture from parameters that its family has checked.
 struct Maker<'a> {
@@ -118,11 +143,20 @@ impl Maker<'_> {
             "bilerp" => TextureKind::Bilerp { mapping: self.mapping()?, corners: self.corners()? },
             "checkerboard" => {
                 let mapping = match self.place.params.integer("dimension", 2, 3)? {
-                    Some(3) => Mapping::Space(self.texture_from_world()?),
+                    Some(3) => self.position()?,
                     _ => self.mapping()?,
                 };
                 TextureKind::Checkerboard { mapping, textures: self.pair(1.0, 0.0)? }
             }
+            "dots" => TextureKind::Dots { mapping: self.mapping()?, textures: self.dots()? },
+            "fbm" => TextureKind::Fbm { mapping: self.position()?, octaves: self.octaves()? },
+            "wrinkled" => TextureKind::Wrinkled { mapping: self.position()?, octaves: self.octaves()? },
+            "windy" => TextureKind::Windy { mapping: self.position()? },
+            "marble" => TextureKind::Marble {
+                mapping: Mapping::Space(self.scale()? * self.texture_from_world()?),
+                octaves: self.octaves()?,
+                variation: self.moderate("variation", 0.2, 1e5)?,
+            },
             _ => TextureKind::Image(self.image()?),
         };
         let made = &mut self.textures.made;
@@ -140,6 +174,33 @@ impl Maker<'_> {
                 .unsupported(what, "transforms that can be inverted, or \"string mapping\" \"uv\""));
         }
         Ok(world_from_texture.inverse())
+    }
+
+    /// Returns the map to positions in the texture's space.
+    fn position(&self) -> Result<Mapping, SceneError> {
+        Ok(Mapping::Space(self.texture_from_world()?))
+    }
+
+    /// Returns the multiplication by `scale`.
+    fn scale(&self) -> Result<DAffine3, SceneError> {
+        Ok(DAffine3::from_scale(DVec3::splat(self.float("scale", 1.0)?)))
+    }
+
+    /// Returns the textures in the discs and around them. pbrt-v4 looks "outside" up in the discs of `dots` and
+    /// "inside" around them (`FloatDotsTexture::Create` against the order that its constructor expects).
+    fn dots(&self) -> Result<[Input<Rgb>; 2], SceneError> {
+        Ok([self.value("outside", 0.0)?, self.value("inside", 1.0)?])
+    }
+
+    fn octaves(&self) -> Result<Octaves, SceneError> {
+        let count = self.place.params.integer("octaves", 0, Octaves::MOST)?.unwrap_or(8);
+        Ok(Octaves { count, roughness: self.moderate("roughness", 0.5, 100.0)? })
+    }
+
+    /// Returns a number whose magnitude must be at most `most`, so that f32 holds what is computed from it.
+    fn moderate(&self, name: &str, default: f64, most: f64) -> Result<f64, SceneError> {
+        let expected = format!("a number from -{most} to {most}");
+        self.place.params.float_in(name, default, |value| value.abs() <= most, &expected)
     }
 
     /// Returns a value of the texture's own type.

@@ -57,6 +57,42 @@ pub enum TextureKind {
         /// Its factor.
         factor: Input<f64>,
     },
+    /// `dots`: at most one disc, of a radius of 0.35, in each unit square.
+    Dots {
+        /// Map to the texture coordinates.
+        mapping: Mapping,
+        /// Textures in the discs, and around them.
+        textures: [Input<Rgb>; 2],
+    },
+    /// `fbm`: the sum of octaves of noise.
+    Fbm {
+        /// Map to the coordinates of the noise.
+        mapping: Mapping,
+        /// The octaves.
+        octaves: Octaves,
+    },
+    /// `wrinkled`: the sum of the magnitudes of octaves, and 0.2 times the weight of the next one.
+    Wrinkled {
+        /// Map to the coordinates of the noise.
+        mapping: Mapping,
+        /// The octaves.
+        octaves: Octaves,
+    },
+    /// `windy`: six octaves of waves, times the magnitude of three octaves that are ten times as coarse. Both
+    /// have a roughness of 0.5.
+    Windy {
+        /// Map to the coordinates of the waves.
+        mapping: Mapping,
+    },
+    /// `marble`: a colour by the sine of y plus noise, where y is the second coordinate.
+    Marble {
+        /// Map to the coordinates of the noise, which `scale` has multiplied.
+        mapping: Mapping,
+        /// The octaves of the noise.
+        octaves: Octaves,
+        /// Factor of the noise, in radians.
+        variation: f64,
+    },
 }
 
 impl TextureKind {
@@ -69,13 +105,34 @@ impl TextureKind {
             }
         }
         let (textures, number) = match self {
-            Self::Image(_) | Self::Bilerp { .. } => return Vec::new(),
-            Self::Checkerboard { textures, .. } | Self::DirectionMix { textures, .. } => (&textures[..], None),
+            Self::Image(_)
+            | Self::Bilerp { .. }
+            | Self::Fbm { .. }
+            | Self::Wrinkled { .. }
+            | Self::Windy { .. }
+            | Self::Marble { .. } => return Vec::new(),
+            Self::Checkerboard { textures, .. } | Self::DirectionMix { textures, .. } | Self::Dots { textures, .. } => {
+                (&textures[..], None)
+            }
             Self::Mix { textures, amount } => (&textures[..], Some(amount)),
             Self::Scale { texture, factor } => (std::slice::from_ref(texture), Some(factor)),
         };
         textures.iter().filter_map(index).chain(number.and_then(index)).collect()
     }
+}
+
+/// A sum of gradient noise. The coordinates of each octave are 1.99 times those of the one before.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Octaves {
+    /// Number of octaves, 0 to [`Octaves::MOST`].
+    pub count: u32,
+    /// Weight of an octave over that of the one before; the first one has a weight of 1.
+    pub roughness: f64,
+}
+
+impl Octaves {
+    /// Maximum number of octaves. The last one has 1.99^15, about 30,000, times the frequency of the first.
+    pub const MOST: u32 = 16;
 }
 
 /// An image on a surface. Coordinates (0, 0) are the lower left corner, (1, 1) the upper right.

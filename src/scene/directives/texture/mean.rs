@@ -3,8 +3,15 @@
 use std::collections::HashMap;
 
 use crate::base::input::{Budget, OverBudget};
-use crate::scene::model::texture::{Texture, TextureKind};
+use crate::scene::model::texture::{Octaves, Texture, TextureKind};
 use crate::scene::model::{Input, Rgb};
+
+/// Share of the area that the discs of `dots` cover: 25,832 of the 256 x 256 cells of the noise have one.
+const DOTS_SHARE: f64 = 0.151_692;
+/// Mean magnitude of noise, within 0.0004.
+const NOISE_MAGNITUDE: f64 = 0.2179;
+/// Mean colour of `marble` over all phases of the sine.
+const MARBLE_MEAN: Rgb = Rgb::new(0.804_635, 0.802_959, 0.839_813);
 
 /// Means of textures computed so far, by their indices: textures may share inputs.
 #[derive(Debug, Default)]
@@ -59,8 +66,22 @@ impl Means {
                 a + number(amount) * (b - a)
             }
             TextureKind::Scale { texture, factor } => self.mean(texture) * number(factor),
+            TextureKind::Dots { textures: [inside, outside], .. } => {
+                self.mean(outside).lerp(self.mean(inside), DOTS_SHARE)
+            }
+            // The noise is as often positive as negative.
+            TextureKind::Fbm { .. } | TextureKind::Windy { .. } => Rgb::ZERO,
+            TextureKind::Wrinkled { octaves, .. } => Rgb::splat(wrinkled_mean(octaves)),
+            TextureKind::Marble { .. } => MARBLE_MEAN,
         })
     }
+}
+
+/// Mean of a `wrinkled` texture: each octave has the mean magnitude of noise.
+fn wrinkled_mean(octaves: &Octaves) -> f64 {
+    let weights =
+        (0..octaves.count).scan(1.0, |weight, _| Some(std::mem::replace(weight, *weight * octaves.roughness)));
+    NOISE_MAGNITUDE * weights.sum::<f64>() + 0.2 * octaves.roughness.powi(octaves.count as i32)
 }
 
 /// Returns an input of numbers as an input of grey colours.

@@ -11,7 +11,7 @@ use crate::base::input::Budget;
 use crate::image::file::{ImageError, Transfer, Use, read_layers};
 use crate::image::film::Image;
 use crate::scene::directives::texture::mean::{Means, as_color};
-use crate::scene::directives::texture::{FLOAT_FAMILY, Maker, SPECTRUM_FAMILY};
+use crate::scene::directives::texture::{FLOAT_FAMILY, INSTEAD_OF_PTEX, Maker, SPECTRUM_FAMILY};
 use crate::scene::format::error::{Location, SceneError};
 use crate::scene::format::kind::Kind;
 use crate::scene::format::lexer::shorten;
@@ -165,7 +165,11 @@ impl Textures {
         let Declaration { values, location, class, params, defaults, .. } = &mut declaration;
         let family = if *values == Values::Numbers { &FLOAT_FAMILY } else { &SPECTRUM_FAMILY };
         let mut warnings = Vec::new();
-        let made = family.check(class, location, params, defaults).and_then(|_| {
+        let checked = match class.as_str() {
+            "ptex" => Err(location.unsupported("Texture \"ptex\"", INSTEAD_OF_PTEX)),
+            class => family.check(class, location, params, defaults),
+        };
+        let made = checked.and_then(|_| {
             let mut maker = Maker { textures: self, place: &declaration, warnings: &mut warnings };
             maker.make(&declaration.class)
         });
