@@ -7,6 +7,7 @@ use goblet::image::film::Image;
 
 use super::{EYE_ONLY, Shot, assert_near, camera, square};
 use crate::support::mean;
+use crate::support::random::Rng;
 
 /// A file of these pixels, row by row from the top; its path.
 fn image_file(folder: &Path, name: &str, width: u32, pixels: Vec<[f32; 3]>) -> String {
@@ -36,6 +37,28 @@ fn an_image_in_a_white_furnace_is_itself() {
         let off = (0..3).map(|c| (pixel[c] - expected[c]).abs()).fold(0.0, f32::max);
         assert!(off < 2e-3, "pixel {i} is {pixel:?}, expected {expected:?}");
     }
+}
+
+/// Each pixel sees a whole image, of black and white texels in disorder. 64 independent samples would have a
+/// relative squared error of 1 / 64.
+#[test]
+fn paths_average_a_texture_that_is_finer_than_a_pixel() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut rng = Rng(20);
+    let texels: Vec<_> = (0..256).map(|_| [f32::from(u8::from(rng.chance(0.5))); 3]).collect();
+    let expected = texels.iter().map(|texel| f64::from(texel[0])).sum::<f64>() / 256.0;
+    let file = image_file(folder.path(), "disorder.exr", 16, texels);
+    let world = format!(
+        "LightSource \"infinite\"\nTexture \"disorder\" \"spectrum\" \"imagemap\" \"string filename\" \"{file}\" \
+         \"string filter\" \"trilinear\" \"float uscale\" 16 \"float vscale\" 16\n\
+         Material \"diffuse\" \"texture reflectance\" \"disorder\"\n{} {UPRIGHT}",
+        square(1.0, 0.0)
+    );
+    let shot = Shot { resolution: [16; 2], iterations: 64, depth: 2, eye_paths: 1, ..EYE_ONLY };
+    let image = shot.take(&camera("0 0 1  0 0 0  0 1 0", 90.0), &world).image;
+    let squares: f64 = image.pixels.iter().map(|pixel| (f64::from(pixel[0]) / expected - 1.0).powi(2)).sum();
+    let error = squares / image.pixels.len() as f64;
+    assert!(error < 0.5 / 64.0, "{error}");
 }
 
 /// In a sphere all light but the first is even, so that it knows of the mean albedo alone.

@@ -308,8 +308,6 @@ impl SceneBuilder {
     }
 
     pub fn material(&mut self, name: &str, params: ParamList, location: &Location) -> Result<(), SceneError> {
-        // pbrt's old name of "interface".
-        let name = if name.is_empty() || name == "none" { "interface" } else { name };
         self.state.material = MaterialRef::Slot(self.make_material(name, params, location)?);
         Ok(())
     }
@@ -339,6 +337,8 @@ impl SceneBuilder {
     }
 
     fn make_material(&mut self, kind: &str, mut params: ParamList, location: &Location) -> Result<usize, SceneError> {
+        // pbrt's old name of "interface".
+        let kind = if kind.is_empty() || kind == "none" { "interface" } else { kind };
         let defaults = &self.state.material_defaults;
         let made = material::FAMILY.check(kind, location, &mut params, defaults).and_then(|_| {
             if self.textures.has_all(&params) {
@@ -383,12 +383,7 @@ impl SceneBuilder {
     ) -> Result<(), SceneError> {
         let (world_from_texture, defaults) = (self.state.world_from_object, Arc::clone(&self.state.texture_defaults));
         let location = location.clone();
-        let declaration =
-            Declaration { name, values, class, location: location.clone(), params, world_from_texture, defaults };
-        for warning in self.textures.declare(declaration)? {
-            self.warn(&location, &warning);
-        }
-        Ok(())
+        self.textures.declare(Declaration { name, values, class, location, params, world_from_texture, defaults })
     }
 
     pub fn light(&mut self, name: &str, mut params: ParamList, location: &Location) -> Result<(), SceneError> {

@@ -115,7 +115,6 @@ pub(in crate::scene) const SPECTRUM_FAMILY: Family = family!(
 struct Maker<'a> {
     textures: &'a mut Textures,
     place: &'a Declaration,
-    warnings: &'a mut Vec<String>,
 }
 
 impl Maker<'_> {
@@ -291,10 +290,8 @@ impl Maker<'_> {
             }
             _ => Wrap::Repeat,
         };
+        // The paths of a pixel average what is finer than the pixel: all filters but "point" are bilinear.
         let filter = self.choice("filter", &["bilinear", "point", "trilinear", "EWA", "ewa"])?;
-        if !["bilinear", "point"].contains(&filter) {
-            self.warnings.push(format!("the filter \"{filter}\" is rendered as \"bilinear\""));
-        }
         let (mapping, scale, invert) = (self.mapping()?, self.float("scale", 1.0)?, self.place.params.flag("invert")?);
         let encoding = self.encoding()?;
         let (path, of) = (self.textures.directory.join(name), (self.place.values, Use::Reflectance));

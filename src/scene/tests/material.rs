@@ -61,10 +61,13 @@ fn mixes_find_their_parts_wherever_they_are_made() {
 
 #[test]
 fn shapes_of_no_material_are_left_out() {
-    for none in ["Material \"interface\"", "Material \"\"", "Material \"none\""] {
-        let text = format!("WorldBegin LightSource \"point\" Shape \"sphere\" {none} Shape \"disk\"");
-        let scene = Scene::parse(&text, "t", "").expect("a scene");
-        assert_eq!(scene.shapes.len(), 1);
+    for none in ["interface", "", "none"] {
+        let named = format!("MakeNamedMaterial \"x\" \"string type\" \"{none}\" NamedMaterial \"x\"");
+        for material in [format!("Material \"{none}\""), named] {
+            let text = format!("WorldBegin LightSource \"point\" Shape \"sphere\" {material} Shape \"disk\"");
+            let scene = Scene::parse(&text, "t", "").expect("a scene");
+            assert_eq!(scene.shapes.len(), 1, "{material}");
+        }
     }
 }
 

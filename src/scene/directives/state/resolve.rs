@@ -78,9 +78,7 @@ impl SceneBuilder {
 
     /// Makes the textures, and then the materials and alphas, that name textures declared after them.
     fn make_what_waits(&mut self) -> Result<(), SceneError> {
-        let (warnings, errors) = self.textures.make_waiting();
-        warnings.iter().for_each(|(location, warning)| self.warn(location, warning));
-        for error in errors {
+        for error in self.textures.make_waiting() {
             self.notes(Err(error))?;
         }
         for slot in 0..self.slots.len() {

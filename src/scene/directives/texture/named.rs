@@ -89,9 +89,9 @@ impl Textures {
         Self { directory: directory.to_path_buf(), budget: Arc::clone(budget), ..Self::default() }
     }
 
-    /// Executes `Texture`, and returns warnings. A texture that uses one which is not declared yet waits
-    /// for [`make_waiting`](Self::make_waiting).
-    pub fn declare(&mut self, declaration: Declaration) -> Result<Vec<String>, SceneError> {
+    /// Executes `Texture`. A texture that uses one which is not declared yet waits for
+    /// [`make_waiting`](Self::make_waiting).
+    pub fn declare(&mut self, declaration: Declaration) -> Result<(), SceneError> {
         let key = (declaration.values, declaration.name.clone());
         if self.named.contains_key(&key) {
             return Err(declaration.location.invalid(format!(
@@ -104,14 +104,14 @@ impl Textures {
         if declaration.needs().iter().any(|need| !self.is_there(need)) {
             self.named.insert(key, Slot::Waiting(self.waiting.len()));
             self.waiting.push(declaration);
-            return Ok(Vec::new());
+            return Ok(());
         }
         self.make(key, declaration)
     }
 
-    /// Makes the waiting textures, after all are declared: each after the textures that it uses. Returns
-    /// warnings and errors with their places.
-    pub fn make_waiting(&mut self) -> (Vec<(Location, String)>, Vec<SceneError>) {
+    /// Makes the waiting textures, after all are declared: each after the textures that it uses. Returns the
+    /// errors.
+    pub fn make_waiting(&mut self) -> Vec<SceneError> {
         let mut waiting: Vec<Option<Declaration>> = std::mem::take(&mut self.waiting).into_iter().map(Some).collect();
         let mut users = vec![Vec::new(); waiting.len()];
         let mut missing = vec![0; waiting.len()];
@@ -123,15 +123,12 @@ impl Textures {
                 }
             }
         }
-        let (mut warnings, mut errors) = (Vec::new(), Vec::new());
+        let mut errors = Vec::new();
         let mut ready: VecDeque<usize> = (0..waiting.len()).filter(|index| missing[*index] == 0).collect();
         while let Some(index) = ready.pop_front() {
             let Some(declaration) = waiting[index].take() else { continue };
-            let (key, location) = ((declaration.values, declaration.name.clone()), declaration.location.clone());
-            match self.make(key, declaration) {
-                Ok(told) => warnings.extend(told.into_iter().map(|warning| (location.clone(), warning))),
-                Err(error) => errors.push(error),
-            }
+            let key = (declaration.values, declaration.name.clone());
+            errors.extend(self.make(key, declaration).err());
             for user in std::mem::take(&mut users[index]) {
                 missing[user] -= 1;
                 if missing[user] == 0 {
@@ -144,7 +141,7 @@ impl Textures {
             errors.push(declaration.location.invalid(format!("{what}, through others or not; expected other ones")));
             self.named.insert((declaration.values, declaration.name), Slot::Faulty);
         }
-        (warnings, errors)
+        errors
     }
 
     /// Returns true if every texture that the parameters of a material or shape name is made.
@@ -161,23 +158,17 @@ impl Textures {
         matches!(self.named.get(key), Some(slot) if !matches!(slot, Slot::Waiting(_)))
     }
 
-    fn make(&mut self, key: Key, mut declaration: Declaration) -> Result<Vec<String>, SceneError> {
+    fn make(&mut self, key: Key, mut declaration: Declaration) -> Result<(), SceneError> {
         let Declaration { values, location, class, params, defaults, .. } = &mut declaration;
         let family = if *values == Values::Numbers { &FLOAT_FAMILY } else { &SPECTRUM_FAMILY };
-        let mut warnings = Vec::new();
         let checked = match class.as_str() {
             "ptex" => Err(location.unsupported("Texture \"ptex\"", INSTEAD_OF_PTEX)),
             class => family.check(class, location, params, defaults),
         };
-        let made = checked.and_then(|_| {
-            let mut maker = Maker { textures: self, place: &declaration, warnings: &mut warnings };
-            maker.make(&declaration.class)
-        });
+        let made = checked.and_then(|_| Maker { textures: self, place: &declaration }.make(&declaration.class));
         let (slot, outcome) = match made {
-            Ok(input) => (Slot::Made(input), Ok(warnings)),
-            Err(SceneError::Unsupported { location, message }) => {
-                (Slot::Unsupported { location, message }, Ok(warnings))
-            }
+            Ok(input) => (Slot::Made(input), Ok(())),
+            Err(SceneError::Unsupported { location, message }) => (Slot::Unsupported { location, message }, Ok(())),
             Err(error) => (Slot::Faulty, Err(error)),
         };
         self.named.insert(key, slot);
