@@ -1,6 +1,7 @@
 //! The subcommand `goblet render`: renders a scene and writes image files.
 
 mod args;
+mod display_server;
 mod limit;
 mod options;
 #[cfg(test)]
@@ -16,6 +17,7 @@ use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 pub use args::RenderArgs;
+use display_server::DisplayServer;
 use limit::Limit;
 use progress::{Begin, ProgressLine};
 pub use signal::STOPPED;
@@ -86,13 +88,17 @@ fn run_with(args: &RenderArgs, step: impl Fn(&mut Renderer) -> Result<(), Render
     }
     signals.begin();
     let begin = Begin { iterations: renderer.iterations(), photons: renderer.photons(), time: Instant::now() };
-    let outcome = iterate(args, &scene, &signals, &mut renderer, &begin, step);
+    let address = args.display_server.clone();
+    let mut display =
+        address.map(|address| DisplayServer::new(address, scene_name(&args.scene), &args.aov, args.quiet));
+    let outcome = iterate(args, &scene, &signals, &mut renderer, &begin, &mut display, step);
     let render_time = begin.time.elapsed();
     let mut written = Written::default();
     written.note(args.checkpoint.as_ref().map_or(Ok(()), |path| save(args, path, &renderer)));
     if renderer.iterations() > 0 || outcome.is_ok() {
         let times = [load_time, render_time, start.elapsed()];
         written.note(write(args, &scene, &outputs, &mut renderer, &begin, times));
+        written.note(display.map_or(Ok(()), |display| display.finish(&mut renderer)));
     }
     // The failure that stopped the render determines the result, even if outputs failed after it.
     let end = match outcome {
@@ -148,7 +154,7 @@ fn write_stats(
     args.stats.as_ref().map_or(Ok(()), |path| stats.write(path))
 }
 
-/// Runs iterations until a limit or a signal, and saves checkpoints on the way. A signal stops the render
+/// Runs iterations until a limit or a signal, and shows images and saves checkpoints on the way. A signal stops the render
 /// only after the first iteration, so that there is an image.
 fn iterate(
     args: &RenderArgs,
@@ -156,6 +162,7 @@ fn iterate(
     signals: &Signals,
     renderer: &mut Renderer,
     begin: &Begin,
+    display: &mut Option<DisplayServer>,
     step: impl Fn(&mut Renderer) -> Result<(), RenderError>,
 ) -> Result<End, Failure> {
     let limit = Limit::new(args, scene, renderer.sequence());
@@ -174,6 +181,9 @@ fn iterate(
             progress.error = renderer.relative_error()?;
         }
         progress.show(renderer, &limit);
+        if let Some(display) = display {
+            display.show(renderer)?;
+        }
         if let Some(path) = args.checkpoint.as_ref().filter(|_| saved.elapsed() >= args.checkpoint_every) {
             // A full disk does not end the render, because there may be space later.
             if let Err(failure) = save(args, path, renderer) {

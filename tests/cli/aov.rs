@@ -5,7 +5,7 @@ use goblet::render::aov::{AOVS, Aov};
 use crate::support::command::Bench;
 
 /// The values of a channel of an EXR.
-fn channel(bench: &Bench, file: &str, name: &str) -> Vec<f32> {
+pub fn channel(bench: &Bench, file: &str, name: &str) -> Vec<f32> {
     let image = exr::prelude::read_all_flat_layers_from_file(bench.path(file)).unwrap();
     let mut channels = image.layer_data.iter().flat_map(|layer| &layer.channel_data.list);
     let channel = channels.find(|channel| channel.name == *name);

@@ -5,6 +5,7 @@ use std::time::Duration;
 
 use clap::Args;
 
+use super::display_server::Address;
 use crate::cli::SceneMemory;
 use crate::cli::values::{aov, output_path, seconds};
 use crate::render::aov::Aov;
@@ -29,6 +30,13 @@ pub struct RenderArgs {
     /// Further channels of EXR outputs
     #[arg(long, value_parser = aov(|_| true), value_name = "NAME")]
     pub aov: Vec<&'static Aov>,
+
+    /// Show the image in tev while it is rendered
+    ///
+    /// Needs tev, or another viewer with its protocol, that listens there; tev's port is 14158.
+    /// The viewer gets the image and the channels of --aov up to four times a second.
+    #[arg(long, value_name = "HOST:PORT", value_parser = Address::parse)]
+    pub display_server: Option<Address>,
 
     /// How to render, and for how long.
     #[command(flatten)]
