@@ -30,6 +30,8 @@ struct Info {
     contents: Option<Contents>,
     /// Parts of the scene that are ignored, or rendered differently than the file asks for.
     warnings: Vec<String>,
+    /// Parameters that cannot change the image.
+    ignored: Vec<String>,
     unsupported: Vec<String>,
     /// All other faults.
     errors: Vec<String>,
@@ -115,9 +117,11 @@ pub fn run(args: &InfoArgs) -> Result<(), Failure> {
         errors.push(error.into());
         None
     });
+    let (warnings, ignored) = scene.map(|scene| (scene.warnings, scene.ignored)).unwrap_or_default();
     let info = Info {
         contents,
-        warnings: scene.map(|scene| scene.warnings).unwrap_or_default(),
+        warnings,
+        ignored,
         unsupported: unsupported.iter().map(ToString::to_string).collect(),
         errors: errors.iter().map(ToString::to_string).collect(),
         further_faults: more,

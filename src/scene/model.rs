@@ -53,6 +53,8 @@ pub struct Scene {
     /// Warnings, one line each: directives and parameters that are ignored, or rendered differently than
     /// the scene asks for.
     pub warnings: Vec<String>,
+    /// Parameters that cannot change the image, one line for each type that has it, with its first place.
+    pub ignored: Vec<String>,
     /// The scene's budget of memory, with the bytes taken so far.
     pub budget: Arc<Budget>,
 }

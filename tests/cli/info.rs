@@ -51,6 +51,22 @@ fn light_that_is_missing_on_rough_surfaces_is_said_beforehand() {
     assert_eq!(bench.run(&["info", "scene.pbrt", "--json"]).stdout.matches("missing on").count(), 0);
 }
 
+/// One line for each parameter of a type, with the place of the first.
+#[test]
+fn parameters_that_change_nothing_are_listed() {
+    let bench = Bench::new();
+    let more = "Material \"coateddiffuse\" \"integer maxdepth\" 5 Material \"coateddiffuse\" \"integer maxdepth\" 6";
+    let text = scene(LIGHT, &format!("{LIGHT}\n{more}")).replace("\"sppm\"", "\"sppm\" \"float rrthreshold\" 1");
+    bench.write("scene.pbrt", text);
+    let expected = [
+        "scene.pbrt:5:19: \"float rrthreshold\" of Integrator \"sppm\"",
+        "scene.pbrt:8:26: \"integer maxdepth\" of Material \"coateddiffuse\"",
+    ];
+    assert_eq!(info(&bench, 0)["ignored"], serde_json::json!(expected));
+    let run = bench.run(&["info", "scene.pbrt"]);
+    assert!(run.stdout.contains(&format!("\nignored: {}\n", expected[0])), "{run:?}");
+}
+
 #[test]
 fn everything_unsupported_is_listed() {
     let bench = Bench::new();

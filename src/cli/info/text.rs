@@ -18,7 +18,13 @@ pub fn describe(info: &Info) -> String {
             }
         }
     }
-    for (what, messages) in [("warning", &info.warnings), ("unsupported", &info.unsupported), ("error", &info.errors)] {
+    let lists = [
+        ("warning", &info.warnings),
+        ("ignored", &info.ignored),
+        ("unsupported", &info.unsupported),
+        ("error", &info.errors),
+    ];
+    for (what, messages) in lists {
         for message in messages {
             text += &format!("{what}: {message}\n");
         }

@@ -25,7 +25,7 @@ use crate::scene::directives::transform;
 use crate::scene::format::error::{Location, SceneError, bounded};
 use crate::scene::format::lexer::shorten;
 use crate::scene::format::params::ParamList;
-use crate::scene::format::registry::Family;
+use crate::scene::format::registry::{Family, Ignored};
 use crate::scene::model::{AreaLight, Input, Instance, Light, Material, Rgb, Shape};
 use crate::scene::spectrum::color_space::ColorSpace;
 pub(in crate::scene) use collected::Collected;
@@ -140,6 +140,8 @@ pub(in crate::scene) struct SceneBuilder {
     warnings: Vec<String>,
     /// Number of warnings that are not kept.
     more_warnings: u64,
+    /// Parameters that cannot change the image.
+    ignored: Ignored,
     budget: Arc<Budget>,
     /// Errors so far, if all errors are collected.
     collected: Option<Collected>,
@@ -180,6 +182,7 @@ impl SceneBuilder {
             inputs: Vec::new(),
             warnings: Vec::new(),
             more_warnings: 0,
+            ignored: Ignored::default(),
             budget: Arc::clone(budget),
             collected: None,
         }
@@ -340,7 +343,7 @@ impl SceneBuilder {
         // pbrt's old name of "interface".
         let kind = if kind.is_empty() || kind == "none" { "interface" } else { kind };
         let defaults = &self.state.material_defaults;
-        let made = material::FAMILY.check(kind, location, &mut params, defaults).and_then(|_| {
+        let made = material::FAMILY.check(kind, location, &mut params, defaults, &mut self.ignored).and_then(|_| {
             if self.textures.has_all(&params) {
                 return self.material_of(kind, &params, location);
             }
@@ -388,7 +391,7 @@ impl SceneBuilder {
 
     pub fn light(&mut self, name: &str, mut params: ParamList, location: &Location) -> Result<(), SceneError> {
         self.warn_of_motion(location);
-        light::FAMILY.check(name, location, &mut params, &self.state.light_defaults)?;
+        light::FAMILY.check(name, location, &mut params, &self.state.light_defaults, &mut self.ignored)?;
         let mut warnings = Vec::new();
         let world_from_light = self.state.world_from_object;
         check_finite(&world_from_light, location)?;
@@ -409,7 +412,7 @@ impl SceneBuilder {
     }
 
     pub fn area_light(&mut self, name: &str, mut params: ParamList, location: &Location) -> Result<(), SceneError> {
-        light::AREA_FAMILY.check(name, location, &mut params, &self.state.light_defaults)?;
+        light::AREA_FAMILY.check(name, location, &mut params, &self.state.light_defaults, &mut self.ignored)?;
         let light = light::area_light(&params, &mut self.textures, &self.files.directory)?;
         let shines = |light: &AreaLight| light.radiance * light.image.map_or(Rgb::ONE, |image| image.mean) != Rgb::ZERO;
         self.state.emission = Some(light).filter(shines);
@@ -427,7 +430,7 @@ impl SceneBuilder {
         self.warn_of_motion(location);
         let revolution = (name == "revolution").then_some(self.revolutions);
         self.revolutions += usize::from(revolution.is_some());
-        shape::FAMILY.check(name, location, &mut params, &self.state.shape_defaults)?;
+        shape::FAMILY.check(name, location, &mut params, &self.state.shape_defaults, &mut self.ignored)?;
         let waits = !self.textures.has_all(&params);
         let alpha = if waits { Input::Constant(1.0) } else { shape::alpha(&params, &self.textures)? };
         let mut emission = self.state.emission;

@@ -1,5 +1,7 @@
 //! The type table: the types of each directive, and the parameters of each type.
 
+use std::collections::BTreeMap;
+
 use crate::scene::format::error::{Location, SceneError};
 use crate::scene::format::kind::Kind;
 use crate::scene::format::lexer::shorten;
@@ -48,6 +50,26 @@ pub struct Family {
     pub types: &'static [TypeSpec],
 }
 
+/// The parameters of a scene that cannot change its image: each by its type, with the place of the first.
+#[derive(Debug, Default)]
+pub(in crate::scene) struct Ignored(BTreeMap<String, String>);
+
+impl Ignored {
+    fn note(&mut self, param: &Param, of: &str) {
+        self.0.entry(format!("{param} of {of}")).or_insert_with(|| param.location.to_string());
+    }
+
+    /// Adds what another list has.
+    pub fn add(&mut self, other: Self) {
+        self.0.extend(other.0);
+    }
+
+    /// Returns a line for each parameter, with its place.
+    pub fn lines(&self) -> Vec<String> {
+        self.0.iter().map(|(what, place)| format!("{place}: {what}")).collect()
+    }
+}
+
 /// Returns the entry of a parameter that is supported as in pbrt.
 pub(in crate::scene) const fn full(name: &'static str, kinds: &'static [Kind]) -> ParamSpec {
     ParamSpec { name, kinds, support: Support::Full }
@@ -74,14 +96,15 @@ pub(in crate::scene) const fn not_yet(name: &'static str) -> TypeSpec {
 }
 
 impl Family {
-    /// Finds the type `name`, and checks the names and types of the parameters. `defaults` come from
-    /// `Attribute`; defaults that the type does not accept are ignored, as in pbrt.
+    /// Finds the type `name`, checks the names and types of the parameters, and notes those that are ignored.
+    /// `defaults` come from `Attribute`; defaults that the type does not accept are dropped, as in pbrt.
     pub(in crate::scene) fn check(
         &self,
         name: &str,
         location: &Location,
         params: &mut ParamList,
         defaults: &ParamList,
+        ignored: &mut Ignored,
     ) -> Result<&'static TypeSpec, SceneError> {
         let directive = self.directive;
         let found = self.types.iter().find(|t| t.name == name);
@@ -104,7 +127,7 @@ impl Family {
             }
         }
         for param in &params.items {
-            self.check_param(spec, param)?;
+            self.check_param(spec, param, ignored)?;
         }
         Ok(spec)
     }
@@ -114,7 +137,7 @@ impl Family {
         self.types.iter().flat_map(|t| t.parameters).any(|parameter| parameter.name == name)
     }
 
-    fn check_param(&self, spec: &TypeSpec, param: &Param) -> Result<(), SceneError> {
+    fn check_param(&self, spec: &TypeSpec, param: &Param, ignored: &mut Ignored) -> Result<(), SceneError> {
         let what = format!("{} \"{}\"", self.directive, spec.name);
         let Some(accepted) = spec.parameters.iter().find(|p| p.name == param.name) else {
             let hint = version3::hint_at_parameter(self.directive, &param.name);
@@ -127,8 +150,12 @@ impl Family {
                 .location
                 .invalid(format!("{param} has the wrong type; {what} accepts: {}", spec.accepted())));
         }
-        if accepted.support == Support::Later {
-            return Err(param.location.unsupported(&format!("{param} of {what}"), &spec.accepted()));
+        match accepted.support {
+            Support::Full => {}
+            Support::Ignored => ignored.note(param, &what),
+            Support::Later => {
+                return Err(param.location.unsupported(&format!("{param} of {what}"), &spec.accepted()));
+            }
         }
         Ok(())
     }
@@ -185,7 +212,7 @@ mod tests {
             let mut params = ParamList::read(&mut stream)?;
             params.take_repeated()?;
             let location = stream.end().clone();
-            FAMILY.check(name, &location, &mut params, &ParamList::default())?;
+            FAMILY.check(name, &location, &mut params, &ParamList::default(), &mut Ignored::default())?;
             Ok(params)
         };
         read().map_err(|e: SceneError| e.to_string())
@@ -234,7 +261,7 @@ mod tests {
         let mut params = list("");
         let location = TokenStream::new(String::new(), "t", None).end().clone();
         let defaults = list("\"float size\" 3 \"float unknown\" 1");
-        FAMILY.check("ball", &location, &mut params, &defaults).unwrap();
+        FAMILY.check("ball", &location, &mut params, &defaults, &mut Ignored::default()).unwrap();
         assert_eq!(params.float("size").unwrap(), Some(3.0));
         assert_eq!(params.items.len(), 1);
     }

@@ -9,7 +9,7 @@ use crate::scene::directives::transform;
 use crate::scene::format::error::{Location, SceneError};
 use crate::scene::format::lexer::shorten;
 use crate::scene::format::params::ParamList;
-use crate::scene::format::registry::Family;
+use crate::scene::format::registry::{Family, Ignored};
 use crate::scene::model::{Camera, Film, FilterKind, Integrator, PixelFilter};
 
 /// The parameters of these directives, with the name of the type, until all of them are known.
@@ -59,7 +59,7 @@ impl SceneOptions {
 
 impl SceneBuilder {
     pub fn film(&mut self, name: &str, mut params: ParamList, location: &Location) -> Result<(), SceneError> {
-        check(&film::FILM_FAMILY, name, location, &mut params)?;
+        check(&film::FILM_FAMILY, name, location, &mut params, &mut self.ignored)?;
         if name != "rgb" {
             self.warn(location, &format!("of Film \"{name}\", the RGB image is written"));
         }
@@ -75,19 +75,19 @@ impl SceneBuilder {
     }
 
     pub fn filter(&mut self, name: &str, mut params: ParamList, location: &Location) -> Result<(), SceneError> {
-        check(&film::FILTER_FAMILY, name, location, &mut params)?;
+        check(&film::FILTER_FAMILY, name, location, &mut params, &mut self.ignored)?;
         self.options.filter = Some((name.to_string(), params));
         Ok(())
     }
 
     pub fn sampler(&mut self, name: &str, mut params: ParamList, location: &Location) -> Result<(), SceneError> {
-        check(&film::SAMPLER_FAMILY, name, location, &mut params)?;
+        check(&film::SAMPLER_FAMILY, name, location, &mut params, &mut self.ignored)?;
         self.options.iterations = Some(film::iterations(name, &params)?);
         Ok(())
     }
 
     pub fn integrator(&mut self, name: &str, mut params: ParamList, location: &Location) -> Result<(), SceneError> {
-        check(&film::INTEGRATOR_FAMILY, name, location, &mut params)?;
+        check(&film::INTEGRATOR_FAMILY, name, location, &mut params, &mut self.ignored)?;
         if name != "sppm" {
             let message = format!("Integrator \"{name}\" is rendered as \"sppm\"");
             self.warn(location, &message);
@@ -97,7 +97,7 @@ impl SceneBuilder {
     }
 
     pub fn camera(&mut self, name: &str, mut params: ParamList, location: &Location) -> Result<(), SceneError> {
-        check(&camera::FAMILY, name, location, &mut params)?;
+        check(&camera::FAMILY, name, location, &mut params, &mut self.ignored)?;
         self.warn_of_motion(location);
         if !transform::is_invertible(&self.state.world_from_object) {
             let what = "the transform of the camera is singular or overflows; expected one that can be inverted";
@@ -112,7 +112,13 @@ impl SceneBuilder {
 }
 
 /// Checks the parameters of an option; `Attribute` has no defaults for options.
-fn check(family: &Family, name: &str, location: &Location, params: &mut ParamList) -> Result<(), SceneError> {
-    family.check(name, location, params, &ParamList::default())?;
+fn check(
+    family: &Family,
+    name: &str,
+    location: &Location,
+    params: &mut ParamList,
+    ignored: &mut Ignored,
+) -> Result<(), SceneError> {
+    family.check(name, location, params, &ParamList::default(), ignored)?;
     Ok(())
 }

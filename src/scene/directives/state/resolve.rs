@@ -40,7 +40,9 @@ impl SceneBuilder {
         if self.more_warnings > 0 {
             warnings.push(format!("{} more warnings are not shown", self.more_warnings));
         }
-        let textures = std::mem::take(&mut self.textures).made;
+        let textures = std::mem::take(&mut self.textures);
+        self.ignored.add(textures.ignored);
+        let textures = textures.made;
         let (included, inputs) = (std::mem::take(&mut self.included), std::mem::take(&mut self.inputs));
         let budget = Arc::clone(&self.budget);
         let mut scene = Scene {
@@ -55,6 +57,7 @@ impl SceneBuilder {
             included,
             inputs,
             warnings,
+            ignored: self.ignored.lines(),
             budget,
         };
         scene.warnings.extend(missing_light::warning(&scene, &self.material_names()));

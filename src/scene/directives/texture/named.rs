@@ -16,6 +16,7 @@ use crate::scene::format::error::{Location, SceneError};
 use crate::scene::format::kind::Kind;
 use crate::scene::format::lexer::shorten;
 use crate::scene::format::params::{Param, ParamList};
+use crate::scene::format::registry::Ignored;
 use crate::scene::model::texture::{ImageTexture, Mapping, Texture, TextureKind, Wrap};
 use crate::scene::model::{EmissionImage, Input, Rgb};
 use crate::scene::spectrum::Spectrum;
@@ -75,6 +76,8 @@ pub(in crate::scene) struct Textures {
     /// Textures declared before the textures that they use.
     waiting: Vec<Declaration>,
     pub made: Vec<Texture>,
+    /// Parameters that cannot change the image.
+    pub ignored: Ignored,
     /// Images by file and decoding, so that each file is read once per decoding.
     images: HashMap<(PathBuf, String, Values, Use), Arc<Image>>,
     /// Means of images that area lights show, by the image's address.
@@ -163,7 +166,7 @@ impl Textures {
         let family = if *values == Values::Numbers { &FLOAT_FAMILY } else { &SPECTRUM_FAMILY };
         let checked = match class.as_str() {
             "ptex" => Err(location.unsupported("Texture \"ptex\"", INSTEAD_OF_PTEX)),
-            class => family.check(class, location, params, defaults),
+            class => family.check(class, location, params, defaults, &mut self.ignored),
         };
         let made = checked.and_then(|_| Maker { textures: self, place: &declaration }.make(&declaration.class));
         let (slot, outcome) = match made {
