@@ -26,6 +26,7 @@
 #include "light/light.glsl"
 #include "lookup/records.glsl"
 #include "material/bsdf.glsl"
+#include "material/bump.glsl"
 #include "material/layers.glsl"
 #include "material/material.glsl"
 #include "math/random.glsl"
@@ -203,8 +204,7 @@ void meet_emitter(inout Work work, Surface surface) {
 void reach_diffuse(inout Work work, inout Surface surface, Material material) {
     vec3 wo = -work.state.ray.direction;
     work.is_immersed = is_in_glass(work.state.medium_eta);
-    // The geometric normal decides the side: by the shading normal, the eye could see through.
-    bool front = dot(wo, surface.normal) >= 0.0;
+    bool front = is_on_front(surface, material, wo);
     if (HAS_DIFFUSE_TRANSMISSION) {
         front = front != ((material.flags & BEHIND) != 0u);
     }
@@ -251,6 +251,7 @@ bool follow(inout Work work, Hit hit) {
     work.state.travelled += hit.t;
     Surface surface = surface_at(work.state.ray, hit);
     Material material = material_at(surface);
+    apply_bumps(surface, material);
     vec3 wo = -work.state.ray.direction;
     if (HAS_AREA_LIGHTS && surface.light != NONE) {
         meet_emitter(work, surface);
