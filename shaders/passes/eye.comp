@@ -229,6 +229,7 @@ Scatter leave_specular(inout Work work, Surface surface, Material material, floa
     vec3 wo = -work.state.ray.direction;
     vec2 u_facet = is_rough(material) ? random_pair(random_of(work), pair + 1u) : vec2(0.0);
     Scatter scattered = scatter_specular(material, wo, surface.shading_normal, surface.tangent, u_lobe, u_facet, RADIANCE);
+    keep_media(scattered, surface, material, wo, RADIANCE);
     if (HAS_ROUGH) {
         vec3 reflected = direct_light_on_rough(surface, material, wo, random_of(work), pair + 2u, work.to_light);
         work.rough_radiance = work.state.throughput * reflected;

@@ -167,6 +167,7 @@ bool bounce(inout Path path, Surface surface, Material material) {
     bool specular = is_specular(material);
     vec2 u_direction = specular && !is_rough(material) ? vec2(0.0) : random_pair(path.random, pair);
     Scatter scattered = scatter(material, wo, surface.shading_normal, surface.tangent, u.x, u_direction, FLUX);
+    keep_media(scattered, surface, material, wo, FLUX);
     vec3 weight = path.weight * scattered.weight;
     if (HAS_SHADING_NORMALS) {
         weight *= shading_factor_of_bounce(surface, material, wo, scattered.wi);

@@ -2,11 +2,13 @@
 //
 // Source: Blinn, "Simulation of Wrinkled Surfaces", 1978, for displacements. As in pbrt-v4, the bent normal alone
 // decides what a material does, also on which side of the surface light comes and goes; the geometric normal decides
-// only where rays start. Photons have the factors of the adjoint BSDF (Veach 1997, section 5.3).
+// where rays start and which medium they are in. Photons have the factors of the adjoint BSDF (Veach 1997, section
+// 5.3).
 #include "geometry/surface_point.glsl"
+#include "material/bsdf.glsl"
 #include "material/texture.glsl"
-#include "scene/features.glsl"
 #include "scene/constants.glsl"
+#include "scene/features.glsl"
 #include "scene/materials.glsl"
 #include "scene/scene.glsl"
 
@@ -28,6 +30,32 @@ bool is_on_front(Surface surface, Material material, vec3 w) {
         n = surface.shading_normal;
     }
     return dot(w, n) >= 0.0;
+}
+
+// Index of the medium that a path enters from wo to wi over the one it leaves, where n decides the sides.
+float index_change(Material material, vec3 n, vec3 wo, vec3 wi) {
+    float side = dot(wo, n);
+    return side * dot(wi, n) < 0.0 ? relative_eta(material, side > 0.0) : 1.0;
+}
+
+// Factor of a dielectric's BSDF for radiance where the bent normal and the geometric normal disagree about which media
+// wo and wi are in. What refraction keeps is the radiance over the squared index. By the bent normal alone, light that
+// is reflected into glass would gain the squared index when it leaves the glass.
+float media_factor(Surface surface, Material material, vec3 wo, vec3 wi) {
+    if (HAS_DIELECTRICS && is_bent(material) && material.kind == DIELECTRIC) {
+        float ratio = index_change(material, surface.shading_normal, wo, wi) / index_change(material, surface.normal, wo, wi);
+        return ratio * ratio;
+    }
+    return 1.0;
+}
+
+// Takes the media of a scattered path from the geometric normal. `transport` is RADIANCE or FLUX.
+void keep_media(inout Scatter scattered, Surface surface, Material material, vec3 wo, bool transport) {
+    if (HAS_DIELECTRICS && is_bent(material) && material.kind == DIELECTRIC) {
+        float factor = media_factor(surface, material, wo, scattered.wi);
+        scattered.weight *= transport == RADIANCE ? factor : 1.0 / factor;
+        scattered.eta = index_change(material, surface.normal, wo, scattered.wi);
+    }
 }
 
 // Makes n the shading normal, on the side of the geometric normal. Leaves the normal where n is not finite or has no
