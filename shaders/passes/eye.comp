@@ -26,6 +26,7 @@
 #include "light/light.glsl"
 #include "lookup/records.glsl"
 #include "material/bsdf.glsl"
+#include "material/bump.glsl"
 #include "material/layers.glsl"
 #include "material/material.glsl"
 #include "math/random.glsl"
@@ -203,8 +204,7 @@ void meet_emitter(inout Work work, Surface surface) {
 void reach_diffuse(inout Work work, inout Surface surface, Material material) {
     vec3 wo = -work.state.ray.direction;
     work.is_immersed = is_in_glass(work.state.medium_eta);
-    // The geometric normal decides the side: by the shading normal, the eye could see through.
-    bool front = dot(wo, surface.normal) >= 0.0;
+    bool front = is_on_front(surface, material, wo);
     if (HAS_DIFFUSE_TRANSMISSION) {
         front = front != ((material.flags & BEHIND) != 0u);
     }
@@ -229,6 +229,7 @@ Scatter leave_specular(inout Work work, Surface surface, Material material, floa
     vec3 wo = -work.state.ray.direction;
     vec2 u_facet = is_rough(material) ? random_pair(random_of(work), pair + 1u) : vec2(0.0);
     Scatter scattered = scatter_specular(material, wo, surface.shading_normal, surface.tangent, u_lobe, u_facet, RADIANCE);
+    keep_media(scattered, surface, material, wo, RADIANCE);
     if (HAS_ROUGH) {
         vec3 reflected = direct_light_on_rough(surface, material, wo, random_of(work), pair + 2u, work.to_light);
         work.rough_radiance = work.state.throughput * reflected;
@@ -251,6 +252,7 @@ bool follow(inout Work work, Hit hit) {
     work.state.travelled += hit.t;
     Surface surface = surface_at(work.state.ray, hit);
     Material material = material_at(surface);
+    apply_bumps(surface, material);
     vec3 wo = -work.state.ray.direction;
     if (HAS_AREA_LIGHTS && surface.light != NONE) {
         meet_emitter(work, surface);

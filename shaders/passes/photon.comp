@@ -19,6 +19,7 @@
 #include "light/emission.glsl"
 #include "lookup/records.glsl"
 #include "material/bsdf.glsl"
+#include "material/bump.glsl"
 #include "material/layers.glsl"
 #include "material/material.glsl"
 #include "math/random.glsl"
@@ -113,8 +114,8 @@ struct Segment {
 };
 
 // Records a photon at a diffuse surface.
-void record_photon(inout Segment segment, Surface surface, vec3 wo, vec3 weight) {
-    vec3 facing = dot(wo, surface.normal) < 0.0 ? -surface.normal : surface.normal;
+void record_photon(inout Segment segment, Surface surface, Material material, vec3 wo, vec3 weight) {
+    vec3 facing = is_on_front(surface, material, wo) ? surface.normal : -surface.normal;
     PhotonRecord photon = PhotonRecord(surface.position, pack_normal(facing), weight, 0u);
     if (IS_RESUMABLE) {
         segment.photon = photon;
@@ -134,20 +135,21 @@ float cosine_ratio(vec3 w, vec3 over, vec3 under) {
 
 // Factor of a photon's weight where it is recorded: photons arrive by the geometric normal, eye paths
 // weight light by the shading normal (Veach 1997, section 5.3). It is 0 if the shading normal faces
-// away.
-float shading_factor_of_record(Surface surface, vec3 wo) {
+// away, unless that normal decides the side.
+float shading_factor_of_record(Surface surface, Material material, vec3 wo) {
     bool same_side = dot(wo, surface.shading_normal) * dot(wo, surface.normal) > 0.0;
-    return same_side ? cosine_ratio(wo, surface.shading_normal, surface.normal) : 0.0;
+    return same_side || is_bent(material) ? cosine_ratio(wo, surface.shading_normal, surface.normal) : 0.0;
 }
 
 // Factor of the adjoint BSDF, by which a photon scatters (Veach 1997, equation 5.19). It is 0 on a
-// diffuse surface if the shading normal and the geometric normal disagree about the side.
-float shading_factor_of_bounce(Surface surface, bool specular, vec3 wo, vec3 wi) {
+// diffuse surface if the shading normal and the geometric normal disagree about the side, unless the shading
+// normal decides it.
+float shading_factor_of_bounce(Surface surface, Material material, vec3 wo, vec3 wi) {
     float factor = cosine_ratio(wo, surface.shading_normal, surface.normal)
                  * cosine_ratio(wi, surface.normal, surface.shading_normal);
     bool agree_o = dot(wo, surface.shading_normal) * dot(wo, surface.normal) > 0.0;
     bool agree_i = dot(wi, surface.shading_normal) * dot(wi, surface.normal) > 0.0;
-    return specular || (agree_o && agree_i) ? factor : 0.0;
+    return is_specular(material) || is_bent(material) || (agree_o && agree_i) ? factor : 0.0;
 }
 
 float largest_channel(vec3 weight) {
@@ -165,9 +167,10 @@ bool bounce(inout Path path, Surface surface, Material material) {
     bool specular = is_specular(material);
     vec2 u_direction = specular && !is_rough(material) ? vec2(0.0) : random_pair(path.random, pair);
     Scatter scattered = scatter(material, wo, surface.shading_normal, surface.tangent, u.x, u_direction, FLUX);
+    keep_media(scattered, surface, material, wo, FLUX);
     vec3 weight = path.weight * scattered.weight;
     if (HAS_SHADING_NORMALS) {
-        weight *= shading_factor_of_bounce(surface, specular, wo, scattered.wi);
+        weight *= shading_factor_of_bounce(surface, material, wo, scattered.wi);
     }
     // Russian roulette keeps the largest channel of the weight as it was.
     float before = largest_channel(path.weight);
@@ -189,6 +192,7 @@ uint advance(inout Path path, Hit hit, inout Segment segment) {
     }
     Surface surface = surface_at(path.ray, hit);
     Material material = material_at(surface);
+    apply_bumps(surface, material);
     vec3 wo = -path.ray.direction;
     bool receives = receives_photons(material);
     if (receives && is_in_glass(path.medium_eta)) {
@@ -199,12 +203,12 @@ uint advance(inout Path path, Hit hit, inout Segment segment) {
     bool is_wanted = DIRECT_NEE ? path.depth > 0u : true;
     float shading = 1.0;
     if (HAS_SHADING_NORMALS) {
-        shading = shading_factor_of_record(surface, wo);
+        shading = shading_factor_of_record(surface, material, wo);
         is_wanted = is_wanted && shading > 0.0;
     }
     if (receives && is_wanted) {
         float kept = transmittance_to_base(material, abs(dot(wo, surface.shading_normal)));
-        record_photon(segment, surface, wo, path.weight * (kept * shading));
+        record_photon(segment, surface, material, wo, path.weight * (kept * shading));
     }
     path.depth++;
     if (path.depth >= scene.max_depth) {

@@ -32,7 +32,7 @@ use instance::Placed;
 pub(crate) use light::light_kind;
 use light::light_of;
 use light_range::{set_reach, sphere_of_reach};
-use material::specialize;
+use material::{has_bumps, specialize};
 pub use newton::{Envelopes, RevolutionSolver};
 pub use noise::PERMUTATION;
 pub use quadric::longest_row;
@@ -427,7 +427,7 @@ impl Packer {
             revolution_newton: self.solver != RevolutionSolver::Certified,
             has_cut_spheres: self.quadrics.iter().any(|quadric| !whole(quadric)),
             has_instances: !self.instances.is_empty(),
-            has_shading_normals: !self.triangle_normals.is_empty(),
+            has_shading_normals: !self.triangle_normals.is_empty() || has_bumps(&self.materials),
             has_spot_lights: has_light(SPOT),
             has_distant_lights: has_light(DISTANT),
             has_infinite_lights: has_light(INFINITE) || has_light(SKY),

@@ -5,6 +5,7 @@
 //! last place of 1, the largest relative error of one fp32 operation.
 
 mod bsdf;
+mod bump;
 mod circle;
 mod discs;
 mod emission;

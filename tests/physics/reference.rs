@@ -56,6 +56,11 @@ fn shapes_match_the_reference() {
     assert_matches("shapes", 0.01917);
 }
 
+#[test]
+fn bumps_match_the_reference() {
+    assert_matches("bumps", 0.01700);
+}
+
 /// Renders a scene as it asks to be rendered, and compares.
 fn assert_matches(name: &str, max_relmse: f64) {
     let folder = support::root().join("tests/reference");

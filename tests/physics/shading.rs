@@ -71,6 +71,64 @@ fn a_smooth_ball_is_lit_alike_by_eye_paths_and_photons() {
 /// Albedo of a floor that sends next to nothing back to the glass above it.
 const DARK: f64 = 0.01;
 
+/// A part of a floor at z = 0, of albedo [`DARK`], under something that refracts light.
+#[derive(Clone, Copy)]
+pub(super) struct Floor {
+    /// Radius of the disc over which its radiance is averaged.
+    pub radius: f64,
+    /// Largest angle in degrees at which light comes to it, from the axes of the image.
+    pub angle: f64,
+}
+
+/// Radiance of a floor by eye paths that look up from there: the integral of what they see.
+pub(super) fn floor_by_eye_paths(floor: Floor, world: &str, iterations: u32) -> f64 {
+    let pixels = 96;
+    // The lens is as large as the disc on which photons are gathered.
+    let up = format!(
+        "LookAt .05 .02 1e-4  .05 .02 1  0 1 0\nCamera \"perspective\" \"float fov\" {} \
+         \"float lensradius\" {} \"float focaldistance\" 1e4",
+        2.0 * floor.angle,
+        floor.radius
+    );
+    let options = Options {
+        resolution: Some([pixels; 2]),
+        photons: Some(1),
+        eye_paths: Some(64),
+        max_depth: Some(EYE_ONLY.depth),
+        ..Options::default()
+    };
+    let image = render(&up, world, options, iterations).image;
+    // The sum of L cos over solid angle: a pixel on the plane z = 1 shows cos³ of its area.
+    let half = floor.angle.to_radians().tan();
+    let at = |i: usize| half * ((2 * i + 1) as f64 / f64::from(pixels) - 1.0);
+    let weight = |index: usize| {
+        let (x, y) = (at(index % pixels as usize), at(index / pixels as usize));
+        (1.0 + x * x + y * y).powi(-2)
+    };
+    let sum: f64 = image.pixels.iter().enumerate().map(|(i, pixel)| f64::from(pixel[0]) * weight(i)).sum();
+    DARK / PI * sum * (2.0 * half / f64::from(pixels)).powi(2)
+}
+
+/// The same by photons.
+pub(super) fn floor_by_photons(Floor { radius, .. }: Floor, world: &str, iterations: u32) -> f64 {
+    let down = "LookAt .05 .02 .2  .05 .02 0  0 1 0\n\
+                Camera \"orthographic\" \"float screenwindow\" [-1e-4 1e-4 -1e-4 1e-4]";
+    let floor = format!(
+        "Material \"diffuse\" \"rgb reflectance\" [{DARK} {DARK} {DARK}]\nShape \"disk\" \"float radius\" {}\n",
+        2.5 * radius
+    );
+    let options = Options {
+        resolution: Some([8, 8]),
+        photons: Some(3_000_000),
+        radius: Some(radius),
+        alpha: Some(1.0),
+        max_depth: Some(EYE_ONLY.depth),
+        direct: DirectLight::Photons,
+        ..Options::default()
+    };
+    mean(&render(down, &format!("{world}{floor}"), options, iterations).image)[0]
+}
+
 /// The light of a lamp through a smooth ball of glass, on a floor: by photons, and by eye paths that
 /// look up from there.
 #[test]
@@ -83,43 +141,10 @@ fn smooth_glass_passes_as_much_light_either_way() {
             "AttributeBegin\nMaterial \"dielectric\"\nTranslate .1 0 1.3\nRotate 20 1 2 3\n{}AttributeEnd\n",
             smooth_ball(0.6, stacks, slices)
         );
-        let pixels = 96;
-        // The lens is as large as the disc on which photons are gathered.
-        let up = "LookAt .05 .02 1e-4  .05 .02 1  0 1 0\nCamera \"perspective\" \"float fov\" 120 \
-                  \"float lensradius\" .4 \"float focaldistance\" 1e4";
-        let options = Options {
-            resolution: Some([pixels; 2]),
-            photons: Some(1),
-            eye_paths: Some(64),
-            max_depth: Some(EYE_ONLY.depth),
-            ..Options::default()
-        };
-        let image = render(up, &format!("{lamp}{glass}"), options, 3).image;
-        // The sum of L cos over solid angle: a pixel on the plane z = 1 shows cos³ of its area.
-        let half = 60.0_f64.to_radians().tan();
-        let at = |i: usize| half * ((2 * i + 1) as f64 / f64::from(pixels) - 1.0);
-        let weight = |index: usize| {
-            let (x, y) = (at(index % pixels as usize), at(index / pixels as usize));
-            (1.0 + x * x + y * y).powi(-2)
-        };
-        let sum: f64 = image.pixels.iter().enumerate().map(|(i, pixel)| f64::from(pixel[0]) * weight(i)).sum();
-        let expected = DARK / PI * sum * (2.0 * half / f64::from(pixels)).powi(2);
-
-        let down = "LookAt .05 .02 .2  .05 .02 0  0 1 0\n\
-                    Camera \"orthographic\" \"float screenwindow\" [-1e-4 1e-4 -1e-4 1e-4]";
-        let floor = format!(
-            "Material \"diffuse\" \"rgb reflectance\" [{DARK} {DARK} {DARK}]\nShape \"disk\" \"float radius\" 1\n"
-        );
-        let options = Options {
-            resolution: Some([8, 8]),
-            photons: Some(3_000_000),
-            radius: Some(0.4),
-            alpha: Some(1.0),
-            max_depth: Some(EYE_ONLY.depth),
-            direct: DirectLight::Photons,
-            ..Options::default()
-        };
-        let measured = mean(&render(down, &format!("{lamp}{glass}{floor}"), options, work(2, 8)).image)[0];
+        let world = format!("{lamp}{glass}");
+        let floor = Floor { radius: 0.4, angle: 60.0 };
+        let expected = floor_by_eye_paths(floor, &world, 3);
+        let measured = floor_by_photons(floor, &world, work(2, 8));
         println!("{stacks}x{slices}: {expected:.6} by eye paths, {measured:.6} by photons, {:.4}", measured / expected);
         assert!((measured / expected - 1.0).abs() < 0.01, "{stacks}x{slices}: {expected} {measured}");
     }

@@ -1,5 +1,6 @@
 // The point at which a ray meets a surface.
 #include "geometry/contact.glsl"
+#include "geometry/derivatives.glsl"
 #include "geometry/hit.glsl"
 #include "geometry/instance.glsl"
 #include "geometry/quadric.glsl"
@@ -64,6 +65,9 @@ Surface triangle_surface(uint index, vec2 barycentric) {
     if (HAS_ANISOTROPIC) {
         surface.tangent = triangle_tangent(triangle, triangle_uvs_at(index), surface.normal);
     }
+    if (HAS_BUMPS) {
+        surface.by_uv = triangle_derivatives(triangle, triangle_uvs_at(index), surface.shading_normal);
+    }
     return surface;
 }
 
@@ -99,6 +103,10 @@ Surface quadric_surface(Quadric quadric, bool sphere, vec3 p) {
     if (HAS_ANISOTROPIC) {
         vec3 tangent = transform_vector(quadric.render_from_object, vec3(-on_surface.y, on_surface.x, 0.0));
         surface.tangent = tangent_or_any(tangent, surface.normal);
+    }
+    if (HAS_BUMPS) {
+        float heights = polar_angle(quadric.z_max) - polar_angle(quadric.z_min);
+        surface.by_uv = quadric_derivatives(quadric, sphere, on_surface, heights);
     }
     return surface;
 }
@@ -146,6 +154,9 @@ Surface revolution_surface(uint piece, float x, vec2 azimuth) {
     if (HAS_ANISOTROPIC) {
         surface.tangent = transform_vector(body.render_from_unit, vec3(-azimuth.y, azimuth.x, 0.0));
     }
+    if (HAS_BUMPS) {
+        surface.by_uv = revolution_derivatives(piece, body, profile, point, x, azimuth);
+    }
     return surface;
 }
 
@@ -155,6 +166,9 @@ Surface surface_out_of_instance(uint index, Surface surface) {
     surface.position = transform_point(instance.render_from_object, surface.position);
     surface.error = instance.growth * surface.error + instance.error;
     surface.normal = normalize(transform_normal(instance.object_from_render, surface.normal));
+    if (HAS_BUMPS) {
+        surface.by_uv = derivatives_out_of_instance(instance, surface.by_uv, surface.shading_normal);
+    }
     vec3 n = normalize(transform_normal(instance.object_from_render, surface.shading_normal));
     surface.shading_normal = dot(n, surface.normal) < 0.0 ? -n : n;
     if (HAS_ANISOTROPIC) {

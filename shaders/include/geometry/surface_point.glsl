@@ -1,5 +1,14 @@
 // A point of a surface.
 
+// Derivatives of a surface by its texture coordinates, render units. On triangles with normals at their corners,
+// those of the position are in the plane of the shading normal.
+struct Derivatives {
+    vec3 dp_du; // of the position
+    vec3 dp_dv;
+    vec3 dn_du; // of the shading normal
+    vec3 dn_dv;
+};
+
 struct Surface {
     vec3 position;
     float error;         // bound of the position's error per axis, also for a ray that starts there, render units
@@ -12,6 +21,7 @@ struct Surface {
     float area_pdf;      // body of revolution that is a light: pdf by area of sampling this point
     vec2 uv;             // texture coordinates; only under HAS_TEXTURES
     vec3 tangent;        // along the derivative of the position by u, of any length; only under HAS_ANISOTROPIC
+    Derivatives by_uv;   // only under HAS_BUMPS
 };
 
 // Bound of the position's error along the normal: the sum of the errors of all three axes.

@@ -17,7 +17,7 @@ FEATURES SceneFeatures {
     bool HAS_QUADRICS = true;           // spheres or disks
     bool HAS_CURVED = true;             // any shape but triangles
     bool HAS_INSTANCES = true;          // objects with hierarchies of their own
-    bool HAS_SHADING_NORMALS = true;    // triangles with normals at their corners
+    bool HAS_SHADING_NORMALS = true;    // shading normals: at corners of triangles, or by bumps
     bool HAS_CONTACTS = true;           // surfaces of different bodies that coincide
     uint REVOLUTION_PAIRS = 5u;         // pairs of powers in the highest polynomial of any profile
     bool REVOLUTION_NEWTON = false;     // rays meet whole segments, by the classical solver
@@ -59,6 +59,9 @@ FEATURES MaterialFeatures {
     bool HAS_SPECULAR = true;           // any lobe that is not Lambertian
     bool HAS_ROUGH = false;             // conductors, dielectrics or coats that are rough
     bool HAS_ANISOTROPIC = true;        // roughness that differs by direction
+    bool HAS_BUMPS = false;             // shading normals that textures bend
+    bool HAS_DISPLACEMENTS = false;     // by heights
+    bool HAS_NORMAL_MAPS = false;       // by images of normals
 };
 
 // Of the camera: src/gpu_scene/camera.rs.

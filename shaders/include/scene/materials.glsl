@@ -16,6 +16,8 @@ export const uint BY_REFLECTANCE = 2u; // a metal whose color is its reflectance
 export const uint REMAPPED = 4u;       // textures of alpha hold its square
 export const uint REMAPPED_COAT = 8u;  // textures of the coat's alpha hold its square
 export const uint BEHIND = 16u;        // of a lobe: on the side away from wo
+export const uint DISPLACED = 32u;     // bump_texture is a height, which bends the shading normal
+export const uint NORMAL_MAPPED = 64u; // bump_texture is the shading normal
 
 // A surface's material. Textures are indices or NONE; where there is one, it takes the place of the value.
 struct Material {
@@ -43,6 +45,10 @@ struct Material {
     uint first;         // mix: index of the first material
     uint second_part;   // mix: index of the second material
     uint alpha_texture; // how much of the surface is there, or NONE: all
+    uint bump_texture;  // where DISPLACED or NORMAL_MAPPED
+    float bump_scale;   // render units of a unit of the height
+    uint pad0;
+    uint pad1;
 };
 
 // Kinds of nodes of a texture. Some give a value,

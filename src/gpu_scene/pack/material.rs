@@ -4,9 +4,9 @@ use super::PackError;
 use super::texture::PackedTextures;
 use crate::kernels::{
     self, BY_REFLECTANCE, COATED_CONDUCTOR, COATED_DIFFUSE, CONDUCTOR, DIELECTRIC, DIFFUSE, DIFFUSE_TRANSMISSION,
-    HAS_LAMBERTIAN, MIX, MaterialFeatures, NONE, REMAPPED, REMAPPED_COAT, THIN_DIELECTRIC,
+    DISPLACED, HAS_LAMBERTIAN, MIX, MaterialFeatures, NONE, NORMAL_MAPPED, REMAPPED, REMAPPED_COAT, THIN_DIELECTRIC,
 };
-use crate::scene::{Coat, Input, Material, Metal, Rgb, Roughness};
+use crate::scene::{Bump, Coat, Input, Material, Metal, Rgb, Roughness};
 
 /// Maximum alpha: rougher surfaces look the same.
 const MOST_ALPHA: f64 = 100.0;
@@ -88,6 +88,7 @@ fn pack_material(material: &Material, textures: &mut PackedTextures) -> Result<k
             let amount = amount.unwrap_or_default() as f32;
             kernels::Material { kind: MIX, amount, amount_texture, first, second_part, ..zero }
         }
+        Material::Bumped { material, bump } => with_bump(pack_material(material, textures)?, *bump, textures)?,
     })
 }
 
@@ -165,6 +166,25 @@ fn with_coat(
     })
 }
 
+fn with_bump(
+    material: kernels::Material,
+    bump: Bump,
+    textures: &mut PackedTextures,
+) -> Result<kernels::Material, PackError> {
+    let (flag, texture) = match bump {
+        Bump::Displacement(texture) => (DISPLACED, texture),
+        Bump::NormalMap(texture) => (NORMAL_MAPPED, texture),
+    };
+    let (bump_texture, _) = textures.color(&Input::Texture(texture))?;
+    let bump_scale = textures.render_units() as f32;
+    Ok(kernels::Material { flags: material.flags | flag, bump_texture, bump_scale, ..material })
+}
+
+/// Returns true if a texture bends the normals of a material.
+pub(super) fn has_bumps(materials: &[kernels::Material]) -> bool {
+    materials.iter().any(|material| material.flags & (DISPLACED | NORMAL_MAPPED) != 0)
+}
+
 /// Returns the reflectance of a boundary between dielectrics for unpolarised light; `eta` is the index of
 /// the far side over that of the near side.
 fn fresnel(cos_i: f64, eta: f64) -> f64 {
@@ -230,6 +250,9 @@ pub(super) fn specialize(materials: &[kernels::Material]) -> MaterialFeatures {
         has_specular: has_conductors || has_dielectrics || has_coats || has_thin,
         has_rough: materials.iter().any(is_rough),
         has_anisotropic: materials.iter().any(is_anisotropic),
+        has_bumps: has_bumps(materials),
+        has_displacements: materials.iter().any(|material| material.flags & DISPLACED != 0),
+        has_normal_maps: materials.iter().any(|material| material.flags & NORMAL_MAPPED != 0),
     }
 }
 

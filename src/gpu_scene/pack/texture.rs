@@ -61,6 +61,11 @@ impl PackedTextures {
         }
     }
 
+    /// Returns the number of render units in a scene unit.
+    pub fn render_units(&self) -> f64 {
+        1.0 / self.world_from_render.matrix3.x_axis.x
+    }
+
     /// Returns a texture's first node and black, or NONE and the constant.
     pub fn color(&mut self, input: &Input<Rgb>) -> Result<(u32, [f32; 3]), PackError> {
         match *input {

@@ -88,8 +88,6 @@ fn what_is_not_supported_is_an_error_once_it_is_used() {
         "Shape \"plymesh\" \"texture displacement\" \"x\"",
         "\"texture displacement\" of Shape \"plymesh\" is not",
     );
-    let map = "Material \"diffuse\" \"string normalmap\" \"x.png\" Shape \"disk\"";
-    assert_refused(map, "\"string normalmap\" of Material \"diffuse\" is not supported yet");
 }
 
 #[test]

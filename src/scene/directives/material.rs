@@ -1,10 +1,11 @@
 //! The `Material` and `MakeNamedMaterial` directives.
 
+use crate::scene::directives::bump::{DISPLACEMENT, NORMAL_MAP, bumped};
 use crate::scene::directives::texture::Textures;
 use crate::scene::format::error::{Location, SceneError};
 use crate::scene::format::kind::Kind;
 use crate::scene::format::params::{Param, ParamList};
-use crate::scene::format::registry::{Family, ParamSpec, full, ignored, later, not_yet, supported};
+use crate::scene::format::registry::{Family, ParamSpec, full, ignored, not_yet, supported};
 use crate::scene::model::{Coat, Input, Material, Metal, Rgb, Roughness};
 use crate::scene::spectrum::{Spectrum, conductor, conductor_from_reflectance, copper, optional};
 
@@ -14,8 +15,6 @@ const TEXTURED: &[Kind] = &[Kind::Rgb, Kind::Spectrum, Kind::Blackbody, Kind::Te
 const NUMBER: &[Kind] = &[Kind::Float, Kind::Texture];
 const INDEX: &[Kind] = &[Kind::Float, Kind::Spectrum, Kind::Blackbody];
 
-const DISPLACEMENT: ParamSpec = later("displacement", &[Kind::Float, Kind::Texture]);
-const NORMAL_MAP: ParamSpec = later("normalmap", &[Kind::String]);
 const ROUGHNESS: ParamSpec = full("roughness", NUMBER);
 const U_ROUGHNESS: ParamSpec = full("uroughness", NUMBER);
 const V_ROUGHNESS: ParamSpec = full("vroughness", NUMBER);
@@ -122,6 +121,17 @@ pub(in crate::scene) fn default() -> Material {
 
 /// Returns a material, other than a mix, from parameters that [`FAMILY`] has checked, and warnings.
 pub(in crate::scene) fn material(
+    name: &str,
+    params: &ParamList,
+    textures: &mut Textures,
+    location: &Location,
+) -> Result<(Material, Vec<String>), SceneError> {
+    let (material, warnings) = even_material(name, params, textures, location)?;
+    Ok((bumped(material, params, textures)?, warnings))
+}
+
+/// Returns the material without its bumps.
+fn even_material(
     name: &str,
     params: &ParamList,
     textures: &Textures,

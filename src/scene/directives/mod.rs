@@ -1,5 +1,6 @@
 //! The directives of a scene file: conversion of parameters to parts of the model.
 
+mod bump;
 pub(in crate::scene) mod camera;
 mod emission;
 pub(in crate::scene) mod film;

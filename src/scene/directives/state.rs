@@ -362,7 +362,7 @@ impl SceneBuilder {
 
     fn material_of(&mut self, kind: &str, params: &ParamList, location: &Location) -> Result<Made, SceneError> {
         if kind != "mix" {
-            let (material, warnings) = material::material(kind, params, &self.textures, location)?;
+            let (material, warnings) = material::material(kind, params, &mut self.textures, location)?;
             warnings.into_iter().for_each(|warning| self.warn(location, &warning));
             return Ok(Made::Material(material));
         }

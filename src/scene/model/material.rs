@@ -59,6 +59,17 @@ pub struct Coat {
     pub roughness: Roughness,
 }
 
+/// What bends the shading normals of a surface.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Bump {
+    /// Height of the surface above its shape along the normal, in scene units: the index of a texture of numbers.
+    /// The normals are those of the raised surface (Blinn 1978).
+    Displacement(usize),
+    /// The normal itself, of any length: the index of a texture. Its x is along the derivative of the position by
+    /// u, its z along the surface's shading normal, and x, y, z are right-handed.
+    NormalMap(usize),
+}
+
 /// How a surface scatters light.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Material {
@@ -121,6 +132,13 @@ pub enum Material {
         /// Probability of the second material, 0 to 1.
         amount: Input<f64>,
     },
+    /// A material on a surface whose shading normals a texture bends.
+    Bumped {
+        /// The material; neither a mix nor bumped itself.
+        material: Box<Material>,
+        /// What bends the normals.
+        bump: Bump,
+    },
     /// No surface: light passes unchanged. The scene leaves out shapes of this material.
     Interface,
 }
@@ -137,6 +155,7 @@ impl Material {
             Self::CoatedDiffuse { .. } => "coateddiffuse",
             Self::CoatedConductor { .. } => "coatedconductor",
             Self::Mix { .. } => "mix",
+            Self::Bumped { material, .. } => material.kind(),
             Self::Interface => "interface",
         }
     }
@@ -146,6 +165,7 @@ impl Material {
         match self {
             Self::Conductor { roughness, .. } | Self::Dielectric { roughness, .. } => Lobes::by(roughness),
             Self::ThinDielectric { .. } => Lobes { smooth: true, rough: false },
+            Self::Bumped { material, .. } => material.lobes(),
             Self::CoatedDiffuse { coat, .. } => Lobes::of_coat(coat),
             Self::CoatedConductor { roughness, coat, .. } => {
                 let (above, below) = (Lobes::of_coat(coat), Lobes::by(roughness));

@@ -229,18 +229,23 @@ impl Textures {
             let sum: Rgb = image.pixels.iter().map(|pixel| Rgb::from(pixel.map(f64::from)).max(Rgb::ZERO)).sum();
             sum / image.pixels.len() as f64
         });
+        let shown = ImageTexture { range: [0.0, f64::INFINITY], ..whole(image, Wrap::Clamp) };
+        Ok(EmissionImage { texture: self.add_image(shown, param)?, mean })
+    }
+
+    /// Returns the index of the texture of a normal map, whose values are directions: x along u, z out of the
+    /// surface. As in pbrt, the image is linear, whatever its encoding, and a value v in [0, 1] stands for 2v - 1.
+    pub fn normal_map(&mut self, name: &str, param: &Param) -> Result<usize, SceneError> {
+        let encoding = ("linear".to_string(), Transfer::Linear);
+        let image = self.image(self.directory.join(name), encoding, (Values::Colors, Use::Reflectance), param)?;
+        self.add_image(ImageTexture { offset: -1.0, factor: 2.0, ..whole(image, Wrap::Repeat) }, param)
+    }
+
+    /// Adds a texture that a parameter gives without a `Texture`, and returns its index.
+    fn add_image(&mut self, image: ImageTexture, param: &Param) -> Result<usize, SceneError> {
         self.budget.take(size_of::<Texture>() as u64).map_err(param.location.over())?;
-        let shown = ImageTexture {
-            image,
-            mapping: Mapping::Surface(DAffine3::IDENTITY),
-            wrap: Wrap::Clamp,
-            nearest: false,
-            offset: 0.0,
-            factor: 1.0,
-            range: [0.0, f64::INFINITY],
-        };
-        self.made.push(Texture { kind: TextureKind::Image(shown), location: param.location.to_string() });
-        Ok(EmissionImage { texture: self.made.len() - 1, mean })
+        self.made.push(Texture { kind: TextureKind::Image(image), location: param.location.to_string() });
+        Ok(self.made.len() - 1)
     }
 
     fn find(&self, values: Values, param: &Param) -> Result<Input<Rgb>, SceneError> {
@@ -315,6 +320,19 @@ impl Textures {
         let image = Arc::new(image);
         self.images.insert(key, Arc::clone(&image));
         Ok(image)
+    }
+}
+
+/// Returns the texture of an image that a surface's own coordinates span.
+fn whole(image: Arc<Image>, wrap: Wrap) -> ImageTexture {
+    ImageTexture {
+        image,
+        mapping: Mapping::Surface(DAffine3::IDENTITY),
+        wrap,
+        nearest: false,
+        offset: 0.0,
+        factor: 1.0,
+        range: [f64::NEG_INFINITY, f64::INFINITY],
     }
 }
 
