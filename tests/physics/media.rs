@@ -65,7 +65,13 @@ fn eye_paths_see_the_sky_through_what_bounds_a_medium() {
     );
     let row = |place: &str| {
         let others: String = (1..400)
-            .map(|i| format!("AttributeBegin\nTranslate {} 0 0\nObjectInstance \"o\"\nAttributeEnd\n", 2 * i))
+            .map(|i| {
+                format!(
+                    "AttributeBegin\nTranslate {} {} 0\nObjectInstance \"o\"\nAttributeEnd\n",
+                    2 * (i % 20),
+                    2 * (i / 20)
+                )
+            })
             .collect();
         format!("{object}{others}AttributeBegin\n{place}\nObjectInstance \"o\"\nAttributeEnd\n")
     };
@@ -74,7 +80,7 @@ fn eye_paths_see_the_sky_through_what_bounds_a_medium() {
         ("a body without refraction", between("a", "", &format!("{clear}{unit}")), [1.0, 0.0]),
         ("a reversed box", between("", "a", &format!("{INTERFACE}ReverseOrientation\n{unit}")), [1.0, 0.0]),
         ("a mirrored box", between("a", "", &format!("{INTERFACE}Scale 1 1 -1\n{unit}")), [1.0, 0.0]),
-        ("a mirrored ball", between("a", "", &format!("{INTERFACE}Scale 1 1 -.5\n{SPHERE} 1")), [1.0, 0.0]),
+        ("a mirrored ball", between("", "a", &format!("{INTERFACE}Scale 1 1 -.5\n{SPHERE} 1")), [1.0, 0.0]),
         ("one medium on both sides", between("a", "a", &format!("{INTERFACE}{unit}")), [0.0, 0.0]),
         (
             "boxes in contact",
@@ -131,7 +137,7 @@ fn on_the_floor(above: &str, height: f64, direct: DirectLight, material: &str) -
         resolution: [8; 2],
         photons: 131_072,
         iterations: 16,
-        radius: 0.3,
+        radius: 0.1,
         alpha: 1.0,
         depth: 40,
         eye_paths: 16,
@@ -228,6 +234,7 @@ fn nothing_comes_through_an_endless_medium() {
 fn absorption_does_not_depend_on_the_unit_of_length() {
     let shot = Shot { resolution: [4; 2], iterations: 1, eye_paths: 4, ..EYE_ONLY };
     for unit in [1e-9, 1e-3, 1e6, 1e15] {
+        let shot = Shot { radius: 0.1 * unit, ..shot };
         let world = format!(
             "{}{SKY}{}",
             medium("a", A.map(|a| a / unit)),

@@ -4,16 +4,18 @@
 // side, by its geometric normal, and so which one a ray that leaves it enters. On any other surface the ray
 // stays in its medium.
 #include "geometry/surface_point.glsl"
+#include "scene/constants.glsl"
 #include "scene/features.glsl"
 #include "scene/media.glsl"
 #include "scene/scene.glsl"
 
-// Optical depths from this one on let no light pass: exp of it is less than any number of fp32.
+// Above this optical depth no light passes: less than the least normal number of fp32.
 const float OPAQUE_DEPTH = 87.0;
 
 // Share of light that is left after a way through a medium, render units: the law of Beer and Lambert.
 vec3 transmittance(uint medium, float way) {
-    vec3 depth = media_at(medium).absorption * max(way, 0.0); // below 0 by rounding
+    // Rounding takes ways below 0, and beyond the largest number.
+    vec3 depth = media_at(medium).absorption * clamp(way, 0.0, INFINITY_T);
     return mix(exp(-depth), vec3(0.0), greaterThan(depth, vec3(OPAQUE_DEPTH)));
 }
 

@@ -2,6 +2,7 @@
 
 export const uint VACUUM = 0u; // index of the medium that absorbs nothing
 
+// A homogeneous medium.
 struct Medium {
     vec3 absorption; // coefficient per channel, 1/render unit
     uint pad;

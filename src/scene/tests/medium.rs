@@ -95,7 +95,7 @@ fn what_media_cannot_do_yet_is_said_where_it_stands() {
     for (world, expected) in [
         (
             format!("{homogeneous}\"rgb sigma_s\" [0 0 .1]"),
-            "2:54: \"rgb sigma_s\" above 0: scattering is not supported yet",
+            "2:49: \"rgb sigma_s\" above 0: scattering is not supported yet",
         ),
         (
             homogeneous.to_owned(),
@@ -105,7 +105,7 @@ fn what_media_cannot_do_yet_is_said_where_it_stands() {
             format!("{homogeneous}\"string preset\" \"Merlot\""),
             "\"rgb sigma_a\" [ 0.11632 0.25191 0.29434 ] \"rgb sigma_s\"",
         ),
-        (clear("m") + "\"rgb Le\" [0 .1 0]", "2:76: \"rgb Le\" above 0: emission of a medium is not supported yet"),
+        (clear("m") + "\"rgb Le\" [0 .1 0]", "2:71: \"rgb Le\" above 0: emission of a medium is not supported yet"),
         (
             "MakeNamedMedium \"m\" \"string type\" \"cloud\"".to_owned(),
             "2:17: MakeNamedMedium \"cloud\" is not supported yet; supported here: \"homogeneous\"",
@@ -123,7 +123,7 @@ fn what_media_cannot_do_yet_is_said_where_it_stands() {
     for (world, expected) in [
         (
             "MakeNamedMedium \"n\" \"string type\" \"homogeneous\"".to_owned(),
-            "2:50: unknown medium \"m\"; expected one that MakeNamedMedium has made, or \"\" for a vacuum",
+            "2:49: unknown medium \"m\"; expected one that MakeNamedMedium has made, or \"\" for a vacuum",
         ),
         ("MakeNamedMedium \"m\"".to_owned(), "MakeNamedMedium \"m\" has no \"string type\"; expected one"),
         (
