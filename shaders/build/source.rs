@@ -51,6 +51,7 @@ pub struct Member {
 pub enum Part {
     Shapes,
     Materials,
+    Media,
     Lights,
     /// It follows from the others.
     Derived,
@@ -315,9 +316,10 @@ fn part_of(name: &str) -> Result<Part> {
     match name {
         "shapes" => Ok(Part::Shapes),
         "materials" => Ok(Part::Materials),
+        "media" => Ok(Part::Media),
         "lights" => Ok(Part::Lights),
         "derived" => Ok(Part::Derived),
-        _ => Err(format!("{name} is no part of a scene; expected shapes, materials, lights or derived").into()),
+        _ => Err(format!("{name} is no part of a scene; expected shapes, materials, media, lights or derived").into()),
     }
 }
 

@@ -12,6 +12,7 @@
 #include "camera/kept.glsl"
 #include "camera/rough_path.glsl"
 #include "camera/sample.glsl"
+#include "camera/visible_end.glsl"
 #include "geometry/contact.glsl"
 #include "geometry/hit.glsl"
 #include "geometry/normal.glsl"
@@ -31,6 +32,7 @@
 #include "material/material.glsl"
 #include "math/random.glsl"
 #include "math/sampling.glsl"
+#include "medium/medium.glsl"
 #include "scene/constants.glsl"
 #include "scene/features.glsl"
 #include "scene/lights.glsl"
@@ -52,7 +54,7 @@ struct EyePlace {
     uint state;         // FINISHED, UNFINISHED or STUCK
     float begin;        // of the ray: contact.glsl
     uint contacts;      // of the ray: contact.glsl
-    uint pad0;
+    uint medium;        // of the ray: index into media
 };
 
 UPDATED_BUFFER(EyePlace, places) // of invocations that go on
@@ -69,8 +71,7 @@ layout(push_constant) uniform Push {
 // Pairs of random numbers of an eye path. The camera takes the first two. Scattering takes one pair per
 // bounce from PAIR_LOBE on. Where surfaces may be rough, it takes three more: one for the microfacet and
 // two for a light.
-const uint PAIR_LIGHT = 2u;
-const uint PAIR_LIGHT_POINT = 3u;
+const uint PAIR_LIGHT = 2u; // and the next one
 const uint PAIR_BSDF = 4u;
 const uint PAIR_LOBE = 5u;
 
@@ -95,49 +96,8 @@ struct EyeState {
     vec3 radiance;     // emission met so far, W/(m^2 sr)
 };
 
-// The end of an eye path on a diffuse surface. Of a path that has met none yet, only `is_reached` is defined.
-struct VisibleEnd {
-    bool is_reached;
-    vec3 position;     // render units
-    float cosine;      // of the shading normal and the direction in which the path looks for lights
-    vec3 direct;       // radiance by one light, over the pdf of choosing it, unless it is blocked; W/(m^2 sr)
-    Ray to_light;      // asks whether it is
-};
-
-// Samples a light for a visible point, chosen by power: the irradiance, over the pdf of choosing it, unless
-// the light is blocked; W/m^2.
-vec3 sample_direct_irradiance(Surface surface, Material material, Random random, out Ray to_light) {
-    to_light = free_ray(vec3(0.0), vec3(0.0));
-    if (HAS_LOCATABLE_LIGHTS) {
-        LightSample direct = sample_direct(surface.position, random_pair(random, PAIR_LIGHT).x,
-                                           random_pair(random, PAIR_LIGHT_POINT));
-        float cos_surface = max(dot(direct.wi, surface.shading_normal), 0.0);
-        float weight = direct.uses_mis ? mis_weight(direct.pdf, cos_surface / PI) : 1.0;
-        bool passes = HAS_DIFFUSE_TRANSMISSION && (material.flags & BEHIND) != 0u;
-        to_light = shadow_ray(surface, direct.wi, direct.target, passes);
-        weight *= transmittance_to_base(material, cos_surface);
-        return direct.pdf > 0.0 ? direct.radiance * (cos_surface * weight / direct.pdf) : vec3(0.0);
-    }
-    return vec3(0.0);
-}
-
-// MIS weight of an area light that a BSDF sample of a diffuse surface has met. It is 0 for lights that
-// next-event estimation alone samples.
-float diffuse_mis_weight(Light light, VisibleEnd from, Surface surface, vec3 wi) {
-    float pdf = direct_pdf(light, from.position, surface, wi);
-    return uses_mis(light, from.position) ? mis_weight(from.cosine / PI, pdf) : 0.0;
-}
-
 bool is_finite(vec3 v) {
     return all(lessThan(abs(v), vec3(INFINITY_T)));
-}
-
-// Whether a diffuse surface samples its BSDF for lights, besides next-event estimation.
-bool samples_bsdf_for_lights(vec3 from) {
-    if (DIRECT_NEE) {
-        return HAS_INFINITE_LIGHTS || may_use_mis(from);
-    }
-    return false;
 }
 
 // What an invocation waits to know.
@@ -209,6 +169,9 @@ void reach_diffuse(inout Work work, inout Surface surface, Material material) {
         front = front != ((material.flags & BEHIND) != 0u);
     }
     surface.normal = front ? surface.normal : -surface.normal;
+    if (HAS_MEDIA) {
+        surface.media = front ? surface.media : surface.media.yx;
+    }
     surface.shading_normal = front ? surface.shading_normal : -surface.shading_normal;
     vec3 bsdf = work.state.throughput * material.color / PI; // times the throughput, 1/sr
     if (HAS_SIGNED_FILTER) {
@@ -220,7 +183,7 @@ void reach_diffuse(inout Work work, inout Surface surface, Material material) {
     keep_point(work.kept, work.pixel, surface.position, surface.normal, throughput);
     work.end.direct = vec3(0.0);
     if (DIRECT_NEE) {
-        work.end.direct = bsdf * sample_direct_irradiance(surface, material, random_of(work), work.end.to_light);
+        work.end.direct = bsdf * sample_direct_irradiance(surface, material, random_of(work), PAIR_LIGHT, work.end.to_light);
     }
 }
 
@@ -251,6 +214,9 @@ bool follow(inout Work work, Hit hit) {
     }
     work.state.travelled += hit.t;
     Surface surface = surface_at(work.state.ray, hit);
+    if (HAS_MEDIA) {
+        set_media(surface, work.state.ray.medium);
+    }
     Material material = material_at(surface);
     apply_bumps(surface, material);
     vec3 wo = -work.state.ray.direction;
@@ -317,6 +283,9 @@ vec3 radiance_of(Work work, bool is_lit) {
 // Begins the next path of the pixel.
 void begin_path(inout Work work) {
     CameraSample camera_sample = sample_camera(work.pixel, random_of(work));
+    if (HAS_MEDIA) {
+        camera_sample.ray.medium = scene.camera_medium;
+    }
     work.filter_weight = camera_sample.weight;
     work.state = EyeState(camera_sample.ray, vec3(1.0), 1.0, 0.0, no_rough_vertex(), 0u, vec3(0.0));
     work.start = work.state;
@@ -356,13 +325,26 @@ Ray followed_ray(Work work, Query query) {
     if (HAS_ROUGH) {
         return work.state.ray; // the query may be about a light
     }
-    if (HAS_ALPHA) {
+    if (HAS_PASSABLE) {
         return work.state.ray; // the query is about a part of the ray
     }
     if (FEW_REGISTERS) {
         return asked_ray(query);
     }
     return work.state.ray;
+}
+
+// Attenuates what waits for an answer by the media on its way, and finds the medium at the end of that.
+void attenuate(inout Work work, Query query, Hit hit) {
+    vec3 kept = transmittance_of(query, hit);
+    if (work.asks == FOLLOWS) {
+        work.state.throughput *= kept;
+        work.state.ray.medium = query.ray.medium;
+    } else if (work.asks == ASKS_POINT) {
+        work.end.direct *= kept;
+    } else if (HAS_ROUGH) {
+        work.rough_radiance *= kept;
+    }
 }
 
 // Takes an answer and asks the next question of the pixel's paths.
@@ -373,6 +355,9 @@ bool next_query(inout Work work, inout Query query, Hit hit) {
     bool goes_on = false;
     bool ends = false;
     if (next.asks >= FOLLOWS) {
+        if (HAS_MEDIA) {
+            attenuate(next, query, hit);
+        }
         goes_on = take_answer(next, hit, radiance);
         ends = !goes_on;
         next.done += ends ? 1u : 0u;
@@ -411,14 +396,14 @@ bool next_query(inout Work work, inout Query query, Hit hit) {
 }
 
 EyeState state_of(EyePlace place) {
-    Ray ray = saved_ray(place.origin, place.direction, place.begin, place.contacts);
+    Ray ray = saved_ray(place.origin, place.direction, place.begin, place.contacts, place.medium);
     RoughVertex rough = RoughVertex(place.last_position, place.last_pdf);
     return EyeState(ray, place.throughput, place.medium_eta, place.travelled, rough, place.depth, place.radiance);
 }
 
 EyePlace place_of(EyeState state) {
     return EyePlace(state.ray.origin, state.medium_eta, state.ray.direction, state.travelled, state.throughput, state.depth,
-                    state.radiance, 0u, state.rough.position, state.rough.pdf, FINISHED, begin_of(state.ray), contacts_of(state.ray), 0u);
+                    state.radiance, 0u, state.rough.position, state.rough.pdf, FINISHED, begin_of(state.ray), contacts_of(state.ray), state.ray.medium);
 }
 
 // Leaves out a path that the driver cannot follow even where the invocation is alone.

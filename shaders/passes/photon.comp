@@ -23,6 +23,7 @@
 #include "material/layers.glsl"
 #include "material/material.glsl"
 #include "math/random.glsl"
+#include "medium/medium.glsl"
 #include "scene/constants.glsl"
 #include "scene/features.glsl"
 #include "scene/materials.glsl"
@@ -40,6 +41,10 @@ struct PhotonPlace {
     uint alive;       // 1 if there is a path
     float begin;      // of the ray: contact.glsl
     uint contacts;    // of the ray: contact.glsl
+    uint medium;      // of the ray: index into media
+    uint pad0;
+    uint pad1;
+    uint pad2;
 };
 
 STORED_TEXELS(PhotonRecord, photons)
@@ -191,6 +196,12 @@ uint advance(inout Path path, Hit hit, inout Segment segment) {
         return is_in_glass(path.medium_eta) ? LOST_IN_GLASS : ESCAPED;
     }
     Surface surface = surface_at(path.ray, hit);
+    if (HAS_MEDIA) {
+        if (!(largest_channel(path.weight) > 0.0)) {
+            return ABSORBED; // by a medium
+        }
+        set_media(surface, path.ray.medium);
+    }
     Material material = material_at(surface);
     apply_bumps(surface, material);
     vec3 wo = -path.ray.direction;
@@ -229,7 +240,7 @@ uint fate(Path path) {
 }
 
 Path path_of(PhotonPlace place) {
-    Ray ray = saved_ray(place.origin, place.direction, place.begin, place.contacts);
+    Ray ray = saved_ray(place.origin, place.direction, place.begin, place.contacts, place.medium);
     return Path(ray, place.weight, place.depth, place.medium_eta, random_of(place.photon - stride));
 }
 
@@ -272,6 +283,10 @@ bool next_query(inout Work work, inout Query query, Hit hit) {
     Work next = work;
     Segment segment = Segment(ALIVE, false, false, PhotonRecord(vec3(0.0), 0u, vec3(0.0), 0u));
     if (next.waits) {
+        if (HAS_MEDIA) {
+            next.path.weight *= transmittance_of(query, hit);
+            next.path.ray.medium = query.ray.medium;
+        }
         segment.state = advance(next.path, hit, segment);
         segment.state = segment.state == ALIVE ? fate(next.path) : segment.state;
         next.alive = segment.state == ALIVE;
@@ -329,7 +344,8 @@ void store_place(uint number, Work work) {
     uint state = work.alive || work.photon < end ? (work.advanced ? UNFINISHED : STUCK) : FINISHED;
     Path path = work.path;
     places.data[number] = PhotonPlace(path.ray.origin, path.medium_eta, path.ray.direction, path.depth, path.weight,
-                                      work.photon, state, work.alive ? 1u : 0u, begin_of(path.ray), contacts_of(path.ray));
+                                      work.photon, state, work.alive ? 1u : 0u, begin_of(path.ray), contacts_of(path.ray),
+                                      path.ray.medium, 0u, 0u, 0u);
     atomicAdd(counters.value.unfinished, state == UNFINISHED ? 1u : 0u);
     atomicAdd(counters.value.stuck, state == STUCK ? 1u : 0u);
 }

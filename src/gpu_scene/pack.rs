@@ -5,7 +5,7 @@
 //! or far from the origin, renders alike. Radiance does not change under scaling; intensities scale with
 //! the square of length.
 
-// Circle: pack.rs <-> contact.rs <-> contact/finder.rs <-> contact/layer.rs <-> contact/near.rs <-> instance.rs <-> light.rs <-> light_image.rs <-> material.rs <-> newton.rs <-> quadric.rs <-> revolution.rs <-> space.rs <-> texture.rs: one file per family of arrays, each with its methods of the Packer that holds the arrays.
+// Circle: pack.rs <-> contact.rs <-> contact/finder.rs <-> contact/layer.rs <-> contact/near.rs <-> instance.rs <-> light.rs <-> light_image.rs <-> material.rs <-> media.rs <-> newton.rs <-> quadric.rs <-> revolution.rs <-> space.rs <-> texture.rs: one file per family of arrays, each with its methods of the Packer that holds the arrays.
 
 mod contact;
 mod instance;
@@ -13,6 +13,7 @@ mod light;
 mod light_image;
 mod light_range;
 mod material;
+mod media;
 mod newton;
 mod noise;
 mod order;
@@ -30,9 +31,9 @@ pub use contact::Contacts;
 use contact::Part;
 use instance::Placed;
 pub(crate) use light::light_kind;
-use light::light_of;
-use light_range::{set_reach, sphere_of_reach};
+use light_range::sphere_of_reach;
 use material::{has_bumps, specialize};
+use media::packed_medium;
 pub use newton::{Envelopes, RevolutionSolver};
 pub use noise::PERMUTATION;
 pub use quadric::longest_row;
@@ -49,7 +50,7 @@ use crate::kernels::{
     SPOT, SceneArrays, SceneFeatures, SceneInfo, TEXTURE_DOTS, TEXTURE_IMAGE, TRIANGLE, Triangle, TriangleNormals,
     TriangleUvs,
 };
-use crate::scene::{AreaLight, Geometry, Input, Mesh, PACKED_LIGHT, PACKED_TRIANGLE, Rgb, Scene, Shape};
+use crate::scene::{Geometry, Input, Mesh, PACKED_LIGHT, PACKED_TRIANGLE, Rgb, Scene, Shape};
 
 /// The reason why a scene without errors cannot be rendered.
 #[derive(Debug, thiserror::Error)]
@@ -104,6 +105,8 @@ pub struct PackedScene {
     pub arrays: SceneArrays,
     /// Number of lights that are skies.
     pub sky_count: u32,
+    /// Number of the medium around the camera.
+    pub camera_medium: u32,
     /// Constant radiance from infinitely far away, W/(m² sr).
     pub infinite: Rgb,
     /// Power of all lights, mean of channels, in W at render scale; 0 if there is no light.
@@ -142,7 +145,7 @@ impl PackedScene {
             contact_upper: self.contacts.upper,
             half_extent: self.space.half_extent.as_vec3().to_array(),
             sky_count: self.sky_count,
-            pad: 0,
+            camera_medium: self.camera_medium,
         }
     }
 }
@@ -171,9 +174,10 @@ pub fn pack(scene: &Scene, solver: RevolutionSolver) -> Result<PackedScene, Pack
         RenderSpace::around(scene.camera.world_from_camera.translation, size)
     });
     let mut packer = Packer { render_from_world: space.from_world(), solver, ..Packer::default() };
-    packer.add_lights(&scene.lights, &space);
+    packer.add_lights(scene, &space);
     packer.textures = PackedTextures::new(scene, &packer.render_from_world);
     packer.dress(scene, &mut placed)?;
+    packer.add_media(scene, &mut placed, space.scale);
     let bvh = packer.add_surfaces(&placed)?;
     let contacts = packer.find_contacts(&placed, &bvh);
     let wide = packer.widen(&bvh)?;
@@ -185,6 +189,7 @@ pub fn pack(scene: &Scene, solver: RevolutionSolver) -> Result<PackedScene, Pack
     Ok(PackedScene {
         space,
         sky_count: packer.sky_count,
+        camera_medium: packed_medium(scene.camera_medium),
         infinite: packer.infinite,
         mean_power,
         features,
@@ -205,6 +210,8 @@ pub fn pack(scene: &Scene, solver: RevolutionSolver) -> Result<PackedScene, Pack
             materials: packer.materials,
             texture_nodes: packer.textures.nodes,
             texture_texels: packer.textures.texels,
+            media: packer.media,
+            medium_interfaces: packer.medium_interfaces,
             lights: packer.lights,
             light_images: packer.light_images,
             light_texels: packer.light_texels,
@@ -229,6 +236,9 @@ struct Packer {
     triangle_uvs: Vec<TriangleUvs>,
     textures: PackedTextures,
     materials: Vec<kernels::Material>,
+    media: Vec<kernels::Medium>,
+    /// Of each material; empty without media.
+    medium_interfaces: Vec<kernels::MediumInterface>,
     quadrics: Vec<Quadric>,
     revolutions: Vec<Revolution>,
     revolution_pieces: Vec<RevolutionPiece>,
@@ -351,41 +361,6 @@ impl Packer {
         Ok(bvh::build(&boxes, &self.references[first..], most_depth))
     }
 
-    /// Adds an emitting primitive with an area in square render units, and returns its index among the
-    /// lights; `NONE` if the area is 0.
-    fn add_emitter(&mut self, emission: &AreaLight, primitive: u32, area: f64, bounds: &Aabb) -> u32 {
-        if area <= 0.0 {
-            return NONE;
-        }
-        let sides = if emission.two_sided { 2.0 } else { 1.0 };
-        let exitance = std::f64::consts::PI * sides;
-        let radiance = self.radiance(emission, area);
-        let mut light = kernels::Light {
-            primitive,
-            area: area as f32,
-            two_sided: u32::from(emission.two_sided),
-            image: emission.image.map_or(NONE, |image| image.texture as u32),
-            ..light_of(AREA, radiance)
-        };
-        set_reach(&mut light, bounds, area);
-        if self.is_invisible {
-            // No direction sampled from the BSDF finds the light.
-            light.reach2 = 0.0;
-        }
-        let shown = emission.image.map_or(Rgb::ONE, |image| image.mean);
-        self.push_light(light, mean(radiance * shown) * exitance * area)
-    }
-
-    /// Returns the radiance of an emitter; `area` is its whole area in square render units.
-    fn radiance(&self, emission: &AreaLight, area: f64) -> Rgb {
-        let scale = self.render_from_world.matrix3.x_axis.x;
-        let sides = if emission.two_sided { 2.0 } else { 1.0 };
-        match emission.power {
-            Some(power) => emission.radiance * (power * scale * scale / (std::f64::consts::PI * sides * area)),
-            None => emission.radiance,
-        }
-    }
-
     fn check_brightness(&self, mean_power: f64) -> Result<(), PackError> {
         // There are no photons without surfaces, nor without light.
         if mean_power != 0.0 && !self.references.is_empty() && !POWERS.contains(&mean_power) {
@@ -413,6 +388,7 @@ impl Packer {
                 && self.solver == RevolutionSolver::Certified
                 // Kernels without a hierarchy test every primitive, even those that no ray may meet.
                 && !self.has_invisible;
+        let has_alpha = self.materials.iter().any(|material| material.alpha_texture != NONE);
         let flat = |count: usize| if is_flat && !is_empty { count as u32 } else { 0 };
         SceneFeatures {
             has_contacts,
@@ -450,7 +426,10 @@ impl Packer {
             has_texture_trees: self.textures.has_trees(),
             has_noise: self.textures.has_noise(),
             has_dots: self.textures.has(TEXTURE_DOTS),
-            has_alpha: self.materials.iter().any(|material| material.alpha_texture != NONE),
+            has_alpha,
+            has_media: !self.media.is_empty(),
+            has_interfaces: self.has_interfaces(),
+            has_passable: has_alpha || self.has_interfaces(),
             has_image_emitters: self.lights.iter().any(|light| light.image != NONE),
         }
     }

@@ -26,6 +26,9 @@ const DIGEST: &str = "sha256:";
 /// they determine render space: if they differ, other parts may differ for this reason alone.
 const PARTS: [&str; 4] = ["the shapes", "the materials", "the lights", "the camera"];
 
+/// The name of the media, which are present only if there are any.
+const MEDIA: &str = "the media";
+
 /// The name of the contribution, which is present only if the image does not show all light.
 const CONTRIBUTION: &str = "light";
 
@@ -44,6 +47,12 @@ impl Identity {
         let parts =
             [(PARTS[0], shapes(packed)), (PARTS[1], digest(&packed.arrays.materials())), (PARTS[2], lights(packed))];
         let mut identity = Self(parts.into_iter().map(|(name, value)| (name.to_owned(), value)).collect());
+        if !packed.arrays.media.is_empty() {
+            let mut arrays = packed.arrays.media();
+            let camera = [packed.camera_medium];
+            arrays.push(bytes(&camera));
+            identity.0.insert(MEDIA.to_owned(), digest(&arrays));
+        }
         identity.set_view(scene, view, options, resolved);
         identity
     }

@@ -39,13 +39,14 @@ use crate::base::input::Budget;
 
 /// The part of the pbrt-v4 format that goblet knows: directives that have types, their types, and the
 /// parameters of each type.
-pub const FAMILIES: [&Family; 11] = [
+pub const FAMILIES: [&Family; 12] = [
     &directives::film::FILM_FAMILY,
     &directives::film::FILTER_FAMILY,
     &directives::film::SAMPLER_FAMILY,
     &directives::film::INTEGRATOR_FAMILY,
     &directives::camera::FAMILY,
     &directives::material::FAMILY,
+    &directives::medium::FAMILY,
     &directives::light::FAMILY,
     &directives::light::AREA_FAMILY,
     &directives::shape::FAMILY,

@@ -8,6 +8,7 @@ pub(in crate::scene) mod extent;
 mod input;
 mod light;
 mod material;
+mod medium;
 pub(in crate::scene) mod missing_light;
 mod plane;
 pub(in crate::scene) mod texture;
@@ -20,6 +21,7 @@ use glam::{DAffine3, DMat3, DVec2, DVec3};
 pub use input::{Input, Rgb};
 pub use light::{Light, LightImage};
 pub use material::{Bump, Coat, Material, Metal, Roughness};
+pub use medium::{Medium, MediumInterface};
 
 use crate::base::input::Budget;
 use crate::geometry::bezier::Curve;
@@ -45,6 +47,12 @@ pub struct Scene {
     pub instances: Vec<Instance>,
     /// Every light that is not a surface, in the order of the file.
     pub lights: Vec<Light>,
+    /// Every medium that surrounds something; indices to it are `None` for a vacuum.
+    pub media: Vec<Medium>,
+    /// For each of the lights, the index of the medium around it.
+    pub light_media: Vec<Option<usize>>,
+    /// Index of the medium around the camera.
+    pub camera_medium: Option<usize>,
     /// Paths of the files that the scene includes or imports.
     pub included: Vec<PathBuf>,
     /// Paths of the files that the scene reads besides its own: included and imported files, and files that
@@ -207,6 +215,8 @@ pub struct Shape {
     pub reverse_orientation: bool,
     /// Index into [`Scene::materials`].
     pub material: usize,
+    /// Media on both sides.
+    pub media: MediumInterface,
     /// Opacity, 0 to 1: the probability that a ray hits the surface and does not pass through.
     pub alpha: Input<f64>,
     /// Emission; set if an `AreaLightSource` was in force.

@@ -180,8 +180,8 @@ impl Parser {
                 self.scene.attribute(&target, params, &target_at)
             }
             "MakeNamedMedium" => {
-                self.stream.string("the name of a medium")?;
-                ParamList::read(&mut self.stream).map(drop)
+                let (name, name_at) = self.stream.string("the name of a medium")?;
+                self.apply(word, &name, &name_at, at)
             }
             "MediumInterface" => self.medium_interface(at),
             _ => Err(at.invalid(format!(
@@ -321,6 +321,7 @@ impl Parser {
             "LightSource" => scene.light(name, params, name_at),
             "AreaLightSource" => scene.area_light(name, params, name_at),
             "MakeNamedMaterial" => scene.make_named_material(name, params, name_at),
+            "MakeNamedMedium" => scene.make_named_medium(name, params, name_at),
             _ => scene.material(name, params, name_at),
         }
     }
@@ -392,14 +393,11 @@ impl Parser {
 
     fn medium_interface(&mut self, at: &Location) -> Result<(), SceneError> {
         let (inside, _) = self.stream.string("the name of a medium")?;
-        let mut outside = String::new();
+        // As in pbrt, one name is that of both sides.
+        let mut outside = inside.clone();
         if matches!(self.stream.peek()?, Some(token) if matches!(token.kind, TokenKind::Text(_))) {
             (outside, _) = self.stream.string("the name of a medium")?;
         }
-        if inside.is_empty() && outside.is_empty() {
-            return Ok(());
-        }
-        let what = format!("MediumInterface \"{}\" \"{}\"", shorten(&inside), shorten(&outside));
-        Err(at.unsupported(&what, "MediumInterface \"\" \"\", which is empty space"))
+        self.scene.medium_interface(&inside, &outside, at)
     }
 }

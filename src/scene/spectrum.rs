@@ -148,6 +148,17 @@ impl Spectrum {
         }
     }
 
+    /// Returns a coefficient of absorption or scattering per channel, which has no upper bound: the mean
+    /// over what the eye sees in daylight.
+    pub fn coefficient(&self) -> Rgb {
+        match self {
+            Spectrum::Rgb(rgb) => *rgb,
+            Spectrum::OtherRgb(rgb, _) if rgb.min_element() < 0.0 => *rgb,
+            Spectrum::OtherRgb(rgb, space) => space.reflectance_to_srgb(*rgb).max(Rgb::ZERO),
+            _ => under_daylight(|nm| self.at(nm)).max(Rgb::ZERO),
+        }
+    }
+
     /// Returns optical constants per channel, if they are given as RGB.
     fn channels(&self) -> Option<Rgb> {
         match self {

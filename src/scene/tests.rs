@@ -10,6 +10,7 @@ use super::*;
 
 mod format;
 mod material;
+mod medium;
 mod objects;
 
 const SCENE: &str = "\
@@ -209,7 +210,10 @@ fn what_is_not_supported_yet_is_named_with_its_place() {
             "the spectrum \"stdillum-F1\" of \"spectrum eta\" is not supported yet",
         ),
         ("LightSource \"infinite\" \"point3 portal\" [0 0 0]", "2:24: \"point3 portal\" of LightSource"),
-        ("MediumInterface \"fog\" \"\"", "2:1: MediumInterface \"fog\""),
+        (
+            "MakeNamedMedium \"fog\" \"string type\" \"uniformgrid\" MediumInterface \"fog\" \"\"",
+            "2:17: MakeNamedMedium \"uniformgrid\" is not supported yet; supported here: \"homogeneous\"",
+        ),
     ] {
         let result = in_world(world);
         assert!(matches!(result, Err(SceneError::Unsupported { .. })), "{world}");

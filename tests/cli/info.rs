@@ -70,13 +70,13 @@ fn parameters_that_change_nothing_are_listed() {
 #[test]
 fn everything_unsupported_is_listed() {
     let bench = Bench::new();
-    let more = "Shape \"curve\" MediumInterface \"fog\" \"\"
+    let more = "Shape \"curve\" MakeNamedMedium \"fog\" \"string type\" \"cloud\" MediumInterface \"fog\" \"\"
         Material \"hair\" Shape \"sphere\" Material \"diffuse\"";
     bench.write("scene.pbrt", scene(LIGHT, &format!("{LIGHT}\n{more}")).replace("\"perspective\"", "\"realistic\""));
     let info = info(&bench, 2);
     let unsupported: Vec<&str> =
         info["unsupported"].as_array().unwrap().iter().map(|error| error.as_str().unwrap()).collect();
-    for (line, what) in [(3, "realistic"), (8, "curve"), (8, "MediumInterface"), (9, "hair")] {
+    for (line, what) in [(3, "realistic"), (8, "curve"), (8, "MakeNamedMedium"), (9, "hair")] {
         let found = unsupported.iter().any(|it| it.starts_with(&format!("scene.pbrt:{line}:")) && it.contains(what));
         assert!(found, "{what}: {unsupported:#?}");
     }

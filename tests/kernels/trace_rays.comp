@@ -46,8 +46,8 @@ struct Work {
 Query query_of_ray(Work work) {
     TracedRay traced = rays_at(work.number);
     Query query = query_of(free_ray(traced.origin, traced.direction), traced.t_max, work.any_hit);
-    if (HAS_ALPHA) {
-        query.any_hit = false; // surfaces are cut away one after the other
+    if (HAS_PASSABLE) {
+        query.any_hit = false; // surfaces are passed one after the other
     }
     return query;
 }

@@ -157,10 +157,14 @@ fn a_ramp_is_shaded_as_a_tilted_plane() {
         "Texture \"ramp\" \"float\" \"bilerp\" \"float v00\" 0 \"float v10\" .8 \"float v01\" .4 \"float v11\" 1.2\n";
     let tilted = format!("{plane} \"normal N\" [-.5 -.25 1 -.5 -.25 1 -.5 -.25 1 -.5 -.25 1]\n");
     // Photons that a diffuse surface sends below itself are left out where normals at corners disagree with it.
-    for (material, depth) in
-        [("\"diffuse\"", 1), ("\"conductor\"", 6), ("\"thindielectric\"", 6), ("\"coateddiffuse\" \"float roughness\" .1", 1)]
-    {
-        let bumped = stage(1.0, depth, &format!("{ramp}Material {material} \"texture displacement\" \"ramp\"\n"), plane);
+    for (material, depth) in [
+        ("\"diffuse\"", 1),
+        ("\"conductor\"", 6),
+        ("\"thindielectric\"", 6),
+        ("\"coateddiffuse\" \"float roughness\" .1", 1),
+    ] {
+        let bumped =
+            stage(1.0, depth, &format!("{ramp}Material {material} \"texture displacement\" \"ramp\"\n"), plane);
         let expected = stage(1.0, depth, &format!("Material {material}\n"), &tilted);
         let even = stage(1.0, depth, &format!("Material {material}\n"), plane);
         let [same, other] = [&expected, &even].map(|image| compare(&bumped, image).expect("one size").relmse);
@@ -194,8 +198,12 @@ fn bumps_grow_with_the_scene() {
         );
         stage(scale, 6, &material, "Shape \"sphere\" \"float radius\" .6")
     };
-    let even =
-        stage(1.0, 6, "Material \"conductor\"\nTranslate 0 0 .6\nScale 1 .7 1\n", "Shape \"sphere\" \"float radius\" .6");
+    let even = stage(
+        1.0,
+        6,
+        "Material \"conductor\"\nTranslate 0 0 .6\nScale 1 .7 1\n",
+        "Shape \"sphere\" \"float radius\" .6",
+    );
     let [small, large] = [1.0, 1000.0].map(bumped);
     let [same, other] = [&large, &even].map(|image| compare(&small, image).expect("one size").relmse);
     println!("relMSE {same:.1e} to the larger scene, {other:.1e} to the even ball");

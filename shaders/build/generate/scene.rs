@@ -14,7 +14,8 @@ pub struct Array {
 }
 
 /// Parts of a scene whose arrays are digested, and what they are called.
-const PARTS: [(Part, &str); 3] = [(Part::Shapes, "shapes"), (Part::Materials, "materials"), (Part::Lights, "lights")];
+const PARTS: [(Part, &str); 4] =
+    [(Part::Shapes, "shapes"), (Part::Materials, "materials"), (Part::Media, "media"), (Part::Lights, "lights")];
 
 /// Writes the structs of the scene's arrays. Arrays that are no part of the scene are given when it
 /// is uploaded, as one value.

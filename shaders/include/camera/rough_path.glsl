@@ -35,6 +35,7 @@ vec3 direct_light_on_rough(Surface surface, Material material, vec3 wo, Random r
             BsdfValue bsdf = evaluate_bsdf(material, wo, direct.wi, surface.shading_normal, surface.tangent, RADIANCE);
             float weight = direct.hittable ? mis_weight(direct.pdf, bsdf.pdf) : 1.0;
             to_light = shadow_ray(surface, direct.wi, direct.target, false);
+            to_light.is_endless = direct.is_far;
             bsdf.value *= media_factor(surface, material, wo, direct.wi);
             bool lit = is_rough(material) && direct.pdf > 0.0 && bsdf.pdf > 0.0;
             return lit ? direct.radiance * bsdf.value * (weight / direct.pdf) : vec3(0.0);

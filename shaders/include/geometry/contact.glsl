@@ -10,6 +10,7 @@
 // ceiling, a pane on a table.
 #include "scene/constants.glsl"
 #include "scene/features.glsl"
+#include "scene/media.glsl"
 #include "scene/primitives.glsl"
 
 struct Ray {
@@ -20,11 +21,13 @@ struct Ray {
     uint exits;      // layers of the surfaces in contact that the ray may meet from their inside
     uint entries;    // layers of the surfaces in contact that the ray may meet from their outside
     bool to_front;   // the ray left a sheet on its front, where sheets of lower layers are
+    uint medium;     // HAS_MEDIA: index of the medium that the ray starts in
+    bool is_endless; // HAS_MEDIA: the ray asks about a light that is infinitely far away
 };
 
 // A ray that starts at no surface in contact with others.
 Ray free_ray(vec3 origin, vec3 direction) {
-    return Ray(origin, direction, 0.0, 0.0, 0u, 0u, false);
+    return Ray(origin, direction, 0.0, 0.0, 0u, 0u, false, VACUUM, false);
 }
 
 // Packs the layers that a ray may meet, and its side of a sheet, into one word; saved_ray unpacks them.
@@ -36,12 +39,17 @@ uint contacts_of(Ray ray) {
     return 0u;
 }
 
-Ray saved_ray(vec3 origin, vec3 direction, float begin, uint contacts) {
+Ray saved_ray(vec3 origin, vec3 direction, float begin, uint contacts, uint medium) {
+    Ray ray = free_ray(origin, direction);
+    ray.medium = medium;
     if (HAS_CONTACTS) {
         uint layers = ~MATERIAL_MASK;
-        return Ray(origin, direction, begin, 0.0, contacts & layers, contacts << 12u & layers, (contacts & 1u) != 0u);
+        ray.begin = begin;
+        ray.exits = contacts & layers;
+        ray.entries = contacts << 12u & layers;
+        ray.to_front = (contacts & 1u) != 0u;
     }
-    return free_ray(origin, direction);
+    return ray;
 }
 
 uint layer_of(uint material) {

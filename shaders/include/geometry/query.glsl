@@ -1,5 +1,6 @@
 // What is asked of the scene about a ray: its nearest hit, or whether anything blocks it. Where alpha cuts
-// surfaces away or surfaces are in contact, an answer takes several walks through the hierarchy.
+// surfaces away, surfaces only bound media, or surfaces are in contact, an answer takes several walks through the
+// hierarchy.
 #include "geometry/contact.glsl"
 #include "geometry/hit.glsl"
 #include "geometry/intersect.glsl"
@@ -8,6 +9,7 @@
 #include "geometry/surface_point.glsl"
 #include "material/texture.glsl"
 #include "math/random.glsl"
+#include "medium/medium.glsl"
 #include "scene/constants.glsl"
 #include "scene/features.glsl"
 #include "scene/scene.glsl"
@@ -16,16 +18,17 @@ struct Query {
     Ray ray;      // that is walked now
     float t_max;  // hits are nearer; negative where nothing is asked
     bool any_hit; // any hit will do
-    Ray whole;    // HAS_CONTACTS: the ray as it was asked about, or from behind the surface cut away last
+    Ray whole;    // HAS_CONTACTS: the ray as it was asked about, or from behind the surface passed last
     Hit nearest;  // HAS_CONTACTS: of the walks so far
-    vec3 begin;   // HAS_ALPHA: origin of the ray as it was asked about
-    float passed; // HAS_ALPHA: t of the origin of `whole` on it
+    vec3 begin;   // HAS_PASSABLE: origin of the ray as it was asked about
+    float passed; // HAS_PASSABLE: t of the origin of `whole` on it
     uint cuts;    // HAS_ALPHA: surfaces cut away so far
-    float end;    // HAS_ALPHA: t_max as it was asked about
+    float end;    // HAS_PASSABLE: t_max as it was asked about
+    vec3 kept;    // HAS_INTERFACES: share of light that media up to the origin of `whole` leave
 };
 
 Query query_of(Ray ray, float t_max, bool any_hit) {
-    return Query(ray, t_max, any_hit, ray, no_hit(t_max), ray.origin, 0.0, 0u, t_max);
+    return Query(ray, t_max, any_hit, ray, no_hit(t_max), ray.origin, 0.0, 0u, t_max, vec3(1.0));
 }
 
 // Asks for the nearest hit of a ray with the scene.
@@ -36,13 +39,13 @@ Query nearest_hit(Ray ray) {
 // Asks whether a surface blocks a ray before t = 1.
 Query blocks(Ray ray) {
     Query query = query_of(ray, 1.0, true);
-    if (HAS_ALPHA) {
-        query.any_hit = false; // surfaces are cut away one after the other
+    if (HAS_PASSABLE) {
+        query.any_hit = false; // surfaces are passed one after the other
     }
     return query;
 }
 
-// The ray that a query was asked about. Not where alpha cuts surfaces away.
+// The ray that a query was asked about. Not where rays pass surfaces.
 Ray asked_ray(Query query) {
     if (HAS_CONTACTS) {
         return query.whole;
@@ -90,18 +93,58 @@ bool is_cut_away(Surface surface, Ray ray) {
     return to_unit(bits.x) >= opacity(surface);
 }
 
-// Goes on behind a surface that alpha cuts away. Returns whether another walk is needed.
-bool pass_cut_surface(inout Query query, inout Hit hit) {
-    bool passes = hit.primitive != NONE && query.cuts < MAX_CUT_SURFACES;
+// Whether a ray passes a surface: alpha cuts it away, or it only bounds media. Sets the surface's media for it.
+bool passes_surface(inout Surface surface, inout Query query) {
+    bool passes = false;
+    if (HAS_ALPHA) {
+        passes = query.cuts < MAX_CUT_SURFACES && is_cut_away(surface, query.whole);
+        query.cuts += passes ? 1u : 0u;
+        surface.media = uvec2(query.ray.medium);
+    }
+    if (HAS_INTERFACES) {
+        if (!passes) {
+            passes = only_bounds_media(surface);
+            set_media(surface, query.ray.medium);
+        }
+    }
+    return passes;
+}
+
+// Share of light that is left of a query's ray up to t on `whole`.
+vec3 transmittance_to(Query query, float t) {
+    vec3 kept = transmittance(query.ray.medium, t * length(query.ray.direction));
+    if (HAS_INTERFACES) {
+        kept *= query.kept;
+    }
+    return kept;
+}
+
+// Share of light that media leave on the part of a ray that an answer is about.
+vec3 transmittance_of(Query query, Hit hit) {
+    float t = hit.t;
+    if (HAS_INTERFACES) {
+        t -= query.passed;
+    }
+    return transmittance_to(query, query.ray.is_endless ? INFINITY_T : t);
+}
+
+// Goes on behind a surface that the ray passes. Returns whether another walk is needed.
+bool pass_surface(inout Query query, inout Hit hit) {
+    bool passes = hit.primitive != NONE;
     // As above, a loop of one round.
     for (bool looks = passes; looks; looks = false) {
         Surface surface = surface_at(query.whole, hit);
-        passes = is_cut_away(surface, query.whole);
+        passes = passes_surface(surface, query);
         if (passes) {
             Ray ray = spawn_ray(surface, query.whole.direction, true);
+            ray.is_endless = query.ray.is_endless;
             float passed = dot(ray.origin - query.begin, ray.direction) / dot(ray.direction, ray.direction);
+            vec3 kept = vec3(1.0);
+            if (HAS_INTERFACES) {
+                kept = transmittance_to(query, hit.t);
+            }
             query = Query(ray, query.end - passed, query.any_hit, ray, no_hit(query.end - passed), query.begin,
-                          passed, query.cuts + 1u, query.end);
+                          passed, query.cuts, query.end, kept);
         }
     }
     if (!passes) {
@@ -116,8 +159,8 @@ bool is_answered(inout Query query, inout Hit hit) {
     if (HAS_CONTACTS) {
         is_open = !query.any_hit && look_for_preceding(query, hit);
     }
-    if (HAS_ALPHA) {
-        is_open = is_open || pass_cut_surface(query, hit);
+    if (HAS_PASSABLE) {
+        is_open = is_open || pass_surface(query, hit);
     }
     return !is_open;
 }

@@ -224,10 +224,18 @@ bool crosses_surface(Surface surface, vec3 wo, vec3 wi) {
     return dot(wo, surface.normal) * dot(wi, surface.normal) < 0.0;
 }
 
+// Sets the medium of a ray that starts at a surface whose media are set.
+void set_ray_medium(inout Ray ray, Surface surface) {
+    if (HAS_MEDIA) {
+        ray.medium = dot(ray.direction, surface.normal) > 0.0 ? surface.media.x : surface.media.y;
+    }
+}
+
 // A ray that leaves a surface along a direction. `passes`: its path crosses the surface.
 Ray spawn_ray(Surface surface, vec3 direction, bool passes) {
     Ray ray = free_ray(offset_origin(surface, direction), direction);
     set_ray_contacts(ray, surface, passes);
+    set_ray_medium(ray, surface);
     return ray;
 }
 
@@ -237,5 +245,6 @@ Ray shadow_ray(Surface surface, vec3 wi, vec3 target, bool passes) {
     vec3 origin = offset_origin(surface, wi);
     Ray ray = free_ray(origin, target - origin);
     set_ray_contacts(ray, surface, passes);
+    set_ray_medium(ray, surface);
     return ray;
 }

@@ -20,6 +20,7 @@ struct Surface {
     uint light;          // index into lights, or NONE
     float area_pdf;      // body of revolution that is a light: pdf by area of sampling this point
     vec2 uv;             // texture coordinates; only under HAS_TEXTURES
+    uvec2 media;         // on the front and on the back; only under HAS_MEDIA, once it is set: medium.glsl
     vec3 tangent;        // along the derivative of the position by u, of any length; only under HAS_ANISOTROPIC
     Derivatives by_uv;   // only under HAS_BUMPS
 };

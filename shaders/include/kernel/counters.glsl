@@ -5,7 +5,7 @@ struct Counters {
     uint recorded;      // photons stored for the gather pass
     uint emitted;       // photon paths begun
     uint deposited;     // ended: absorbed where photons are stored
-    uint absorbed;      // ended: absorbed at a specular surface or at emission
+    uint absorbed;      // ended: absorbed at a specular surface, in a medium or at emission
     uint escaped;       // ended: left the scene
     uint truncated;     // ended: reached the maximum depth
     uint lost_in_glass; // ended: found no way out of a dielectric

@@ -9,6 +9,7 @@
 #include "math/circle.glsl"
 #include "math/random.glsl"
 #include "math/sampling.glsl"
+#include "medium/medium.glsl"
 #include "scene/features.glsl"
 #include "scene/lights.glsl"
 #include "scene/primitives.glsl"
@@ -68,6 +69,9 @@ Emission emit_area(Light light, vec2 u_position, vec2 u_direction, float u_side)
     vec3 direction = sample_cosine(u_direction, back ? -surface.normal : surface.normal);
     float sides = light.two_sided != 0u ? 2.0 : 1.0;
     vec3 exitance = surface_radiance(light, surface) * (PI * sides * opacity(surface));
+    if (HAS_MEDIA) {
+        set_media(surface);
+    }
     return Emission(spawn_ray(surface, direction, false), exitance * area);
 }
 
@@ -131,5 +135,8 @@ Emission emit(Random random) {
     Light light = lights_at(scaled - float(entry) < chosen.threshold ? chosen.keep : chosen.alias);
     Emission emission = emit_from(light, random_pair(random, 1u), random_pair(random, 2u), u_light.y);
     emission.weight /= light.emission_pmf * scene.mean_power;
+    if (HAS_MEDIA && light.kind != AREA) {
+        emission.ray.medium = light.medium;
+    }
     return emission;
 }

@@ -22,6 +22,7 @@ struct LightSample {
                    // light. 0 if the sample brings nothing
     bool uses_mis; // a diffuse surface samples its BSDF for this light as well
     bool hittable; // rays may meet the light
+    bool is_far;   // infinitely far away; the target is beyond the scene
 };
 
 // Whether a diffuse surface samples an area light by MIS of next-event estimation and BSDF sampling: the
@@ -161,7 +162,7 @@ Surface sample_emitter_point(Light light, vec2 u) {
 
 // Samples an area light for next-event estimation from a point.
 LightSample sample_area_light(Light light, vec3 from, vec2 u) {
-    LightSample direct = LightSample(from, vec3(0.0), vec3(0.0), 0.0, uses_mis(light, from), is_hittable(light));
+    LightSample direct = LightSample(from, vec3(0.0), vec3(0.0), 0.0, uses_mis(light, from), is_hittable(light), false);
     Surface surface = sample_emitter_point(light, u);
     if (HAS_SPHERE_LIGHTS && light.primitive >> KIND_SHIFT == SPHERE) {
         if (!sample_sphere(light, from, u, surface)) {
@@ -186,7 +187,7 @@ LightSample sample_sky(Light sky, vec3 from, vec2 u) {
     ImageSample found = sample_equal_area(image, u);
     vec3 target = from + 2.0 * scene.radius * found.direction;
     float pdf = sky_pdf(sky, image, found.color);
-    return LightSample(target, found.direction, sky.emission * found.color, pdf, true, true);
+    return LightSample(target, found.direction, sky.emission * found.color, pdf, true, true, true);
 }
 
 // Factor of a point light's intensity in direction w, per channel.
@@ -218,13 +219,13 @@ LightSample sample_direct(vec3 from, float u_light, vec2 u) {
     }
     if (HAS_DISTANT_LIGHTS && light.kind == DISTANT) {
         vec3 target = from - 2.0 * scene.radius * light.direction;
-        return LightSample(target, -light.direction, light.emission, light.direct_pmf, false, false);
+        return LightSample(target, -light.direction, light.emission, light.direct_pmf, false, false, true);
     }
     vec3 to_light = light.position - from;
     float distance2 = dot(to_light, to_light);
     vec3 wi = to_light * inversesqrt(distance2);
     vec3 radiance = light.emission * intensity_towards(light, -wi) / distance2;
-    return LightSample(light.position, wi, radiance, light.direct_pmf, false, false);
+    return LightSample(light.position, wi, radiance, light.direct_pmf, false, false, false);
 }
 
 // MIS weight of a technique by the power heuristic (Veach 1997), against one other technique. It is

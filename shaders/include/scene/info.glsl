@@ -17,5 +17,5 @@ struct SceneInfo {
     vec3 contact_upper;  // upper corner of that box
     uint sky_count;      // skies are the first of the lights
     vec3 half_extent;    // of the bounding box about the centre, widened
-    uint pad;
+    uint camera_medium;  // index into media
 };

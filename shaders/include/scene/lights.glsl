@@ -23,7 +23,7 @@ struct Light {
     uint two_sided;     // area: emits on both sides
     float reach2;       // area: squared distance from there, within which it is large; 0 if no ray meets it
     uint image;         // area: a texture that the emission is times, or NONE
-    float pad;
+    uint medium;        // points: index into media
     float direct_pmf;   // chance that next-event estimation picks it
 };
 

@@ -1,13 +1,14 @@
 // The scene: set 0 of every kernel that traces rays. The build script makes from this list the structs
 // that hold the arrays on the host and on the device, the upload, the count of bytes, and what the
 // identity of a render digests. The first word of each line says what the array tells of: shapes,
-// materials or lights; `derived` ones follow from the others. A checkpoint's digests take arrays in
+// materials, media or lights; `derived` ones follow from the others. A checkpoint's digests take arrays in
 // the order of their lines: append to a part, and old checkpoints of scenes that have the array are
 // refused.
 #include "scene/constants.glsl"
 #include "scene/info.glsl"
 #include "scene/lights.glsl"
 #include "scene/materials.glsl"
+#include "scene/media.glsl"
 #include "scene/primitives.glsl"
 #include "scene/revolutions.glsl"
 
@@ -35,6 +36,9 @@ SCENE_BUFFER(derived, NewtonStart, newton_starts)
 SCENE_TEXELS(materials, Material, materials)
 SCENE_TEXELS(materials, TextureNode, texture_nodes) // each after the nodes that it is made of
 SCENE_TEXELS(materials, uvec4, texture_texels) // texels of images: two in each, of four half floats; the table of noise
+// Media: the first is the vacuum. None where nothing absorbs light on its way.
+SCENE_TEXELS(media, Medium, media)
+SCENE_TEXELS(media, MediumInterface, medium_interfaces) // of each material
 // Lights: skies first, then others that are no surface, then every emitting primitive.
 SCENE_TEXELS(lights, Light, lights)
 SCENE_TEXELS(lights, LightImage, light_images) // the images of lights that have one

@@ -17,7 +17,7 @@ use super::instance::Placed;
 use super::{Packer, RevolutionSolver};
 use crate::gpu_scene::bvh::Bvh;
 use crate::kernels::{
-    DIELECTRIC, DIFFUSE_TRANSMISSION, DISK, INDEX_MASK, KIND_SHIFT, MATERIAL_MASK, MIX, NONE, REVOLUTION,
+    DIELECTRIC, DIFFUSE_TRANSMISSION, DISK, INDEX_MASK, INTERFACE, KIND_SHIFT, MATERIAL_MASK, MIX, NONE, REVOLUTION,
     THIN_DIELECTRIC, TRIANGLE,
 };
 use crate::scene::Shape;
@@ -76,7 +76,7 @@ enum Role {
     /// An emitting surface.
     Lamp,
     Opaque,
-    /// The boundary of a dielectric.
+    /// The boundary of a dielectric or of a medium.
     Boundary,
 }
 
@@ -166,7 +166,7 @@ impl Packer {
             }
             found
         };
-        if is_made_of(&[DIELECTRIC]) {
+        if is_made_of(&[DIELECTRIC, INTERFACE]) {
             Role::Boundary
         } else if shape.emission.is_some() {
             Role::Lamp

@@ -3,11 +3,14 @@
 use std::f64::consts::PI;
 
 use glam::{DVec2, DVec3};
+use obvhs::aabb::Aabb;
 
+use super::light_range::set_reach;
+use super::media::packed_medium;
 use super::{Packer, RenderSpace, light_image, mean};
 use crate::gpu_scene::alias;
 use crate::kernels::{self, AREA, AliasEntry, DISTANT, GONIOMETRIC, INFINITE, NONE, POINT, PROJECTION, SKY, SPOT};
-use crate::scene::{Light, LightImage, Rgb};
+use crate::scene::{AreaLight, Light, LightImage, Rgb, Scene};
 
 /// Returns the name of a kind of light, as the kernels number it.
 pub(crate) fn light_kind(kind: u32) -> &'static str {
@@ -26,16 +29,17 @@ pub(crate) fn light_kind(kind: u32) -> &'static str {
 
 impl Packer {
     /// Adds all lights that are not surfaces, skies first.
-    pub fn add_lights(&mut self, lights: &[Light], space: &RenderSpace) {
-        let is_sky = |light: &&Light| matches!(light, Light::Sky { .. });
-        let (skies, others): (Vec<&Light>, Vec<&Light>) = lights.iter().partition(is_sky);
+    pub fn add_lights(&mut self, scene: &Scene, space: &RenderSpace) {
+        let lights = scene.lights.iter().zip(&scene.light_media);
+        let (skies, others): (Vec<_>, Vec<_>) = lights.partition(|(light, _)| matches!(light, Light::Sky { .. }));
         self.sky_count = skies.len() as u32;
-        for light in skies.into_iter().chain(others) {
-            self.add_light(light, space);
+        for (light, medium) in skies.into_iter().chain(others) {
+            let index = self.add_light(light, space);
+            self.lights[index as usize].medium = packed_medium(*medium);
         }
     }
 
-    fn add_light(&mut self, light: &Light, space: &RenderSpace) {
+    fn add_light(&mut self, light: &Light, space: &RenderSpace) -> u32 {
         let render_from_world = self.render_from_world;
         let place = |position: DVec3| render_from_world.transform_point3(position).as_vec3().to_array();
         let area_scale = space.scale * space.scale;
@@ -85,7 +89,7 @@ impl Packer {
                 (light_of(INFINITE, *radiance), mean(*radiance) * sphere * space.mean_shown())
             }
         };
-        self.push_light(packed, power);
+        self.push_light(packed, power)
     }
 
     /// Adds an image, and returns its index and the mean colour by which the light's power is multiplied.
@@ -93,6 +97,41 @@ impl Packer {
         let (packed, colour) = light_image::pack(image, window, &mut self.light_texels);
         self.light_images.push(packed);
         (self.light_images.len() as u32 - 1, colour)
+    }
+
+    /// Adds an emitting primitive with an area in square render units, and returns its index among the
+    /// lights; `NONE` if the area is 0.
+    pub fn add_emitter(&mut self, emission: &AreaLight, primitive: u32, area: f64, bounds: &Aabb) -> u32 {
+        if area <= 0.0 {
+            return NONE;
+        }
+        let sides = if emission.two_sided { 2.0 } else { 1.0 };
+        let exitance = std::f64::consts::PI * sides;
+        let radiance = self.radiance(emission, area);
+        let mut light = kernels::Light {
+            primitive,
+            area: area as f32,
+            two_sided: u32::from(emission.two_sided),
+            image: emission.image.map_or(NONE, |image| image.texture as u32),
+            ..light_of(AREA, radiance)
+        };
+        set_reach(&mut light, bounds, area);
+        if self.is_invisible {
+            // No direction sampled from the BSDF finds the light.
+            light.reach2 = 0.0;
+        }
+        let shown = emission.image.map_or(Rgb::ONE, |image| image.mean);
+        self.push_light(light, mean(radiance * shown) * exitance * area)
+    }
+
+    /// Returns the radiance of an emitter; `area` is its whole area in square render units.
+    pub fn radiance(&self, emission: &AreaLight, area: f64) -> Rgb {
+        let scale = self.render_from_world.matrix3.x_axis.x;
+        let sides = if emission.two_sided { 2.0 } else { 1.0 };
+        match emission.power {
+            Some(power) => emission.radiance * (power * scale * scale / (std::f64::consts::PI * sides * area)),
+            None => emission.radiance,
+        }
     }
 
     pub fn push_light(&mut self, light: kernels::Light, power: f64) -> u32 {

@@ -4,7 +4,8 @@ use super::PackError;
 use super::texture::PackedTextures;
 use crate::kernels::{
     self, BY_REFLECTANCE, COATED_CONDUCTOR, COATED_DIFFUSE, CONDUCTOR, DIELECTRIC, DIFFUSE, DIFFUSE_TRANSMISSION,
-    DISPLACED, HAS_LAMBERTIAN, MIX, MaterialFeatures, NONE, NORMAL_MAPPED, REMAPPED, REMAPPED_COAT, THIN_DIELECTRIC,
+    DISPLACED, HAS_LAMBERTIAN, INTERFACE, MIX, MaterialFeatures, NONE, NORMAL_MAPPED, REMAPPED, REMAPPED_COAT,
+    THIN_DIELECTRIC,
 };
 use crate::scene::{Bump, Coat, Input, Material, Metal, Rgb, Roughness};
 
@@ -47,8 +48,7 @@ fn pack_material(material: &Material, textures: &mut PackedTextures) -> Result<k
         Material::Diffuse { reflectance } => {
             with_color(kernels::Material { flags: HAS_LAMBERTIAN, ..zero }, reflectance, textures)?
         }
-        // No shape has this material.
-        Material::Interface => zero,
+        Material::Interface => kernels::Material { kind: INTERFACE, ..zero },
         Material::DiffuseTransmission { reflectance, transmittance, scale } => {
             let sheet = kernels::Material { kind: DIFFUSE_TRANSMISSION, flags: HAS_LAMBERTIAN, ..zero };
             let sheet = with_color(sheet, reflectance, textures)?;

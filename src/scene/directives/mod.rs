@@ -7,6 +7,7 @@ pub(in crate::scene) mod film;
 pub(in crate::scene) mod light;
 pub(in crate::scene) mod light_image;
 pub(in crate::scene) mod material;
+pub(in crate::scene) mod medium;
 pub(in crate::scene) mod object;
 pub(in crate::scene) mod option;
 pub(in crate::scene) mod shape;

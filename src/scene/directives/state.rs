@@ -1,7 +1,9 @@
 //! The graphics state, and the scene that directives build.
 
-// Circle: state.rs <-> options.rs <-> transforms.rs: methods of SceneBuilder by topic, each with the part of the state that they change.
+// Circle: state.rs <-> defaults.rs <-> media.rs <-> options.rs <-> transforms.rs: methods of SceneBuilder by topic, each with the part of the state that they change.
 mod collected;
+mod defaults;
+mod media;
 mod options;
 mod resolve;
 mod transforms;
@@ -19,16 +21,16 @@ use crate::scene::directives::material;
 use crate::scene::directives::object::Objects;
 use crate::scene::directives::shape;
 use crate::scene::directives::shape::MeshFiles;
-use crate::scene::directives::texture;
 use crate::scene::directives::texture::{Declaration, Textures, Values};
 use crate::scene::directives::transform;
 use crate::scene::format::error::{Location, SceneError, bounded};
 use crate::scene::format::lexer::shorten;
 use crate::scene::format::params::ParamList;
-use crate::scene::format::registry::{Family, Ignored};
-use crate::scene::model::{AreaLight, Input, Instance, Light, Material, Rgb, Shape};
+use crate::scene::format::registry::Ignored;
+use crate::scene::model::{AreaLight, Input, Instance, Light, Material, MediumInterface, Rgb, Shape};
 use crate::scene::spectrum::color_space::ColorSpace;
 pub(in crate::scene) use collected::Collected;
+use media::{NamedInterface, NamedMedia};
 pub(in crate::scene) use options::SceneOptions;
 pub(in crate::scene) use transforms::ActiveTimes;
 
@@ -44,11 +46,14 @@ struct GraphicsState {
     reverse_orientation: bool,
     material: MaterialRef,
     emission: Option<AreaLight>,
+    /// Media on both sides of shapes; `None` for a vacuum.
+    media: Option<Arc<NamedInterface>>,
     /// Default parameters set by `Attribute`.
     shape_defaults: Arc<ParamList>,
     light_defaults: Arc<ParamList>,
     material_defaults: Arc<ParamList>,
     texture_defaults: Arc<ParamList>,
+    medium_defaults: Arc<ParamList>,
 }
 
 /// A material's slot, or its name, which is looked up at the end because a scene may define it later.
@@ -80,6 +85,7 @@ enum Made {
 struct PendingShape {
     shape: Shape,
     material: MaterialRef,
+    media: Option<Arc<NamedInterface>>,
     /// The alpha parameter, if it names a texture that is not defined yet.
     alpha: Option<ParamList>,
 }
@@ -131,6 +137,11 @@ pub(in crate::scene) struct SceneBuilder {
     revolutions: usize,
     objects: Objects,
     lights: Vec<Light>,
+    /// The interface in force at each light.
+    light_media: Vec<Option<Arc<NamedInterface>>>,
+    /// The interface in force at the camera.
+    camera_media: Option<Arc<NamedInterface>>,
+    media: NamedMedia,
     files: MeshFiles,
     textures: Textures,
     /// Files that the scene includes or imports.
@@ -162,10 +173,12 @@ impl SceneBuilder {
                 reverse_orientation: false,
                 material: MaterialRef::Slot(0),
                 emission: None,
+                media: None,
                 shape_defaults: Arc::default(),
                 light_defaults: Arc::default(),
                 material_defaults: Arc::default(),
                 texture_defaults: Arc::default(),
+                medium_defaults: Arc::default(),
             },
             saved: Vec::new(),
             coordinate_systems: HashMap::new(),
@@ -176,6 +189,9 @@ impl SceneBuilder {
             revolutions: 0,
             objects: Objects::default(),
             lights: Vec::new(),
+            light_media: Vec::new(),
+            camera_media: None,
+            media: NamedMedia::default(),
             files: MeshFiles::new(directory, budget),
             textures: Textures::new(directory, budget),
             included: Vec::new(),
@@ -287,29 +303,6 @@ impl SceneBuilder {
         self.state.reverse_orientation = !self.state.reverse_orientation;
     }
 
-    /// Executes `Attribute`: sets default parameters of later directives.
-    pub fn attribute(&mut self, target: &str, params: ParamList, location: &Location) -> Result<(), SceneError> {
-        let (defaults, families): (_, &[&Family]) = match target {
-            "shape" => (&mut self.state.shape_defaults, &[&shape::FAMILY]),
-            "light" => (&mut self.state.light_defaults, &[&light::FAMILY, &light::AREA_FAMILY]),
-            "material" => (&mut self.state.material_defaults, &[&material::FAMILY]),
-            "texture" => (&mut self.state.texture_defaults, &[&texture::FLOAT_FAMILY, &texture::SPECTRUM_FAMILY]),
-            // Media are ignored, and so are their defaults.
-            "medium" => return Ok(()),
-            _ => {
-                return Err(location.invalid(format!(
-                    "unknown Attribute \"{}\"; expected one of: \"shape\", \"light\", \
-                     \"material\", \"medium\", \"texture\"",
-                    shorten(target)
-                )));
-            }
-        };
-        // Parameters that no type has are dropped, which bounds the number kept.
-        let mut known = params.items;
-        known.retain(|param| families.iter().any(|family| family.knows(&param.name)));
-        ParamList::set_all(defaults, known)
-    }
-
     pub fn material(&mut self, name: &str, params: ParamList, location: &Location) -> Result<(), SceneError> {
         self.state.material = MaterialRef::Slot(self.make_material(name, params, location)?);
         Ok(())
@@ -407,6 +400,7 @@ impl SceneBuilder {
         }
         if light::emission(&light) != Rgb::ZERO {
             self.lights.push(light);
+            self.light_media.push(self.state.media.clone());
         }
         Ok(())
     }
@@ -462,6 +456,7 @@ impl SceneBuilder {
             world_from_object,
             reverse_orientation: self.state.reverse_orientation,
             material: 0,
+            media: MediumInterface::default(),
             emission,
             object: self.objects.open(),
             revolution,
@@ -470,7 +465,7 @@ impl SceneBuilder {
         let material = self.state.material.clone();
         // Other parameters may be large and are dropped.
         let alpha = params.take("alpha").filter(|_| waits).map(ParamList::of);
-        self.shapes.push(PendingShape { shape, material, alpha });
+        self.shapes.push(PendingShape { shape, material, media: self.state.media.clone(), alpha });
         Ok(())
     }
 }

@@ -107,6 +107,7 @@ impl SceneBuilder {
         self.coordinate_systems.insert("camera".to_string(), inverses);
         self.options.camera = (name.to_string(), params);
         self.options.world_from_camera = Some(inverses[0]);
+        self.camera_media = self.state.media.clone();
         Ok(())
     }
 }

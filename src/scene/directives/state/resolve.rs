@@ -36,6 +36,8 @@ impl SceneBuilder {
             self.warn(end, "the scene has no Camera; it is seen from the origin along +z");
         }
         let (film, camera, integrator) = std::mem::take(&mut self.options).resolve()?;
+        let (camera_medium, light_media) = self.resolve_surroundings()?;
+        let media = std::mem::take(&mut self.media).used;
         let (lights, mut warnings) = (std::mem::take(&mut self.lights), std::mem::take(&mut self.warnings));
         if self.more_warnings > 0 {
             warnings.push(format!("{} more warnings are not shown", self.more_warnings));
@@ -54,6 +56,9 @@ impl SceneBuilder {
             shapes,
             instances,
             lights,
+            media,
+            light_media,
+            camera_medium,
             included,
             inputs,
             warnings,
@@ -109,22 +114,38 @@ impl SceneBuilder {
         Ok(())
     }
 
+    /// Returns the medium around the camera, and around each light; light from infinitely far away starts in
+    /// a vacuum, as in pbrt.
+    fn resolve_surroundings(&mut self) -> Result<(Option<usize>, Vec<Option<usize>>), SceneError> {
+        let camera = self.camera_media.take();
+        let camera = self.resolve_outside(camera.as_deref())?;
+        let mut media = Vec::with_capacity(self.lights.len());
+        for (index, interface) in std::mem::take(&mut self.light_media).into_iter().enumerate() {
+            let medium = self.resolve_outside(interface.as_deref())?;
+            media.push(medium.filter(|_| self.lights[index].position().is_some()));
+        }
+        Ok((camera, media))
+    }
+
     /// Returns the shapes, with the indices of their materials, and the materials in use. Shapes of
-    /// "interface" are left out.
+    /// "interface" are left out unless they bound a medium that absorbs light.
     fn resolve_materials(&mut self) -> Result<(Vec<Shape>, Vec<Material>), SceneError> {
         let mut materials = Vec::new();
         let mut shapes = Vec::with_capacity(self.shapes.len());
-        for PendingShape { mut shape, material, .. } in std::mem::take(&mut self.shapes) {
+        for PendingShape { mut shape, material, media, .. } in std::mem::take(&mut self.shapes) {
             // No ray meets a shape of alpha 0; as in pbrt, it may still emit light.
             if shape.alpha == Input::Constant(0.0) && shape.emission.is_none() {
                 continue;
             }
             shape.material = self.resolve_material(&material, &mut materials, 0)?.index;
-            if materials[shape.material] != Material::Interface {
-                shapes.push(shape);
-            } else if shape.emission.is_some() {
+            shape.media = self.resolve_media(media.as_deref())?;
+            let is_interface = materials[shape.material] == Material::Interface;
+            if is_interface && shape.emission.take().is_some() {
                 let what = "the shape is of the material \"interface\"; its area light is ignored, as in pbrt";
                 self.warn(&shape.location, what);
+            }
+            if !is_interface || shape.media.is_transition() {
+                shapes.push(shape);
             }
         }
         Ok((shapes, materials))

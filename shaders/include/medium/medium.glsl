@@ -1,0 +1,39 @@
+// Absorption, and which medium a ray is in.
+//
+// A path knows the medium that it is in. A surface between two different media tells which one is on each
+// side, by its geometric normal, and so which one a ray that leaves it enters. On any other surface the ray
+// stays in its medium.
+#include "geometry/surface_point.glsl"
+#include "scene/constants.glsl"
+#include "scene/features.glsl"
+#include "scene/media.glsl"
+#include "scene/scene.glsl"
+
+// Above this optical depth no light passes: less than the least normal number of fp32.
+const float OPAQUE_DEPTH = 87.0;
+
+// Share of light that is left after a way through a medium, render units: the law of Beer and Lambert.
+vec3 transmittance(uint medium, float way) {
+    // Rounding takes ways below 0, and beyond the largest number.
+    vec3 depth = media_at(medium).absorption * clamp(way, 0.0, INFINITY_T);
+    return mix(exp(-depth), vec3(0.0), greaterThan(depth, vec3(OPAQUE_DEPTH)));
+}
+
+// Sets the media on both sides of a surface that emits.
+void set_media(inout Surface surface) {
+    MediumInterface between = medium_interfaces_at(surface.material);
+    surface.media = uvec2(between.outside, between.inside);
+}
+
+// Sets the media on both sides of a surface that a ray has met in a medium.
+void set_media(inout Surface surface, uint medium) {
+    set_media(surface);
+    if (surface.media.x == surface.media.y) {
+        surface.media = uvec2(medium);
+    }
+}
+
+// Whether a surface only bounds media.
+bool only_bounds_media(Surface surface) {
+    return medium_interfaces_at(surface.material).passes != 0u;
+}
