@@ -1,8 +1,8 @@
 //! Bumps: displacements and normal maps, which bend shading normals.
 
-use goblet::Options;
 use goblet::image::compare::compare;
 use goblet::image::film::Image;
+use goblet::{DirectLight, Options};
 
 use super::shading::{Floor, floor_by_eye_paths, floor_by_photons};
 use super::{EYE_ONLY, assert_uniform, camera, scene_text, solid, square};
@@ -34,23 +34,26 @@ fn lamp(corners: &str) -> String {
 #[test]
 fn a_bumped_pane_passes_as_much_light_either_way() {
     let above = lamp("-2 -2 3  -2 2 3  2 2 3  2 -2 3");
-    let grazing = lamp("6 6 1.05  6 -6 1.05  6 -6 3.5  6 6 3.5");
+    let grazing = lamp("6 3 1.05  6 -3 1.05  6 -3 3.5  6 3 3.5");
     let dielectric = format!("{}Material \"dielectric\" \"float eta\" 1.33 {BUMPED}", waves(0.4, 0.5));
     let water = format!("{dielectric}Shape \"disk\" \"float radius\" 5.5 \"float height\" 1\n");
     let slab = format!("{dielectric}{}", solid([-3.0, -3.0, 0.9], [3.0, 3.0, 1.1]));
+    let wide_slab = format!("{dielectric}{}", solid([-5.5, -5.5, 1.0], [5.5, 5.5, 1.02]));
     let rough = format!(
         "{}Material \"dielectric\" \"float roughness\" .1 \"bool remaproughness\" false {BUMPED}\
          Shape \"disk\" \"float radius\" 5.5 \"float height\" 1\n",
         waves(0.4, 0.3)
     );
-    let floor = Floor { radius: 1.0, angle: 65.0 };
-    for (what, lamp, pane, iterations) in [
-        ("water", &above, &water, 2),
-        ("slab", &above, &slab, 2),
-        ("rough", &above, &rough, 2),
-        ("water at grazing angles", &grazing, &water, 6),
+    // The floor's normal is between those of the pane and of the wall that is the lamp: all light comes within 65° of it.
+    let tilted = |world: &str| format!("AttributeBegin\nRotate -45 0 1 0\n{world}AttributeEnd\n");
+    for (what, world, radius, iterations) in [
+        ("water", format!("{above}{water}"), 1.0, 2),
+        ("slab", format!("{above}{slab}"), 1.0, 2),
+        ("rough", format!("{above}{rough}"), 1.0, 2),
+        ("water at grazing angles", tilted(&format!("{grazing}{water}")), 0.5, 6),
+        ("slab at grazing angles", tilted(&format!("{grazing}{wide_slab}")), 0.5, 6),
     ] {
-        let world = format!("{lamp}{pane}");
+        let floor = Floor { radius, angle: 65.0 };
         let expected = floor_by_eye_paths(floor, &world, work(iterations, 4 * iterations));
         let measured = floor_by_photons(floor, &world, work(iterations / 2, 2 * iterations));
         println!("{what}: {expected:.6} by eye paths, {measured:.6} by photons, {:.4}", measured / expected);
@@ -58,17 +61,22 @@ fn a_bumped_pane_passes_as_much_light_either_way() {
     }
 }
 
-/// Diffuse bumps are lit straight from a lamp: by eye paths, and by photons, also where it shines at a grazing angle and
-/// where they are seen at one.
+/// Diffuse bumps are lit straight from a light: by eye paths, and by photons, also where it shines at a grazing angle and
+/// where they are seen at one. Most photons fall into the image.
 #[test]
 fn bumped_floors_are_lit_alike_by_eye_paths_and_photons() {
-    let lamps = [lamp("-2 -2 3  -2 2 3  2 2 3  2 -2 3"), lamp("5 3 .2  5 -3 .2  5 -3 2  5 3 2")];
+    let spot = |from: &str, angle: f64| {
+        format!(
+            "LightSource \"spot\" \"point3 from\" [{from}] \"point3 to\" [0 0 0] \"float coneangle\" {angle} \"rgb I\" [9 9 9]\n"
+        )
+    };
+    let lights = [spot("2 -1 3", 12.0), spot("5 0 1", 5.0)];
     let views = ["0 -4 3  0 0 0  0 0 1", "0 -4 .8  0 0 0  0 0 1"];
-    for (lamp, view) in lamps.iter().flat_map(|lamp| views.map(|view| (lamp, view))) {
-        let world = format!("{lamp}{}Material \"diffuse\" {BUMPED}{}", waves(2.0, 0.8), square(4.0, 0.0));
-        let by = |direct: goblet::DirectLight| {
+    for (light, view) in lights.iter().flat_map(|light| views.map(|view| (light, view))) {
+        let world = format!("{light}{}Material \"diffuse\" {BUMPED}{}", waves(2.0, 0.8), square(8.0, 0.0));
+        let by = |direct: DirectLight| {
             let options = Options {
-                resolution: Some([32; 2]),
+                resolution: Some([64; 2]),
                 photons: Some(200_000),
                 radius: Some(0.02),
                 alpha: Some(1.0),
@@ -76,9 +84,9 @@ fn bumped_floors_are_lit_alike_by_eye_paths_and_photons() {
                 direct,
                 ..Options::default()
             };
-            mean(&support::render(&scene_text(&camera(view, 20.0), &world), &options, work(8, 24)).image)[0]
+            mean(&support::render(&scene_text(&camera(view, 30.0), &world), &options, work(8, 24)).image)[0]
         };
-        let [eye, photons] = [goblet::DirectLight::Nee, goblet::DirectLight::Photons].map(by);
+        let [eye, photons] = [DirectLight::Nee, DirectLight::Photons].map(by);
         println!("seen from {view}: {eye:.5} by eye paths, {photons:.5} by photons, {:.4}", photons / eye);
         assert!((photons / eye - 1.0).abs() < 0.01, "{view}: {eye} {photons}");
     }

@@ -28,6 +28,7 @@ Material "dielectric" "spectrum eta" "eta.spd" "rgb transmittance" [1 .5 1]
 LightSource "distant" "blackbody L" 5000 LightSource "infinite" "spectrum L" "stdillum-D50" "float illuminance" 3
 LightSource "spot" "float coneangle" 40 "float conedeltaangle" 9 "float power" 10
 AreaLightSource "diffuse" "rgb L" [1 2 3] "float power" 3 "bool twosided" true
+Texture "h" "float" "windy" Material "coateddiffuse" "texture displacement" "h" "string normalmap" "none.png"
 Shape "sphere" "float zmin" -.5 "float zmax" .5 "float phimax" 90 Shape "plymesh" "string filename" "m.ply"
 Shape "revolution" "integer degree" 4 "point2 P" [0 0 1 0 1 .5 2 1 .5 2] ObjectBegin "a" ObjectEnd ObjectInstance "a"
 "#;

@@ -90,6 +90,85 @@ fn what_is_not_supported_is_an_error_once_it_is_used() {
     );
 }
 
+/// Returns what bends the normals of the first shape, and all textures.
+fn bump(world: &str) -> (Option<Bump>, Vec<Texture>) {
+    let scene = in_world(world).unwrap();
+    match &scene.materials[scene.shapes[0].material] {
+        Material::Bumped { bump, .. } => (Some(*bump), scene.textures),
+        _ => (None, scene.textures),
+    }
+}
+
+#[test]
+fn every_material_may_have_a_displacement() {
+    for material in [
+        "diffuse",
+        "conductor",
+        "dielectric",
+        "thindielectric",
+        "diffusetransmission",
+        "coateddiffuse",
+        "coatedconductor",
+    ] {
+        let texture = "Texture \"h\" \"float\" \"checkerboard\"";
+        let used = format!("Material \"{material}\" \"texture displacement\" \"h\" Shape \"disk\"");
+        // A texture may come after its use.
+        for world in [format!("{texture} {used}"), format!("{used} {texture}")] {
+            assert_eq!(bump(&world).0, Some(Bump::Displacement(0)), "{world}");
+            let packed = pack(&in_world(&world).unwrap(), RevolutionSolver::default()).unwrap();
+            let features = packed.material_features;
+            assert!(packed.features.has_shading_normals && features.has_bumps && features.has_displacements);
+            assert!(!features.has_normal_maps);
+        }
+        // What is the same everywhere bends nothing.
+        assert_eq!(bump(&format!("Material \"{material}\" \"float displacement\" .5 Shape \"disk\"")).0, None);
+    }
+    let mix = "Texture \"h\" \"float\" \"checkerboard\"
+        MakeNamedMaterial \"a\" \"string type\" \"diffuse\" \"texture displacement\" \"h\"
+        MakeNamedMaterial \"b\" \"string type\" \"conductor\" Material \"mix\" \"string materials\" [\"a\" \"b\"]";
+    let packed = pack(&in_world(mix).unwrap(), RevolutionSolver::default()).unwrap();
+    assert!(packed.material_features.has_bumps && packed.material_features.has_mixes);
+}
+
+#[test]
+fn a_normal_map_is_linear_and_takes_precedence() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("n.png");
+    file::write(&path, &Image::from_pixels(1, 1, vec![[0.5, 0.2, 1.0]]).unwrap(), &[]).unwrap();
+    let path = path.display();
+    let world = format!(
+        "Texture \"h\" \"float\" \"checkerboard\"
+         Material \"diffuse\" \"texture displacement\" \"h\" \"string normalmap\" \"{path}\" Shape \"disk\""
+    );
+    let (found, textures) = bump(&world);
+    assert_eq!(found, Some(Bump::NormalMap(1)));
+    let TextureKind::Image(image) = &textures[1].kind else { panic!("{:?}", textures[1]) };
+    // The bytes of .5 and .2 in sRGB are 188 and 124.
+    for (value, byte) in image.image.pixels[0].iter().zip([188.0, 124.0, 255.0]) {
+        assert!((value - byte / 255.0).abs() < 1e-6, "{value} is not {byte} / 255");
+    }
+    assert_eq!((image.offset, image.factor, image.wrap), (-1.0, 2.0, Wrap::Repeat));
+    let packed = pack(&in_world(&world).unwrap(), RevolutionSolver::default()).unwrap();
+    assert!(packed.material_features.has_normal_maps && !packed.material_features.has_displacements);
+}
+
+#[test]
+fn errors_of_bumps_are_at_their_parameters() {
+    assert_refused(
+        "Material \"diffuse\" \"texture displacement\" \"h\" Shape \"disk\"",
+        "2:20: \"texture displacement\" is [\"h\"]; expected the name of a Texture of type \"float\"",
+    );
+    assert_refused(
+        "Material \"diffuse\" \"string normalmap\" [\"a.png\" \"b.png\"] Shape \"disk\"",
+        "2:20: \"string normalmap\"",
+    );
+    assert_refused("Material \"mix\" \"string normalmap\" \"x.png\"", "unknown parameter \"string normalmap\"");
+    let missing =
+        in_world("Material \"diffuse\" \"string normalmap\" \"no such file.png\" Shape \"disk\"").unwrap_err();
+    let SceneError::Unreadable { location: Some(location), path, .. } = &missing else { panic!("{missing}") };
+    assert_eq!((location.to_string().as_str(), path.ends_with("no such file.png")), ("t.pbrt:2:20", true));
+}
+
 #[test]
 fn complaints_say_what_is_expected() {
     for (world, expected) in [
