@@ -4,6 +4,7 @@
 //! arrays of inputs. Tolerances are derived in place, in units of `EPS`: half a unit in the
 //! last place of 1, the largest relative error of one fp32 operation.
 
+mod absorption;
 mod bsdf;
 mod bump;
 mod circle;

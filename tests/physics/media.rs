@@ -89,6 +89,12 @@ fn eye_paths_see_the_sky_through_what_bounds_a_medium() {
             [0.5, 0.5],
         ),
         (
+            "a liquid between panes that it touches",
+            format!("{clear}{}{}", slab(-0.5, 0.0), slab(0.6, 1.0))
+                + &between("a", "", &format!("{clear}{}", slab(0.0, 0.6))),
+            [0.6, 0.0],
+        ),
+        (
             "a ball with a hole",
             between("a", "", &format!("{clear}{SPHERE} 1")) + &between("", "a", &format!("{clear}{SPHERE} .5")),
             [1.0, 0.0],

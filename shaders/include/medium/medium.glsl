@@ -4,19 +4,14 @@
 // side, by its geometric normal, and so which one a ray that leaves it enters. On any other surface the ray
 // stays in its medium.
 #include "geometry/surface_point.glsl"
-#include "scene/constants.glsl"
+#include "medium/absorption.glsl"
 #include "scene/features.glsl"
 #include "scene/media.glsl"
 #include "scene/scene.glsl"
 
-// Above this optical depth no light passes: less than the least normal number of fp32.
-const float OPAQUE_DEPTH = 87.0;
-
-// Share of light that is left after a way through a medium, render units: the law of Beer and Lambert.
+// Share of light that is left after a way through a medium, render units.
 vec3 transmittance(uint medium, float way) {
-    // Rounding takes ways below 0, and beyond the largest number.
-    vec3 depth = media_at(medium).absorption * clamp(way, 0.0, INFINITY_T);
-    return mix(exp(-depth), vec3(0.0), greaterThan(depth, vec3(OPAQUE_DEPTH)));
+    return absorb(media_at(medium).absorption, way);
 }
 
 // Sets the media on both sides of a surface that emits.
