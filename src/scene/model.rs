@@ -8,6 +8,7 @@ pub(in crate::scene) mod extent;
 mod input;
 mod light;
 mod material;
+mod measured;
 pub(in crate::scene) mod missing_light;
 mod plane;
 pub(in crate::scene) mod texture;
@@ -20,6 +21,7 @@ use glam::{DAffine3, DMat3, DVec2, DVec3};
 pub use input::{Input, Rgb};
 pub use light::{Light, LightImage};
 pub use material::{Coat, Material, Metal, Roughness};
+pub use measured::{Grid, Measured};
 
 use crate::base::input::Budget;
 use crate::geometry::bezier::Curve;

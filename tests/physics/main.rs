@@ -13,6 +13,7 @@ mod invisible;
 mod layers;
 mod leaks;
 mod lights;
+mod measured;
 mod metamorphic;
 mod noise;
 mod reference;

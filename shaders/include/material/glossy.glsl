@@ -2,6 +2,7 @@
 // of wo. bsdf.glsl samples the same BSDFs. `transport` is RADIANCE or FLUX.
 #include "material/bsdf.glsl"
 #include "material/fresnel.glsl"
+#include "material/measured.glsl"
 #include "material/microfacet.glsl"
 #include "scene/features.glsl"
 #include "scene/materials.glsl"
@@ -81,6 +82,9 @@ BsdfValue evaluate_bsdf(Material material, vec3 wo, vec3 wi, vec3 n, vec3 tangen
     }
     if (HAS_COATS && material.kind == COATED_CONDUCTOR) {
         bsdf = evaluate_coated_conductor(material, local_o, local_i);
+    }
+    if (HAS_MEASURED && material.kind == MEASURED) {
+        bsdf = evaluate_measured(material.first, local_o, local_i);
     }
     return bsdf;
 }
