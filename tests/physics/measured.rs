@@ -54,7 +54,8 @@ fn wall_lit_by(material: &str, turn: f64) -> [f64; 3] {
          \"point3 P\" [1 -1.5 0 1 1.5 0 1 1.5 2 1 -1.5 2]";
     let text = format!(
         "PixelFilter \"box\" \"float xradius\" .5 \"float yradius\" .5\n\
-         Rotate {turn} 0 1 1\nLookAt -2 0 1  1 0 1  0 0 1\nCamera \"perspective\" \"float fov\" 40\nWorldBegin\n\
+         LookAt -2 0 1  1 0 1  0 0 1\nRotate -{turn} 0 1 1\nCamera \"perspective\" \"float fov\" 40\n\
+         WorldBegin\nRotate {turn} 0 1 1\n\
          LightSource \"spot\" \"point3 from\" [-1 .2 1] \"point3 to\" [0 0 0] \"float coneangle\" 14 \"rgb I\" [9 9 9]\n\
          {material}{mirror}\nMaterial \"diffuse\" \"rgb reflectance\" [.5 .5 .5]\n{wall}"
     );
@@ -76,7 +77,7 @@ fn metal_and_tables(alpha: [f64; 2]) -> (String, MeasuredFile) {
         "Material \"conductor\" \"rgb eta\" [.001 .001 .001] \"rgb k\" [100 100 100] \"float uroughness\" {u} \
          \"float vroughness\" {v} \"bool remaproughness\" false\n"
     );
-    let turning = Steps { size: [40, 40], azimuths: 17, turn: 0.5, polar_angles: 17 };
+    let turning = Steps { size: [32, 32], azimuths: 13, turn: 0.5, polar_angles: 17 };
     let steps = if u == v { ISOTROPIC } else { turning };
     (metal, Tables::new(&Analytic::ggx(alpha), &steps).write())
 }

@@ -126,8 +126,9 @@ impl Grid {
     /// The integral of a row, from its start to a place, where the row is between two rows.
     fn along(&self, row: usize, y: f64, x: f64) -> f64 {
         let mut sum = 0.0;
-        for column in 0..self.width - 1 {
-            let part = (x - column as f64).clamp(0.0, 1.0);
+        let end = (x as usize + 1).min(self.width - 1);
+        for column in 0..end {
+            let part = (x - column as f64).min(1.0);
             let at = |i: usize| {
                 let i = row * self.width + i;
                 self.values[i] * (1.0 - y) + self.values[i + self.width] * y
@@ -183,7 +184,7 @@ fn linear(a: f64, b: f64, x: f64) -> f64 {
 
 fn bisect(end: f64, is_before: impl Fn(f64) -> bool) -> f64 {
     let [mut low, mut high] = [0.0, end];
-    for _ in 0..40 {
+    for _ in 0..32 {
         let middle = 0.5 * (low + high);
         if is_before(middle) { low = middle } else { high = middle }
     }
