@@ -105,8 +105,8 @@ fn reduction(file: &TensorFile<'_>, azimuths: &[f32]) -> Result<u32, TensorError
     if azimuths.len() == 2 {
         return Ok(1);
     }
-    let times = TAU / (last - first);
-    let found = [1, 2, 4].into_iter().find(|reduction| (times - *reduction as f32).abs() < 0.1 * *reduction as f32);
+    let times = (TAU / (last - first)).round();
+    let found = [1, 2, 4].into_iter().find(|reduction| times == *reduction as f32);
     found.ok_or_else(|| match file.field("phi_i", Numbers::Floats, 1, "") {
         Ok(field) => field.unexpected(
             format!("azimuths from {first} to {last}"),

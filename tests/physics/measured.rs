@@ -67,7 +67,7 @@ fn wall_lit_by(material: &str, turn: f64) -> [f64; 3] {
         max_depth: Some(3),
         ..Options::default()
     };
-    mean(&support::render(&text, &options, work(4, 16)).image)
+    mean(&support::render(&text, &options, work(10, 40)).image)
 }
 
 /// A metal that reflects nearly all light off rough facets, and the tables of such facets.

@@ -128,10 +128,11 @@ Scatter scatter_coated_conductor(Material material, vec3 wo, Frame frame, vec2 u
     return scattered;
 }
 
-Scatter scatter_measured(Material material, vec3 wo, Frame frame, vec2 u) {
+Scatter scatter_measured(Material material, vec3 wo, Frame frame, bool outside, vec2 u) {
     vec3 weight;
-    vec3 wi = sample_measured(material.first, to_frame(frame, wo), u, weight);
-    return Scatter(from_frame(frame, wi), weight, 1.0);
+    vec3 signs = signs_of_side(outside);
+    vec3 wi = sample_measured(material.first, signs * to_frame(frame, wo), u, weight);
+    return Scatter(from_frame(frame, signs * wi), weight, 1.0);
 }
 
 // Samples a lobe that is not Lambertian. u chooses between reflection and transmission, u_facet the
@@ -161,7 +162,7 @@ Scatter scatter_specular(Material material, vec3 wo, vec3 n, vec3 tangent, float
         scattered = scatter_coated_conductor(material, wo, frame, u_facet);
     }
     if (HAS_MEASURED && material.kind == MEASURED) {
-        scattered = scatter_measured(material, wo, frame, u_facet);
+        scattered = scatter_measured(material, wo, frame, outside, u_facet);
     }
     return scattered;
 }

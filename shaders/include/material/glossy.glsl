@@ -84,7 +84,8 @@ BsdfValue evaluate_bsdf(Material material, vec3 wo, vec3 wi, vec3 n, vec3 tangen
         bsdf = evaluate_coated_conductor(material, local_o, local_i);
     }
     if (HAS_MEASURED && material.kind == MEASURED) {
-        bsdf = evaluate_measured(material.first, local_o, local_i);
+        vec3 signs = signs_of_side(outside);
+        bsdf = evaluate_measured(material.first, signs * local_o, signs * local_i);
     }
     return bsdf;
 }

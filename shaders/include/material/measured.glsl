@@ -233,6 +233,12 @@ WarpedPoint invert_density(uint first, uvec2 size, Blend blend, vec2 point) {
     return WarpedPoint(clamp(u, 0.0, 1.0), mix(values.x, values.y, place.x) * density_scale(size));
 }
 
+// Signs of directions in a frame that is right-handed on both sides. As in pbrt, a direction behind the surface is that
+// in front of it through the point, and not in the mirror of the surface.
+vec3 signs_of_side(bool outside) {
+    return vec3(outside ? 1.0 : -1.0, 1.0, 1.0);
+}
+
 // Signs that turn wo to the azimuths of the table: of a material that looks the same after half a turn, or in a
 // mirror along each axis.
 vec2 signs_of(MeasuredTable table, vec3 wo) {
