@@ -10,7 +10,7 @@ cd "$(dirname "$0")/.."
 
 seconds=${1:-60}
 [ $# -eq 0 ] || shift
-[ $# -gt 0 ] || set -- scene ply spectrum image checkpoint merge
+[ $# -gt 0 ] || set -- scene ply measured spectrum image checkpoint merge
 
 for target; do
     seeds=tests/fuzz/seeds/$target

@@ -12,6 +12,7 @@ use std::path::Path;
 
 mod directives;
 mod format;
+mod measured;
 pub mod mesh;
 mod model;
 mod parser;

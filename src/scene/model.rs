@@ -8,6 +8,7 @@ pub(in crate::scene) mod extent;
 mod input;
 mod light;
 mod material;
+mod measured;
 mod medium;
 pub(in crate::scene) mod missing_light;
 mod plane;
@@ -21,6 +22,7 @@ use glam::{DAffine3, DMat3, DVec2, DVec3};
 pub use input::{Input, Rgb};
 pub use light::{Light, LightImage};
 pub use material::{Bump, Coat, Material, Metal, Roughness};
+pub use measured::{Grid, Measured};
 pub use medium::{Medium, MediumInterface};
 
 use crate::base::input::Budget;

@@ -7,6 +7,7 @@
 pub(in crate::scene) mod color_space;
 mod data;
 pub(in crate::scene) mod files;
+pub(in crate::scene) mod samples;
 pub(in crate::scene) mod white_balance;
 
 use glam::DVec2;

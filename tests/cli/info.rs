@@ -103,7 +103,7 @@ NamedMaterial \"none\" Shape \"disk\"
 Shape \"sphere\" \"float radius\" 1.2.3 \"float zmin\" 0
 LightSource \"infinite\" \"string filename\" \"none.exr\"
 Shape \"cube\" Shape \"curve\" Shape \"sphere\" \"float radius\" -1
-ObjectInstance \"none\"
+ObjectInstance \"none\" Material \"measured\" \"string filename\" \"none.bsdf\"
 LightSource \"point\" \"string name";
     bench.write("scene.pbrt", scene(LIGHT, &format!("{faults}\n{LIGHT}")));
     let info = info(&bench, 2);
@@ -120,12 +120,13 @@ LightSource \"point\" \"string name";
         (15, "unknown Shape \"cube\""),
         (15, "\"float radius\" is -1"),
         (16, "unknown object \"none\""),
+        (16, "none.bsdf"),
         (17, "unterminated string"),
     ] {
         let found = errors.iter().any(|it| it.starts_with(&format!("scene.pbrt:{line}:")) && it.contains(what));
         assert!(found, "{line} {what}: {errors:#?}");
     }
-    assert_eq!((errors.len(), unsupported.len()), (11, 1), "{errors:#?} {unsupported:#?}");
+    assert_eq!((errors.len(), unsupported.len()), (12, 1), "{errors:#?} {unsupported:#?}");
     assert_eq!(info["scene"]["spheres"], 1);
     let text = bench.run(&["info", "scene.pbrt"]);
     assert!(text.code == 2 && text.stdout.contains("none.ply") && text.stdout.contains("none.exr"), "{text:?}");

@@ -4,6 +4,7 @@ use glam::{DVec2, DVec3};
 
 use crate::fixture::{EPS, Fixture, Rng, double, single};
 use crate::generated::{Boundary, CONDUCTOR, DIELECTRIC, DIFFUSE, Fresnel, Incidence, Outcome, Reflectance, Refract};
+use crate::world::World;
 
 const COUNT: usize = 300_000;
 
@@ -194,7 +195,11 @@ fn known_metals_have_their_colours() {
 fn scatter(incidences: &[Incidence]) -> Vec<Outcome> {
     let fixture = Fixture::new();
     let (incidences, outcomes) = (fixture.upload(incidences), fixture.output(incidences.len()));
-    fixture.run(&Refract { incidences: &incidences, outcomes: &outcomes }, incidences.len() as usize);
+    let scene = World::default().upload(&fixture);
+    fixture.run(
+        &Refract { scene: scene.bindings(), incidences: &incidences, outcomes: &outcomes },
+        incidences.len() as usize,
+    );
     fixture.read(&outcomes)
 }
 

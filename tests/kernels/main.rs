@@ -18,6 +18,7 @@ mod instance;
 mod interruption;
 mod light;
 mod light_image;
+mod measured;
 mod newton;
 mod noise;
 mod normal;

@@ -11,14 +11,21 @@ use crate::generated::{
     COAT, COATED_CONDUCTOR, COATED_DIFFUSE, CONDUCTOR, DIELECTRIC, DIFFUSE, DIFFUSE_TRANSMISSION, HAS_LAMBERTIAN,
     Material, MaterialFeatures, Meeting, NONE, ScatterLobes, Scattered, Specialization, THIN_DIELECTRIC,
 };
+use crate::world::World;
 
 const KINDS: [u32; 4] = [CONDUCTOR, DIELECTRIC, COAT, COATED_CONDUCTOR];
 
 fn scatter(materials: &[Material], meetings: &[Meeting]) -> Vec<Scattered> {
+    scatter_in(&World::default(), materials, meetings)
+}
+
+/// The same where materials have tables in the arrays of a scene.
+pub fn scatter_in(world: &World, materials: &[Material], meetings: &[Meeting]) -> Vec<Scattered> {
     let fixture = Fixture::new();
+    let scene = world.upload(&fixture);
     let (meetings, lobes) = (fixture.upload(meetings), fixture.upload(materials));
     let out = fixture.output(meetings.len() as usize);
-    let kernel = ScatterLobes { meetings: &meetings, lobes: &lobes, outcomes: &out };
+    let kernel = ScatterLobes { scene: scene.bindings(), meetings: &meetings, lobes: &lobes, outcomes: &out };
     let all = Specialization {
         material: MaterialFeatures {
             has_rough: true,
@@ -26,6 +33,7 @@ fn scatter(materials: &[Material], meetings: &[Meeting]) -> Vec<Scattered> {
             has_thin: true,
             has_diffuse_transmission: true,
             has_layers: true,
+            has_measured: true,
             has_anisotropic: true,
             ..Specialization::DECLARED.material
         },
@@ -198,7 +206,8 @@ const SIDE: usize = 16;
 /// Places in each cell where the pdf is evaluated.
 const FINE: usize = 12;
 
-fn directions_follow_the_pdf(lobe: Material, wo: DVec3) {
+/// Checks that sampled directions follow the pdf of a material of a world, by chi squared.
+pub fn directions_follow_the_pdf(world: &World, lobe: Material, wo: DVec3) {
     const SAMPLES: usize = 200_000;
     let mut rng = Rng(4);
     let base = Meeting {
@@ -219,12 +228,12 @@ fn directions_follow_the_pdf(lobe: Material, wo: DVec3) {
     };
     let judged: Vec<_> = (0..steps * steps).map(direction).collect();
     let mut expected = vec![0.0; SIDE * SIDE];
-    for (i, outcome) in scatter(&[lobe], &judged).iter().enumerate() {
+    for (i, outcome) in scatter_in(world, &[lobe], &judged).iter().enumerate() {
         let cell = i / steps / FINE * SIDE + i % steps / FINE;
         expected[cell] += f64::from(outcome.pdf) * 4.0 * PI / (steps * steps) as f64 * SAMPLES as f64;
     }
     let mut counts = vec![0.0; SIDE * SIDE];
-    for outcome in scatter(&[lobe], &samples).iter().filter(|outcome| outcome.weight != [0.0; 3]) {
+    for outcome in scatter_in(world, &[lobe], &samples).iter().filter(|outcome| outcome.weight != [0.0; 3]) {
         let [x, y, z] = outcome.wi.map(f64::from);
         let place = |x: f64| ((x * SIDE as f64) as usize).min(SIDE - 1);
         counts[place(0.5 * z + 0.5) * SIDE + place((y.atan2(x) / (2.0 * PI)).rem_euclid(1.0))] += 1.0;
@@ -245,10 +254,14 @@ fn directions_follow_the_pdf(lobe: Material, wo: DVec3) {
 fn rough_directions_follow_their_pdf() {
     for kind in KINDS {
         for alpha in [[0.3, 0.3], [0.6, 0.2]] {
-            directions_follow_the_pdf(material(kind, alpha), DVec3::new(0.5, 0.2, 0.7).normalize());
+            directions_follow_the_pdf(&World::default(), material(kind, alpha), DVec3::new(0.5, 0.2, 0.7).normalize());
         }
     }
-    directions_follow_the_pdf(material(DIELECTRIC, [0.4, 0.4]), DVec3::new(0.3, 0.1, -0.9).normalize());
+    directions_follow_the_pdf(
+        &World::default(),
+        material(DIELECTRIC, [0.4, 0.4]),
+        DVec3::new(0.3, 0.1, -0.9).normalize(),
+    );
 }
 
 /// Mean weight of directions from a material at an angle, per channel.

@@ -14,6 +14,7 @@ mod invisible;
 mod layers;
 mod leaks;
 mod lights;
+mod measured;
 mod media;
 mod metamorphic;
 mod noise;

@@ -30,6 +30,7 @@ LightSource "spot" "float coneangle" 40 "float conedeltaangle" 9 "float power" 1
 AreaLightSource "diffuse" "rgb L" [1 2 3] "float power" 3 "bool twosided" true
 Texture "h" "float" "windy" Material "coateddiffuse" "texture displacement" "h" "string normalmap" "none.png"
 Shape "sphere" "float zmin" -.5 "float zmax" .5 "float phimax" 90 Shape "plymesh" "string filename" "m.ply"
+Material "measured" "string filename" "m.bsdf"
 Shape "revolution" "integer degree" 4 "point2 P" [0 0 1 0 1 .5 2 1 .5 2] ObjectBegin "a" ObjectEnd ObjectInstance "a"
 "#;
 

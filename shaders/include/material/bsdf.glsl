@@ -1,6 +1,7 @@
 // Samples BSDFs. Directions wo and wi point away from the surface.
 #include "material/fresnel.glsl"
 #include "material/layers.glsl"
+#include "material/measured.glsl"
 #include "material/microfacet.glsl"
 #include "math/sampling.glsl"
 #include "scene/features.glsl"
@@ -127,6 +128,13 @@ Scatter scatter_coated_conductor(Material material, vec3 wo, Frame frame, vec2 u
     return scattered;
 }
 
+Scatter scatter_measured(Material material, vec3 wo, Frame frame, bool outside, vec2 u) {
+    vec3 weight;
+    vec3 signs = signs_of_side(outside);
+    vec3 wi = sample_measured(material.first, signs * to_frame(frame, wo), u, weight);
+    return Scatter(from_frame(frame, signs * wi), weight, 1.0);
+}
+
 // Samples a lobe that is not Lambertian. u chooses between reflection and transmission, u_facet the
 // microfacet.
 Scatter scatter_specular(Material material, vec3 wo, vec3 n, vec3 tangent, float u, vec2 u_facet, bool transport) {
@@ -152,6 +160,9 @@ Scatter scatter_specular(Material material, vec3 wo, vec3 n, vec3 tangent, float
     }
     if (HAS_COATS && material.kind == COATED_CONDUCTOR) {
         scattered = scatter_coated_conductor(material, wo, frame, u_facet);
+    }
+    if (HAS_MEASURED && material.kind == MEASURED) {
+        scattered = scatter_measured(material, wo, frame, outside, u_facet);
     }
     return scattered;
 }

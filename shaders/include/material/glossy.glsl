@@ -2,6 +2,7 @@
 // of wo. bsdf.glsl samples the same BSDFs. `transport` is RADIANCE or FLUX.
 #include "material/bsdf.glsl"
 #include "material/fresnel.glsl"
+#include "material/measured.glsl"
 #include "material/microfacet.glsl"
 #include "scene/features.glsl"
 #include "scene/materials.glsl"
@@ -81,6 +82,10 @@ BsdfValue evaluate_bsdf(Material material, vec3 wo, vec3 wi, vec3 n, vec3 tangen
     }
     if (HAS_COATS && material.kind == COATED_CONDUCTOR) {
         bsdf = evaluate_coated_conductor(material, local_o, local_i);
+    }
+    if (HAS_MEASURED && material.kind == MEASURED) {
+        vec3 signs = signs_of_side(outside);
+        bsdf = evaluate_measured(material.first, signs * local_o, signs * local_i);
     }
     return bsdf;
 }

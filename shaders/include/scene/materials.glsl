@@ -10,6 +10,7 @@ export const uint COATED_CONDUCTOR = 6u;     // a coat over a metal
 export const uint MIX = 7u;                  // one of two materials, by chance
 export const uint COAT = 8u;                 // the upper side of a coat: a lobe, never a whole material
 export const uint INTERFACE = 9u;            // nothing: a surface that only bounds media
+export const uint MEASURED = 9u;             // measured, by tables
 
 // Flags of materials.
 export const uint HAS_LAMBERTIAN = 1u; // some lobe is Lambertian, so that photons are recorded
@@ -43,8 +44,8 @@ struct Material {
     uint coat_u_texture;  // of coat_alpha_u
     uint coat_v_texture;  // of coat_alpha_v
     uint flags;           // HAS_LAMBERTIAN | ..
-    uint first;         // mix: index of the first material
-    uint second_part;   // mix: index of the second material
+    uint first;         // mix: index of the first material; measured: first of its elements in texture_texels
+    uint second_part;   // mix: index of the second material; measured: 1 if it is anisotropic
     uint alpha_texture; // how much of the surface is there, or NONE: all
     uint bump_texture;  // where DISPLACED or NORMAL_MAPPED
     float bump_scale;   // render units of a unit of the height

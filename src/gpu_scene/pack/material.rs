@@ -1,11 +1,13 @@
 //! Packing of materials.
 
+mod measured;
+
 use super::PackError;
 use super::texture::PackedTextures;
 use crate::kernels::{
     self, BY_REFLECTANCE, COATED_CONDUCTOR, COATED_DIFFUSE, CONDUCTOR, DIELECTRIC, DIFFUSE, DIFFUSE_TRANSMISSION,
-    DISPLACED, HAS_LAMBERTIAN, INTERFACE, MIX, MaterialFeatures, NONE, NORMAL_MAPPED, REMAPPED, REMAPPED_COAT,
-    THIN_DIELECTRIC,
+    DISPLACED, HAS_LAMBERTIAN, INTERFACE, MEASURED, MIX, MaterialFeatures, NONE, NORMAL_MAPPED, REMAPPED,
+    REMAPPED_COAT, THIN_DIELECTRIC,
 };
 use crate::scene::{Bump, Coat, Input, Material, Metal, Rgb, Roughness};
 
@@ -82,6 +84,14 @@ fn pack_material(material: &Material, textures: &mut PackedTextures) -> Result<k
             let sent_back = sent_back_by_facets(coat, f64::from(base.alpha_u.max(base.alpha_v)));
             with_coat(base, coat, sent_back, textures)?
         }
+        Material::Measured(measured) => kernels::Material {
+            kind: MEASURED,
+            alpha_u: SOME_ALPHA as f32,
+            alpha_v: SOME_ALPHA as f32,
+            first: textures.measured(measured, measured::table),
+            second_part: u32::from(!measured.is_isotropic()),
+            ..zero
+        },
         Material::Mix { materials, amount } => {
             let (amount_texture, amount) = textures.number(amount)?;
             let [first, second_part] = materials.map(|index| index as u32);
@@ -122,7 +132,7 @@ fn with_metal(
     })
 }
 
-/// Placeholder for a roughness from a texture: not 0, which would be smooth.
+/// Placeholder for a roughness that is not a constant: not 0, which would be smooth.
 const SOME_ALPHA: f64 = 0.5;
 
 /// Returns GGX's alpha along both directions, and the textures that give it.
@@ -238,6 +248,7 @@ pub(super) fn specialize(materials: &[kernels::Material]) -> MaterialFeatures {
         [(m.alpha_u, m.alpha_v), (m.coat_alpha_u, m.coat_alpha_v)].iter().any(|(u, v)| u != v)
             || m.alpha_u_texture != m.alpha_v_texture
             || m.coat_u_texture != m.coat_v_texture
+            || m.kind == MEASURED && m.second_part != 0
     };
     MaterialFeatures {
         has_conductors,
@@ -246,8 +257,9 @@ pub(super) fn specialize(materials: &[kernels::Material]) -> MaterialFeatures {
         has_thin,
         has_diffuse_transmission: has(DIFFUSE_TRANSMISSION),
         has_mixes: has(MIX),
+        has_measured: has(MEASURED),
         has_layers: has_coats || has(DIFFUSE_TRANSMISSION) || has(MIX),
-        has_specular: has_conductors || has_dielectrics || has_coats || has_thin,
+        has_specular: has_conductors || has_dielectrics || has_coats || has_thin || has(MEASURED),
         has_rough: materials.iter().any(is_rough),
         has_anisotropic: materials.iter().any(is_anisotropic),
         has_bumps: has_bumps(materials),

@@ -20,7 +20,7 @@ use crate::kernels::{
     WRAP_REPEAT,
 };
 use crate::scene::{
-    AreaLight, EmissionImage, ImageTexture, Input, Mapping, Octaves, Rgb, Scene, Texture, TextureKind, Wrap,
+    AreaLight, EmissionImage, ImageTexture, Input, Mapping, Measured, Octaves, Rgb, Scene, Texture, TextureKind, Wrap,
 };
 
 /// Maximum number of nodes of one texture; a texture that is used twice in it has its nodes twice.
@@ -35,7 +35,8 @@ const DEFAULT_UVS: [DVec2; 3] = [DVec2::ZERO, DVec2::X, DVec2::ONE];
 #[derive(Default)]
 pub(super) struct PackedTextures {
     pub nodes: Vec<TextureNode>,
-    /// Two texels in each element, of four half floats each; and the table of noise.
+    /// Two texels in each element, of four half floats each; the table of noise, and those of measured
+    /// materials.
     pub texels: Vec<[u32; 4]>,
     world_from_render: DAffine3,
     scene: Vec<Texture>,
@@ -49,6 +50,8 @@ pub(super) struct PackedTextures {
     images: HashMap<*const Image, u32>,
     /// First element of the table of noise, if a texture uses it.
     noise_table: Option<u32>,
+    /// First element of the table of each measured material, by its address.
+    measured: HashMap<*const Measured, u32>,
 }
 
 impl PackedTextures {
@@ -143,6 +146,15 @@ impl PackedTextures {
         *self.noise_table.get_or_insert_with(|| {
             let first = self.texels.len() as u32;
             self.texels.extend(noise::table());
+            first
+        })
+    }
+
+    /// Returns the first element of the table of a measured material, and adds the table if it is not packed yet.
+    pub fn measured(&mut self, measured: &Arc<Measured>, table: impl Fn(&Measured) -> Vec<[u32; 4]>) -> u32 {
+        *self.measured.entry(Arc::as_ptr(measured)).or_insert_with(|| {
+            let first = self.texels.len() as u32;
+            self.texels.extend(table(measured));
             first
         })
     }

@@ -108,8 +108,8 @@ pub(in crate::scene) const FAMILY: Family = Family {
         ),
         supported("mix", &[full("materials", &[Kind::String]), full("amount", NUMBER)]),
         supported("interface", &[]),
+        supported("measured", &[full("filename", &[Kind::String]), DISPLACEMENT, NORMAL_MAP]),
         not_yet("hair"),
-        not_yet("measured"),
         not_yet("subsurface"),
     ],
 };
@@ -164,6 +164,7 @@ fn even_material(
             let metal = metal(params, ["conductor.eta", "conductor.k"], coat.eta, textures, location)?;
             Material::CoatedConductor { metal, roughness: roughness("conductor.")?, coat }
         }
+        "measured" => measured(params, textures, location)?,
         "interface" => Material::Interface,
         _ => Material::Diffuse { reflectance: color("reflectance", 0.5)? },
     };
@@ -267,6 +268,14 @@ fn index(params: &ParamList, name: &str) -> Result<f64, SceneError> {
         Some(param) if !(0.1..=10.0).contains(&eta) => Err(param.bad_value("an index of refraction from 0.1 to 10")),
         _ => Ok(eta),
     }
+}
+
+fn measured(params: &ParamList, textures: &Textures, location: &Location) -> Result<Material, SceneError> {
+    let (Some(param), Some(name)) = (params.get("filename"), params.string("filename")?) else {
+        let expected = "expected the name of a .bsdf file";
+        return Err(location.invalid(format!("Material \"measured\" has no \"string filename\"; {expected}")));
+    };
+    textures.measured(name, &param.location).map(Material::Measured)
 }
 
 fn dielectric(params: &ParamList, roughness: Roughness) -> Result<Material, SceneError> {

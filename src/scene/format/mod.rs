@@ -2,6 +2,7 @@
 
 pub(in crate::scene) mod error;
 pub(in crate::scene) mod files;
+pub(in crate::scene) mod instead;
 pub(in crate::scene) mod kind;
 pub(in crate::scene) mod lexer;
 pub(in crate::scene) mod params;

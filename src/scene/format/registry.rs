@@ -3,6 +3,7 @@
 use std::collections::BTreeMap;
 
 use crate::scene::format::error::{Location, SceneError};
+use crate::scene::format::instead;
 use crate::scene::format::kind::Kind;
 use crate::scene::format::lexer::shorten;
 use crate::scene::format::params::{Param, ParamList};
@@ -117,7 +118,8 @@ impl Family {
             ))
         })?;
         if spec.support == Support::Later {
-            return Err(location.unsupported(&format!("{directive} \"{name}\""), &self.supported_types()));
+            let supported = self.supported_types() + instead::of(directive, name);
+            return Err(location.unsupported(&format!("{directive} \"{name}\""), &supported));
         }
         for default in &defaults.items {
             let usable = spec.parameters.iter().any(|p| p.name == default.name);

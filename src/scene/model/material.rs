@@ -1,6 +1,8 @@
 //! How surfaces scatter light.
 
-use crate::scene::model::{Input, Rgb};
+use std::sync::Arc;
+
+use crate::scene::model::{Input, Measured, Rgb};
 
 /// Roughness of a surface of microfacets.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -125,6 +127,8 @@ pub enum Material {
         /// The coat.
         coat: Coat,
     },
+    /// A measured surface: it reflects on both sides and transmits nothing.
+    Measured(Arc<Measured>),
     /// A random choice between two other materials at each point.
     Mix {
         /// Indices into [`Scene::materials`].
@@ -154,6 +158,7 @@ impl Material {
             Self::ThinDielectric { .. } => "thindielectric",
             Self::CoatedDiffuse { .. } => "coateddiffuse",
             Self::CoatedConductor { .. } => "coatedconductor",
+            Self::Measured(_) => "measured",
             Self::Mix { .. } => "mix",
             Self::Bumped { material, .. } => material.kind(),
             Self::Interface => "interface",
@@ -164,6 +169,7 @@ impl Material {
     pub(in crate::scene) fn lobes(&self) -> Lobes {
         match self {
             Self::Conductor { roughness, .. } | Self::Dielectric { roughness, .. } => Lobes::by(roughness),
+            Self::Measured(_) => Lobes { smooth: false, rough: true },
             Self::ThinDielectric { .. } => Lobes { smooth: true, rough: false },
             Self::Bumped { material, .. } => material.lobes(),
             Self::CoatedDiffuse { coat, .. } => Lobes::of_coat(coat),

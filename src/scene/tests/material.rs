@@ -90,7 +90,8 @@ fn bad_materials_say_why() {
         ("Material \"conductor\" \"float roughness\" -1".to_string(), "expected 0 or a number above it"),
         ("Material \"thindielectric\" \"float eta\" 0".to_string(), "expected an index of refraction"),
         ("Material \"coateddiffuse\" \"float thickness\" -1".to_string(), "expected 0 or a number above it"),
-        ("Material \"measured\"".to_string(), "is not supported yet"),
+        ("Material \"hair\"".to_string(), "is not supported yet"),
+        ("Material \"measured\"".to_string(), "has no \"string filename\"; expected the name of a .bsdf file"),
     ] {
         let error = materials(&text).expect_err("an error");
         assert!(error.contains(expected), "{text}: {error}");

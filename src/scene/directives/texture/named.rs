@@ -17,8 +17,9 @@ use crate::scene::format::kind::Kind;
 use crate::scene::format::lexer::shorten;
 use crate::scene::format::params::{Param, ParamList};
 use crate::scene::format::registry::Ignored;
+use crate::scene::measured::MeasuredFiles;
 use crate::scene::model::texture::{ImageTexture, Mapping, Texture, TextureKind, Wrap};
-use crate::scene::model::{EmissionImage, Input, Rgb};
+use crate::scene::model::{EmissionImage, Input, Measured, Rgb};
 use crate::scene::spectrum::Spectrum;
 
 /// Maximum number of pixels of all images together: the size of a device's table.
@@ -83,6 +84,7 @@ pub(in crate::scene) struct Textures {
     /// Means of images that area lights show, by the image's address.
     shown: HashMap<*const Image, Rgb>,
     means: RefCell<Means>,
+    measured: MeasuredFiles,
     texels: u64,
 }
 
@@ -246,6 +248,11 @@ impl Textures {
         self.budget.take(size_of::<Texture>() as u64).map_err(param.location.over())?;
         self.made.push(Texture { kind: TextureKind::Image(image), location: param.location.to_string() });
         Ok(self.made.len() - 1)
+    }
+
+    /// Returns the measured material in a file, whose name is at `location`.
+    pub fn measured(&self, name: &str, location: &Location) -> Result<Arc<Measured>, SceneError> {
+        self.measured.get(&self.directory.join(name), &self.budget, location)
     }
 
     fn find(&self, values: Values, param: &Param) -> Result<Input<Rgb>, SceneError> {
