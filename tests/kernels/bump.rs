@@ -130,15 +130,9 @@ fn placed(place: &Place, material: &str, shape: &str) -> String {
     let mut text = format!("ObjectBegin \"o\" {material} {shape} ObjectEnd AttributeBegin {} ", place.directives);
     text += "ObjectInstance \"o\" AttributeEnd\n";
     for i in 1..5000 {
-        let (x, y, z) = (i % 17, i / 17 % 17, i / 289);
-        writeln!(
-            text,
-            "AttributeBegin Translate {} {} {} Scale .01 .01 .01 ObjectInstance \"o\" AttributeEnd",
-            x,
-            y,
-            4 + z
-        )
-        .expect("text");
+        let [x, y, z] = [i % 17, i / 17 % 17, 40 + i / 289].map(|at| 0.1 * f64::from(at));
+        writeln!(text, "AttributeBegin Translate {x} {y} {z} Scale .01 .01 .01 ObjectInstance \"o\" AttributeEnd")
+            .expect("text");
     }
     scene_text("", &text)
 }
