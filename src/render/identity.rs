@@ -24,10 +24,8 @@ const DIGEST: &str = "sha256:";
 
 /// The names of the parts of the scene, in the order in which they are compared. The shapes are first because
 /// they determine render space: if they differ, other parts may differ for this reason alone.
-const PARTS: [&str; 4] = ["the shapes", "the materials", "the lights", "the camera"];
-
-/// The name of the media, which are present only if there are any.
-const MEDIA: &str = "the media";
+/// The media are present only if there are any.
+const PARTS: [&str; 5] = ["the shapes", "the materials", "the lights", "the camera", "the media"];
 
 /// The name of the contribution, which is present only if the image does not show all light.
 const CONTRIBUTION: &str = "light";
@@ -51,7 +49,7 @@ impl Identity {
             let mut arrays = packed.arrays.media();
             let camera = [packed.camera_medium];
             arrays.push(bytes(&camera));
-            identity.0.insert(MEDIA.to_owned(), digest(&arrays));
+            identity.0.insert(PARTS[4].to_owned(), digest(&arrays));
         }
         identity.set_view(scene, view, options, resolved);
         identity
@@ -90,7 +88,7 @@ impl Identity {
         let [here, there] = [self, other].map(|identity| identity.0.get(name).map_or("nothing", String::as_str));
         // Names and values from a file may be of any length.
         let [name, here, there] = [name.as_str(), here, there].map(shorten);
-        Err(if here.starts_with(DIGEST) {
+        Err(if here.starts_with(DIGEST) || there.starts_with(DIGEST) {
             CheckpointError::Scene { part: name }
         } else {
             CheckpointError::Option { name, here, there }

@@ -56,8 +56,8 @@ fn shapes_match_the_reference() {
     assert_matches("shapes", 0.01917, 0.015);
 }
 
-/// The reference is of a spectral renderer, in which a strong absorption has no single value for each channel:
-/// its mean may differ by more. Other photon mappers ignore media: the bound on relMSE is about ten times that of the
+/// The reference absorbs by wavelength, which differs from absorption in three channels where colours are strong:
+/// the mean may differ by more. Other photon mappers ignore media: the bound on relMSE is about ten times that of the
 /// reference itself.
 #[test]
 fn absorbing_media_match_the_reference() {

@@ -1,6 +1,6 @@
 //! The graphics state, and the scene that directives build.
 
-// Circle: state.rs <-> defaults.rs <-> media.rs <-> options.rs <-> transforms.rs: methods of SceneBuilder by topic, each with the part of the state that they change.
+// Circle: state.rs <-> media.rs <-> options.rs <-> transforms.rs: methods of SceneBuilder by topic, each with the part of the state that they change.
 mod collected;
 mod defaults;
 mod media;

@@ -97,6 +97,29 @@ fn another_scene_is_named_by_its_part() {
     bench.rendered(&[&OPTIONS[..], &["--resume", "x.checkpoint"]].concat());
 }
 
+#[test]
+fn other_media_are_named() {
+    let bench = bench();
+    // Around the camera alone.
+    let within = |sigma: &str| {
+        let medium = format!(
+            "MakeNamedMedium \"m\" \"string type\" \"homogeneous\" \"rgb sigma_s\" [ 0 0 0 ] \"rgb sigma_a\" [ {sigma} ]\n\
+             MediumInterface \"\" \"m\"\nLookAt"
+        );
+        command::scene("LookAt", &medium).replace("WorldBegin", "WorldBegin MediumInterface \"\" \"\"")
+    };
+    let message = "the media of the scene differ from what the checkpoint was made with";
+    bench.write("scene.pbrt", within("1 2 3"));
+    assert_refused(&bench, "a medium", &[], message);
+    bench.rendered(&["--quiet", "--iterations", "1", "--checkpoint", "x.checkpoint", "-o", "y.exr"]);
+    bench.write("scene.pbrt", within("1 2 3.5"));
+    assert_refused(&bench, "another medium", &[], message);
+    bench.write("scene.pbrt", command::SCENE);
+    assert_refused(&bench, "no medium", &[], message);
+    bench.write("scene.pbrt", within("1 2 3"));
+    bench.rendered(&[&OPTIONS[..], &["--resume", "x.checkpoint"]].concat());
+}
+
 /// How the work is cut does not change the image, and so may change.
 #[test]
 fn what_does_not_change_the_image_may_differ() {
