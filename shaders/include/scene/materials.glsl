@@ -9,7 +9,7 @@ export const uint COATED_DIFFUSE = 5u;       // a coat over a Lambertian base
 export const uint COATED_CONDUCTOR = 6u;     // a coat over a metal
 export const uint MIX = 7u;                  // one of two materials, by chance
 export const uint COAT = 8u;                 // the upper side of a coat: a lobe, never a whole material
-export const uint MEASURED = 9u;             // measured, by tables
+export const uint MEASURED = 10u;            // measured, by tables
 
 // Flags of materials.
 export const uint HAS_LAMBERTIAN = 1u; // some lobe is Lambertian, so that photons are recorded
