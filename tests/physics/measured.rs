@@ -77,7 +77,7 @@ fn metal_and_tables(alpha: [f64; 2]) -> (String, MeasuredFile) {
         "Material \"conductor\" \"rgb eta\" [.001 .001 .001] \"rgb k\" [100 100 100] \"float uroughness\" {u} \
          \"float vroughness\" {v} \"bool remaproughness\" false\n"
     );
-    let turning = Steps { size: [64, 32], azimuths: 13, turn: 0.5, polar_angles: 17 };
+    let turning = Steps { size: [32, 32], azimuths: 25, turn: 0.5, polar_angles: 17 };
     let steps = if u == v { ISOTROPIC } else { turning };
     (metal, Tables::new(&Analytic::ggx(alpha), &steps).write())
 }
