@@ -4,3 +4,4 @@ pub mod compare;
 pub mod estimate;
 pub mod file;
 pub mod film;
+pub mod layers;

@@ -12,7 +12,7 @@ use crate::gpu_scene::pack::PackedScene;
 use crate::render::checkpoint::error::CheckpointError;
 use crate::render::options::table::{Effect, OPTIONS};
 use crate::render::options::{Contribution, Options, Resolved};
-use crate::scene::{Scene, shorten};
+use crate::scene::{CoordinateSystem, Scene, shorten};
 
 /// Names and values: the text of options, and the digests of parts of the scene.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
@@ -31,6 +31,9 @@ const CONTRIBUTION: &str = "light";
 
 /// The name of the white balance, which is present only if the film has one.
 const WHITE_BALANCE: &str = "white balance";
+
+/// The name of the layers, which is present only if there are any.
+const LAYERS: &str = "layers";
 
 impl Identity {
     /// Returns the identity of a render of a scene with these options.
@@ -62,6 +65,15 @@ impl Identity {
         self.0.remove(WHITE_BALANCE);
         if let Some(balance) = scene.film.white_balance {
             self.0.insert(WHITE_BALANCE.to_owned(), format!("{} K", balance.kelvin));
+        }
+        self.0.remove(LAYERS);
+        if !resolved.layers.is_empty() {
+            let system = match scene.film.gbuffer.unwrap_or_default() {
+                CoordinateSystem::Camera => "camera",
+                CoordinateSystem::World => "world",
+            };
+            let film = if scene.film.gbuffer.is_some() { ", for a gbuffer film" } else { "" };
+            self.0.insert(LAYERS.to_owned(), format!("{} in {system} space{film}", resolved.layers.names()));
         }
         self.0.remove(CONTRIBUTION);
         if options.contribution != Contribution::All {

@@ -73,6 +73,18 @@ pub struct Film {
     pub filename: Option<PathBuf>,
     /// Filter by which camera samples spread around a pixel.
     pub filter: PixelFilter,
+    /// The coordinate system of the layers that a `gbuffer` film asks for; `None` for other films.
+    pub gbuffer: Option<CoordinateSystem>,
+}
+
+/// The coordinate system of an image's layers.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum CoordinateSystem {
+    /// Camera space: x right, y up, z forward; lengths in the camera's units.
+    #[default]
+    Camera,
+    /// World space.
+    World,
 }
 
 /// The adaptation of an image to a light, which looks white in it.
