@@ -59,7 +59,8 @@ impl HashGrid {
         macro_rules! pass {
             ($($kernel:tt)*) => { device.pass(&$($kernel)*, specialization, workgroup_size)? };
         }
-        let gather = |[flux_red, flux_green, flux_blue, flux_counts]: [&Buffer<u32>; 4], specialization: &Specialization| {
+        let gather = |[flux_red, flux_green, flux_blue, flux_counts]: [&Buffer<u32>; 4],
+                      specialization: &Specialization| {
             let kernel = GatherGrid {
                 visible_points,
                 visible_radii2,

@@ -57,7 +57,8 @@ impl KdTree {
         let arrays = TreeArrays::allocate(device, sizes)?;
         let TreeArrays { tree_nodes, tree_points, places } = &arrays;
         let fill = TreeFill { visible_points, visible_radii2, tree_nodes, tree_points };
-        let gather = |[flux_red, flux_green, flux_blue, flux_counts]: [&Buffer<u32>; 4], specialization: &Specialization| {
+        let gather = |[flux_red, flux_green, flux_blue, flux_counts]: [&Buffer<u32>; 4],
+                      specialization: &Specialization| {
             let kernel = GatherTree {
                 photons,
                 max_radius2,

@@ -136,6 +136,9 @@ impl LayerPasses {
     /// # Errors
     /// The device fails.
     pub fn clear_caustics(&self, on: Stage<'_>) -> Result<(), RenderError> {
+        if self.arrays.caustics().is_none() {
+            return Ok(());
+        }
         let mut frame = on.device.frame()?;
         self.record_clear(&mut frame);
         Ok(frame.run()?)
@@ -143,7 +146,9 @@ impl LayerPasses {
 
     /// Records the commands that do so.
     pub fn record_clear(&self, frame: &mut Frame<'_>) {
-        self.arrays.clear_caustics(frame);
+        if self.arrays.caustics().is_some() {
+            self.arrays.clear_caustics(frame);
+        }
     }
 
     /// Records the commands that find the light of an iteration by its ways, before the update pass clears its flux.
