@@ -5,3 +5,5 @@ pub mod estimate;
 pub mod file;
 pub mod film;
 pub mod layers;
+pub mod planes;
+mod sum;

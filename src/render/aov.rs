@@ -5,7 +5,8 @@
 
 use crate::image::estimate::Estimate;
 use crate::image::file::Channel;
-use crate::image::layers::{Group, Groups, Planes};
+use crate::image::layers::{Group, Groups};
+use crate::image::planes::Planes;
 
 /// A quantity that each pixel has: a layer of an EXR.
 #[derive(Clone, Copy, Debug)]
@@ -318,7 +319,7 @@ mod tests {
             for (index, name) in aov.channels.iter().enumerate() {
                 let expected = match (name.split_once('.'), aov.kind) {
                     (None, AovKind::Number) => *name,
-                    (Some((_, channel)), AovKind::Number) if channel == "Y" => name,
+                    (Some((_, "Y")), AovKind::Number) => name,
                     (Some((layer, _)), AovKind::Direction | AovKind::Point) => {
                         &format!("{layer}.{}", ["X", "Y", "Z"][index])
                     }

@@ -9,10 +9,11 @@ use sha2::{Digest, Sha256};
 
 use crate::gpu_scene::camera::View;
 use crate::gpu_scene::pack::PackedScene;
+use crate::image::film::CoordinateSystem;
 use crate::render::checkpoint::error::CheckpointError;
 use crate::render::options::table::{Effect, OPTIONS};
 use crate::render::options::{Contribution, Options, Resolved};
-use crate::scene::{CoordinateSystem, Scene, shorten};
+use crate::scene::{Scene, shorten};
 
 /// Names and values: the text of options, and the digests of parts of the scene.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]

@@ -23,7 +23,7 @@ pub use material::{Coat, Material, Metal, Roughness};
 
 use crate::base::input::Budget;
 use crate::geometry::bezier::Curve;
-use crate::image::film::Window;
+use crate::image::film::{CoordinateSystem, Window};
 use crate::scene::model::texture::Texture;
 
 /// A scene that is ready to upload.
@@ -75,16 +75,6 @@ pub struct Film {
     pub filter: PixelFilter,
     /// The coordinate system of the layers that a `gbuffer` film asks for; `None` for other films.
     pub gbuffer: Option<CoordinateSystem>,
-}
-
-/// The coordinate system of an image's layers.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum CoordinateSystem {
-    /// Camera space: x right, y up, z forward; lengths in the camera's units.
-    #[default]
-    Camera,
-    /// World space.
-    World,
 }
 
 /// The adaptation of an image to a light, which looks white in it.

@@ -3,8 +3,8 @@
 use glam::DAffine3;
 use serde::{Deserialize, Serialize};
 
+use crate::image::film::CoordinateSystem;
 use crate::image::layers::{Group, Groups, LayerForm};
-use crate::scene::CoordinateSystem;
 
 /// A [`LayerForm`] with a group or more.
 #[derive(Serialize, Deserialize)]

@@ -6,9 +6,9 @@ use proptest::prelude::*;
 use serde_json::{Value, json};
 
 use super::*;
+use crate::image::film::CoordinateSystem;
 use crate::image::layers::{Group, Groups};
 use crate::render::counters::ByPass;
-use crate::scene::CoordinateSystem;
 
 /// Generates checkpoints of small images.
 fn small() -> impl Strategy<Value = Checkpoint> {

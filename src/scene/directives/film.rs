@@ -2,11 +2,12 @@
 
 use glam::DVec2;
 
+use crate::image::film::CoordinateSystem;
 use crate::scene::format::error::SceneError;
 use crate::scene::format::kind::Kind;
 use crate::scene::format::params::ParamList;
 use crate::scene::format::registry::{Family, ParamSpec, full, ignored, not_yet, supported};
-use crate::scene::model::{CoordinateSystem, Film, FilterKind, Integrator, PixelFilter, WhiteBalance};
+use crate::scene::model::{Film, FilterKind, Integrator, PixelFilter, WhiteBalance};
 use crate::scene::spectrum::white_balance;
 
 const SIZE: &[Kind] = &[Kind::Integer];
@@ -161,7 +162,7 @@ fn coordinate_system(params: &ParamList) -> Result<CoordinateSystem, SceneError>
     let Some(param) = params.get("coordinatesystem") else {
         return Ok(CoordinateSystem::default());
     };
-    match params.string("coordinatesystem")?.as_deref() {
+    match params.string("coordinatesystem")? {
         Some("camera") => Ok(CoordinateSystem::Camera),
         Some("world") => Ok(CoordinateSystem::World),
         _ => Err(param.bad_value("\"camera\" or \"world\"")),

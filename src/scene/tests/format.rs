@@ -4,6 +4,7 @@ use std::fs;
 
 use glam::DVec3;
 
+use crate::image::film::CoordinateSystem;
 use crate::scene::*;
 
 const WORLD: &str = "WorldBegin LightSource \"infinite\" Shape \"sphere\"";
