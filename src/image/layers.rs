@@ -27,7 +27,8 @@ pub enum Group {
     Light,
     /// Red, green and blue of the caustics.
     Caustic,
-    /// Squares of red, green and blue after the white balance; the radius of the disc.
+    /// Squares of red, green and blue after the white balance, each up to 2^39 times the square of the unit; the radius
+    /// of the disc.
     Square,
 }
 
@@ -47,12 +48,12 @@ impl Group {
     /// Returns the name of the group in checkpoints and messages.
     pub fn name(self) -> &'static str {
         match self {
-            Self::Albedo => "albedo",
-            Self::Position => "position",
-            Self::Normal => "normal",
-            Self::ShadingNormal => "shading normal",
+            Self::Albedo => "Albedo",
+            Self::Position => "P",
+            Self::Normal => "N",
+            Self::ShadingNormal => "Ns",
             Self::Slope => "slope",
-            Self::Light => "direct light",
+            Self::Light => "direct",
             Self::Caustic => "caustic",
             Self::Square => "square",
         }
@@ -213,6 +214,6 @@ mod tests {
         assert_eq!(groups.iter().collect::<Vec<_>>(), [Group::Albedo, Group::Slope, Group::Square]);
         assert_eq!((groups.len(), groups.place(Group::Square), groups.place(Group::Light)), (3, Some(2), None));
         assert!(groups.has_all(Groups::of(&[Group::Slope])) && !groups.has_all(Groups::of(&[Group::Light])));
-        assert_eq!(groups.names(), "albedo, slope, square");
+        assert_eq!(groups.names(), "Albedo, slope, square");
     }
 }

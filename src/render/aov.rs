@@ -256,7 +256,9 @@ impl Eq for Aov {}
 impl Aov {
     /// Returns the quantity with this name on the command line; `None` if there is none.
     pub fn named(name: &str) -> Option<&'static Self> {
-        let is_named = |aov: &&Self| [aov.name, aov.alias].iter().any(|known| known.eq_ignore_ascii_case(name));
+        let is_named = |aov: &&Self| {
+            aov.name.eq_ignore_ascii_case(name) || !aov.alias.is_empty() && aov.alias.eq_ignore_ascii_case(name)
+        };
         AOVS.iter().find(is_named)
     }
 

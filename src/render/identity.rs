@@ -33,8 +33,21 @@ const CONTRIBUTION: &str = "light";
 /// The name of the white balance, which is present only if the film has one.
 const WHITE_BALANCE: &str = "white balance";
 
-/// The name of the layers, which is present only if there are any.
-const LAYERS: &str = "layers";
+/// The names of the values of [`of_layers`], in the order in which they are compared.
+const LAYERS: [&str; 3] = ["layers", "layers' coordinate system", "layers' film"];
+
+/// Returns the layers, their coordinate system, and the type of the film if that asks for layers. They are present only
+/// if there are layers.
+fn of_layers(scene: &Scene, resolved: &Resolved) -> [Option<String>; 3] {
+    if resolved.layers.is_empty() {
+        return [None, None, None];
+    }
+    let system = match scene.film.gbuffer.unwrap_or_default() {
+        CoordinateSystem::Camera => "camera",
+        CoordinateSystem::World => "world",
+    };
+    [Some(resolved.layers.names()), Some(system.to_owned()), scene.film.gbuffer.is_some().then(|| "gbuffer".to_owned())]
+}
 
 impl Identity {
     /// Returns the identity of a render of a scene with these options.
@@ -67,14 +80,9 @@ impl Identity {
         if let Some(balance) = scene.film.white_balance {
             self.0.insert(WHITE_BALANCE.to_owned(), format!("{} K", balance.kelvin));
         }
-        self.0.remove(LAYERS);
-        if !resolved.layers.is_empty() {
-            let system = match scene.film.gbuffer.unwrap_or_default() {
-                CoordinateSystem::Camera => "camera",
-                CoordinateSystem::World => "world",
-            };
-            let film = if scene.film.gbuffer.is_some() { ", for a gbuffer film" } else { "" };
-            self.0.insert(LAYERS.to_owned(), format!("{} in {system} space{film}", resolved.layers.names()));
+        for (name, value) in LAYERS.into_iter().zip(of_layers(scene, resolved)) {
+            self.0.remove(name);
+            self.0.extend(value.map(|value| (name.to_owned(), value)));
         }
         self.0.remove(CONTRIBUTION);
         if options.contribution != Contribution::All {

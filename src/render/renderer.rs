@@ -370,7 +370,9 @@ impl Renderer {
     /// The device fails.
     pub fn checkpoint(&self, scene: &str) -> Result<Checkpoint, RenderError> {
         let shard = self.settings.sequence.shard;
-        host_memory::check("the checkpoint", self.settings.pixels() * size_of::<([Sum; 4], PixelState)>() as u64)?;
+        let of_layers = self.settings.layers.groups.len() * size_of::<[Sum; 4]>();
+        let of_pixel = (size_of::<([Sum; 4], PixelState)>() + of_layers) as u64;
+        host_memory::check("the checkpoint", self.settings.pixels() * of_pixel)?;
         Ok(Checkpoint {
             identity: self.identity.clone(),
             scene: scene.to_owned(),

@@ -149,7 +149,8 @@ fn every_quantity_has_a_picture() {
         let view = rendering.wait(&quantity.name(), |news| news.view.take_if(|view| is_wanted(view)));
         assert_eq!(view.picture.pixels.len(), 24 * 16);
         assert!(view.picture.pixels.iter().flatten().all(|value| value.is_finite()), "{quantity:?}");
-        assert!(largest(&view) > 0.0, "{quantity:?}");
+        // Nothing in the scene is specular.
+        assert_eq!(largest(&view) > 0.0, quantity.name() != "caustic", "{quantity:?}");
     }
 }
 

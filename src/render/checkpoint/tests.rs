@@ -339,7 +339,7 @@ fn only_a_white_balance_and_layers_that_exist_are_in_the_header() {
 fn layers_that_make_no_sense_are_refused() {
     let transform = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0], [0.0, 0.0, 0.0]];
     let layers = json!({
-        "groups": ["albedo", "square"], "of_film": true, "in_world_space": true,
+        "groups": ["Albedo", "square"], "of_film": true, "in_world_space": true,
         "camera_from_render": transform, "world_from_render": transform, "photons": 5,
     });
     let read = |key: &str, value: Value| {
@@ -349,14 +349,14 @@ fn layers_that_make_no_sense_are_refused() {
         decode(&gzip(header.to_string().as_bytes(), &[0; 2 * 4 * 16 * 3]))
     };
     let form = read("photons", json!(7)).unwrap().estimate.layers.form;
-    assert_eq!((form.groups.names().as_str(), form.of_film, form.photons), ("albedo, square", true, 7));
+    assert_eq!((form.groups.names().as_str(), form.of_film, form.photons), ("Albedo, square", true, 7));
     for (key, value) in [
         ("groups", json!([])),
-        ("groups", json!(["albedo", "beauty"])),
-        ("groups", json!(["square", "albedo"])),
-        ("groups", json!(["albedo", "albedo"])),
-        ("groups", json!(["albedo"])),
-        ("groups", json!(["albedo", "normal", "square"])),
+        ("groups", json!(["Albedo", "beauty"])),
+        ("groups", json!(["square", "Albedo"])),
+        ("groups", json!(["Albedo", "Albedo"])),
+        ("groups", json!(["Albedo"])),
+        ("groups", json!(["Albedo", "N", "square"])),
         ("world_from_render", json!(vec![vec![0.0; 3]; 4])),
         ("camera_from_render", json!(vec![vec![1.0; 3]; 4])),
         ("photons", json!(-1)),

@@ -173,7 +173,8 @@ fn layers_are_those_of_one_run() {
     }
 
     bench.rendered(&[&GLOBAL[..3], &["7", "--shard", "1/3", "--checkpoint", "1", "--aov", "N"]].concat());
-    let words = ["layers: the checkpoint was made with normal in camera space, and this is albedo, position, "];
+    let words =
+        ["layers: the checkpoint was made with N, and this is Albedo, P, N, Ns, slope, direct, caustic, square"];
     bench.run(&["merge", "0", "1", "-o", "y.exr"]).assert_refused("other layers", 2, &words);
 }
 
