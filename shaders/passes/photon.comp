@@ -232,7 +232,8 @@ uint fate(Path path) {
 
 Path path_of(PhotonPlace place) {
     Ray ray = saved_ray(place.origin, place.direction, place.begin, place.contacts);
-    return Path(ray, place.weight, place.depth, place.medium_eta, random_of(place.photon - stride), (place.alive & 2u) != 0u);
+    Random random = random_of(place.photon - stride);
+    return Path(ray, place.weight, place.depth, place.medium_eta, random, (place.alive & 2u) != 0u);
 }
 
 // How many paths have ended in which way.
@@ -330,8 +331,9 @@ void cut_path(inout Work work) {
 void store_place(uint number, Work work) {
     uint state = work.alive || work.photon < end ? (work.advanced ? UNFINISHED : STUCK) : FINISHED;
     Path path = work.path;
+    uint alive = (work.alive ? 1u : 0u) | (path.met_diffuse ? 2u : 0u);
     places.data[number] = PhotonPlace(path.ray.origin, path.medium_eta, path.ray.direction, path.depth, path.weight,
-                                      work.photon, state, (work.alive ? 1u : 0u) | (path.met_diffuse ? 2u : 0u), begin_of(path.ray), contacts_of(path.ray));
+                                      work.photon, state, alive, begin_of(path.ray), contacts_of(path.ray));
     atomicAdd(counters.value.unfinished, state == UNFINISHED ? 1u : 0u);
     atomicAdd(counters.value.stuck, state == STUCK ? 1u : 0u);
 }
