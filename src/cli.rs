@@ -132,7 +132,7 @@ pub struct MergeArgs {
     pub checkpoint: Option<PathBuf>,
 
     /// Further channels of EXR outputs
-    #[arg(long, value_parser = aov(Aov::is_of_estimate), value_name = "NAME")]
+    #[arg(long, value_parser = aov(), value_name = "NAME", ignore_case = true)]
     pub aov: Vec<&'static Aov>,
 
     /// Print errors only

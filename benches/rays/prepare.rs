@@ -43,6 +43,7 @@ impl Prepared {
                 pass: PassFeatures {
                     is_resumable: false,
                     is_queue: goblet::render::is_queue(device.info().kind, &packed.features),
+                    gathers_caustics: false,
                 },
                 ..Specialization::DECLARED
             },

@@ -16,6 +16,7 @@
 #include "kernel/invocation.glsl"
 #include "kernel/subgroup.glsl"
 #include "kernel/tile.glsl"
+#include "lookup/caustic.glsl"
 #include "lookup/disc.glsl"
 #include "lookup/flux.glsl"
 #include "lookup/gather.glsl"
@@ -176,7 +177,8 @@ void gather_from_cells(ivec3 cell, Cell range, Box box, GatherPoint points[POINT
             PhotonRecord photon = grid_photons_at(first + min(place.entry + lane, count - 1u));
             // Cells with the same hash share a range of entries: take the photons of this cell only. A
             // distant cell may have the same mark, but its photons are outside the box.
-            bool candidate = place.entry + lane < count && photon.cell == mark && contains(box, photon.position);
+            bool candidate = place.entry + lane < count && cell_of_record(photon) == mark && contains(box, photon.position);
+            candidate = candidate && is_gathered(photon);
             gather_from_lanes(photon, candidate, points, sums);
         }
         if (place.entry >= count) {

@@ -13,6 +13,7 @@
 #include "kernel/counters.glsl"
 #include "kernel/interruption.glsl"
 #include "kernel/invocation.glsl"
+#include "lookup/caustic.glsl"
 #include "lookup/deposit.glsl"
 #include "lookup/disc.glsl"
 #include "lookup/flux.glsl"
@@ -45,12 +46,13 @@ struct Photon {
     uvec2 red;
     uvec2 green;
     uvec2 blue;
+    bool is_gathered;
 };
 
 Photon load_photon(uint index) {
     PhotonRecord record = photons_at(index);
     return Photon(record.position, unpack_normal(record.normal), to_fixed(record.weight.x),
-        to_fixed(record.weight.y), to_fixed(record.weight.z));
+        to_fixed(record.weight.y), to_fixed(record.weight.z), is_gathered(record));
 }
 
 void main() {
@@ -80,7 +82,7 @@ void main() {
             found = dot(d, d) < point.radius2;
             next_node(place, d, point.owner >> AXIS_SHIFT, radius, node_count);
         }
-        if (found && is_on_disc(d, photon.normal, unpack_normal(point.normal), point.radius2)) {
+        if (found && photon.is_gathered && is_on_disc(d, photon.normal, unpack_normal(point.normal), point.radius2)) {
             deposit(point.owner & PIXEL_MASK, photon.red, photon.green, photon.blue);
         }
         if (place.node == 0u) {

@@ -4,6 +4,7 @@
 // Reads: photons, max_radius2, grid_extent, cells.first. Writes: grid_photons, cells.count (atomic).
 #version 460
 #include "kernel/invocation.glsl"
+#include "lookup/caustic.glsl"
 #include "lookup/grid.glsl"
 #include "lookup/records.glsl"
 #include "scene/constants.glsl"
@@ -21,7 +22,7 @@ void main() {
         PhotonRecord photon = photons_at(i);
         ivec3 cell = cell_of(photon.position, inverse_size);
         uint slot = cell_hash(cell, grid_extent.value.cell_mask);
-        photon.cell = cell_mark(cell);
+        photon.cell = marked_cell(photon, cell_mark(cell));
         store_grid_photons(cells.data[slot].first + atomicAdd(cells.data[slot].count, 1u), photon);
     }
 }

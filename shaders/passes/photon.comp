@@ -17,6 +17,7 @@
 #include "kernel/interruption.glsl"
 #include "kernel/invocation.glsl"
 #include "light/emission.glsl"
+#include "lookup/caustic.glsl"
 #include "lookup/records.glsl"
 #include "material/bsdf.glsl"
 #include "material/bump.glsl"
@@ -38,7 +39,7 @@ struct PhotonPlace {
     vec3 weight;      // flux over the mean flux of a photon, per channel
     uint photon;      // number of the photon to begin next; the path is that of the one before
     uint state;       // FINISHED, UNFINISHED or STUCK
-    uint alive;       // 1 if there is a path
+    uint alive;       // 1 if there is a path; and 2 if it has met something diffuse
     float begin;      // of the ray: contact.glsl
     uint contacts;    // of the ray: contact.glsl
     uint medium;      // of the ray: index into media
@@ -74,6 +75,7 @@ struct Path {
     uint depth;       // segments so far
     float medium_eta; // refractive index of the medium that the path is in, over that where it began
     Random random;
+    bool met_diffuse; // HAS_CAUSTIC_LAYER: a diffuse lobe has scattered it
 };
 
 // Random numbers of a photon. The photons of all iterations of a stream are one sequence, whose strata
@@ -89,7 +91,7 @@ Random random_of(uint photon) {
 Path start_path(uint photon) {
     Random random = random_of(photon);
     Emission emission = emit(random);
-    return Path(emission.ray, emission.weight, 0u, 1.0, random);
+    return Path(emission.ray, emission.weight, 0u, 1.0, random, false);
 }
 
 // Stores a photon. `recorded` also counts photons past the end of the array, which tells the host that
@@ -118,10 +120,10 @@ struct Segment {
     PhotonRecord photon;
 };
 
-// Records a photon at a diffuse surface.
-void record_photon(inout Segment segment, Surface surface, Material material, vec3 wo, vec3 weight) {
+// Records a photon at a diffuse surface. `mark` is that of caustic.glsl.
+void record_photon(inout Segment segment, Surface surface, Material material, vec3 wo, vec3 weight, uint mark) {
     vec3 facing = is_on_front(surface, material, wo) ? surface.normal : -surface.normal;
-    PhotonRecord photon = PhotonRecord(surface.position, pack_normal(facing), weight, 0u);
+    PhotonRecord photon = PhotonRecord(surface.position, pack_normal(facing), weight, mark);
     if (IS_RESUMABLE) {
         segment.photon = photon;
         segment.has_record = true;
@@ -170,6 +172,9 @@ bool bounce(inout Path path, Surface surface, Material material) {
         material = choose_lobe(material, abs(dot(wo, surface.shading_normal)), u.x);
     }
     bool specular = is_specular(material);
+    if (HAS_CAUSTIC_LAYER) {
+        path.met_diffuse = path.met_diffuse || !specular;
+    }
     vec2 u_direction = specular && !is_rough(material) ? vec2(0.0) : random_pair(path.random, pair);
     Scatter scattered = scatter(material, wo, surface.shading_normal, surface.tangent, u.x, u_direction, FLUX);
     keep_media(scattered, surface, material, wo, FLUX);
@@ -219,7 +224,8 @@ uint advance(inout Path path, Hit hit, inout Segment segment) {
     }
     if (receives && is_wanted) {
         float kept = transmittance_to_base(material, abs(dot(wo, surface.shading_normal)));
-        record_photon(segment, surface, material, wo, path.weight * (kept * shading));
+        uint mark = caustic_mark(path.depth > 0u && !path.met_diffuse);
+        record_photon(segment, surface, material, wo, path.weight * (kept * shading), mark);
     }
     path.depth++;
     if (path.depth >= scene.max_depth) {
@@ -241,7 +247,7 @@ uint fate(Path path) {
 
 Path path_of(PhotonPlace place) {
     Ray ray = saved_ray(place.origin, place.direction, place.begin, place.contacts, place.medium);
-    return Path(ray, place.weight, place.depth, place.medium_eta, random_of(place.photon - stride));
+    return Path(ray, place.weight, place.depth, place.medium_eta, random_of(place.photon - stride), (place.alive & 2u) != 0u);
 }
 
 // How many paths have ended in which way.
@@ -324,7 +330,7 @@ bool next_query(inout Work work, inout Query query, Hit hit) {
 bool resume(uint number, inout Work work) {
     PhotonPlace place = places.data[number];
     work.photon = place.photon;
-    work.alive = place.alive != 0u;
+    work.alive = (place.alive & 1u) != 0u;
     work.path = path_of(place);
     return place.state == (spread > 1u ? STUCK : UNFINISHED);
 }
@@ -343,9 +349,10 @@ void cut_path(inout Work work) {
 void store_place(uint number, Work work) {
     uint state = work.alive || work.photon < end ? (work.advanced ? UNFINISHED : STUCK) : FINISHED;
     Path path = work.path;
+    uint alive = (work.alive ? 1u : 0u) | (path.met_diffuse ? 2u : 0u);
     places.data[number] = PhotonPlace(path.ray.origin, path.medium_eta, path.ray.direction, path.depth, path.weight,
-                                      work.photon, state, work.alive ? 1u : 0u, begin_of(path.ray), contacts_of(path.ray),
-                                      path.ray.medium, 0u, 0u, 0u);
+                                      work.photon, state, (work.alive ? 1u : 0u) | (path.met_diffuse ? 2u : 0u),
+                                      begin_of(path.ray), contacts_of(path.ray), path.ray.medium, 0u, 0u, 0u);
     atomicAdd(counters.value.unfinished, state == UNFINISHED ? 1u : 0u);
     atomicAdd(counters.value.stuck, state == STUCK ? 1u : 0u);
 }
@@ -370,7 +377,7 @@ void main() {
         number /= spread;
     }
     works = works && offset + number < stride; // other invocations take all photons
-    Path none = Path(free_ray(vec3(0.0), vec3(0.0)), vec3(0.0), 0u, 1.0, Random(0u, 0u));
+    Path none = Path(free_ray(vec3(0.0), vec3(0.0)), vec3(0.0), 0u, 1.0, Random(0u, 0u), false);
     Work work = Work(none, false, false, first + offset + number, Ends(0u, 0u, 0u, 0u, 0u, 0u), 0u, 0u, false);
     if (IS_RESUMABLE) {
         if (works && resumed != 0u) {

@@ -12,6 +12,7 @@
 //   phi / r^2, each with its own radius, and the image is the mean of the images of its iterations,
 //   however their radii were chosen (Knaus and Zwicker 2011, section 3).
 #version 460
+#include "kernel/complete.glsl"
 #include "kernel/counters.glsl"
 #include "kernel/invocation.glsl"
 #include "lookup/flux.glsl"
@@ -49,19 +50,11 @@ vec3 take_flux(uint pixel, out uint count) {
     count = flux_counts.data[pixel];
     vec3 flux = vec3(0.0);
     if (count > 0u) {
-        Flux sums = load_flux(pixel);
-        for (uint channel = 0u; channel < 3u; channel++) {
-            flux[channel] = from_fixed(sums.low[channel], sums.high[channel]);
-        }
+        flux = to_floats(load_flux(pixel));
         store_flux(pixel, Flux(uvec3(0u), uvec3(0u)));
         flux_counts.data[pixel] = 0u;
     }
     return flux;
-}
-
-// Whether the passes before, in the same submission, have done all. If not, the host runs the iteration again.
-bool is_complete() {
-    return counters.value.recorded <= capacity && (counters.value.interrupted | counters.value.unfinished) == 0u;
 }
 
 uvec4 term_of(float radiance) {
@@ -73,7 +66,7 @@ uvec4 term_of(float radiance) {
 
 void main() {
     uint pixel = invocation_index();
-    if (pixel >= pixel_count || !is_complete()) {
+    if (pixel >= pixel_count || !is_complete(capacity)) {
         return;
     }
     uint count;

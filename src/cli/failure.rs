@@ -6,6 +6,7 @@ use std::path::{Path, PathBuf};
 use crate::image::compare::SizeMismatch;
 use crate::image::file::ImageError;
 use crate::image::film::Apart;
+use crate::render::aov::NoSums;
 use crate::render::checkpoint::CheckpointError;
 use crate::render::error::RenderError;
 use crate::scene::SceneError;
@@ -57,6 +58,9 @@ pub enum Failure {
         /// The reason.
         reason: CheckpointError,
     },
+    /// A layer that was asked for does not follow from the sums of a checkpoint.
+    #[error(transparent)]
+    Layer(#[from] NoSums),
     /// The operating system does not let the process listen for signals.
     #[error("cannot listen for signals: {0}")]
     Signals(std::io::Error),
@@ -173,6 +177,7 @@ impl Failure {
             | Self::Tessellate(_)
             | Self::SameFile { .. }
             | Self::NoCommand { .. }
+            | Self::Layer(_)
             | Self::Render(RenderError::Scene(_) | RenderError::Option(_))
             | Self::Device(goblet_host::Error::NoSuchDevice { .. }) => 2,
             Self::Checkpoint { reason: CheckpointError::Write(_) | CheckpointError::Device(_), .. } => 1,

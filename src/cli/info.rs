@@ -139,12 +139,13 @@ pub fn run(args: &InfoArgs) -> Result<(), Failure> {
 impl Contents {
     fn new(scene: &Scene) -> Result<Self, RenderError> {
         let options = Options::default();
-        let packed = pack(scene, options.revolution_solver)?;
+        let packed = pack(scene, options.packing(scene))?;
         let size = packed.space.radius / packed.space.scale;
         let resolved = options.resolve(scene, size)?;
         let view = pack_camera(&scene.camera, &scene.film, resolved.window.full, &packed.space.from_world());
         let Resolved { resolution, photons, max_depth, .. } = resolved;
-        let memory = MemoryNeed::new(&packed, &Sizes::new(resolution, photons, max_depth, LEAST_ROOM), options.lookup);
+        let sizes = Sizes::new(resolution, photons, max_depth, LEAST_ROOM);
+        let memory = MemoryNeed::new(&packed, &sizes, options.lookup, resolved.layers);
         Ok(Self {
             scene: count(scene),
             bounds: packed.has_surfaces().then(|| Bounds { center: packed.space.center.to_array(), radius: size }),

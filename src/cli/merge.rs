@@ -39,12 +39,12 @@ pub fn run(args: &MergeArgs) -> Result<(), Failure> {
     if !args.quiet {
         warn_of_missing(&sum);
     }
+    let channels = aov::channels(&args.aov, &sum.estimate)?;
     let mut written = Written::default();
     if let Some(path) = &args.checkpoint {
         written.note(sum.write(path).map_err(|reason| at(path, reason)));
     }
     let metadata = metadata(&sum.scene, &sum.made_by, &sum.estimate, sum.tally.emitted);
-    let channels = aov::channels(&args.aov, &sum.estimate, None)?;
     written.note(write_images(&args.output, &sum.estimate, &channels, &metadata, args.quiet));
     written.end()
 }

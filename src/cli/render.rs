@@ -126,11 +126,8 @@ fn write(
     let estimate = renderer.estimate()?;
     let made_by = MadeBy::new(renderer.device());
     let metadata = metadata(&scene_name(&args.scene), &made_by, &estimate, renderer.photons());
+    let channels = aov::channels(&args.aov, &estimate)?;
     let mut written = Written::default();
-    let channels = aov::channels(&args.aov, &estimate, Some(renderer)).unwrap_or_else(|error| {
-        written.note(Err(error.into()));
-        Vec::new()
-    });
     written.note(write_images(outputs, &estimate, &channels, &metadata, args.quiet));
     written.note(write_stats(args, scene, renderer, &estimate, begin, times));
     written.end()

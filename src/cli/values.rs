@@ -10,11 +10,13 @@ use crate::render::options::values::{number, whole_number};
 pub use crate::render::options::values::{resolution, seconds, target_error};
 use crate::scene::mesh::tessellate as mesh;
 
-/// Returns the parser of the name of an AOV. `is_offered` selects the AOVs that a command offers.
-pub fn aov(is_offered: fn(&Aov) -> bool) -> impl TypedValueParser<Value = &'static Aov> {
-    let offered = AOVS.iter().filter(|aov| is_offered(aov));
-    PossibleValuesParser::new(offered.map(|aov| PossibleValue::new(aov.name).help(aov.help())))
-        .try_map(|name| Aov::named(&name).ok_or("no such name"))
+/// Returns the parser of the name of an AOV.
+pub fn aov() -> impl TypedValueParser<Value = &'static Aov> {
+    let value = |aov: &Aov| {
+        let alias = Some(aov.alias).filter(|alias| !alias.is_empty());
+        PossibleValue::new(aov.name).aliases(alias).help(aov.help())
+    };
+    PossibleValuesParser::new(AOVS.iter().map(value)).try_map(|name| Aov::named(&name).ok_or("no such name"))
 }
 
 pub fn output_path(text: &str) -> Result<PathBuf, String> {

@@ -41,6 +41,7 @@ use quadric::{quadric, quadric_area, quadric_bounds};
 use space::MAX_EXTENT;
 pub use space::RenderSpace;
 use texture::PackedTextures;
+pub use texture::Packing;
 
 use crate::base::input::OverBudget;
 use crate::gpu_scene::bvh::{self, Bvh, CompactBox};
@@ -160,12 +161,13 @@ const MAX_FLAT: usize = 24;
 /// Maximum number of bodies of revolution of such a scene: at most the number of bits of a mask.
 const MAX_FLAT_REVOLUTIONS: usize = 16;
 
-/// Packs a scene for the given solver of bodies of revolution.
+/// Packs a scene, for a solver of bodies of revolution or for all of a [`Packing`].
 ///
 /// # Errors
 /// The scene is too large, has too many primitives, takes too much memory, or its lights are outside of
 /// fp32's range.
-pub fn pack(scene: &Scene, solver: RevolutionSolver) -> Result<PackedScene, PackError> {
+pub fn pack(scene: &Scene, packing: impl Into<Packing>) -> Result<PackedScene, PackError> {
+    let Packing { solver, keeps_uvs } = packing.into();
     let mut placed = Placed::of(scene)?;
     let space = RenderSpace::of(&placed.bounds())?.unwrap_or_else(|| {
         // Only the sky is visible, and it looks the same from everywhere: render space may have any size.
@@ -173,7 +175,7 @@ pub fn pack(scene: &Scene, solver: RevolutionSolver) -> Result<PackedScene, Pack
         let size = DVec3::splat(scene.integrator.radius.unwrap_or(1.0));
         RenderSpace::around(scene.camera.world_from_camera.translation, size)
     });
-    let mut packer = Packer { render_from_world: space.from_world(), solver, ..Packer::default() };
+    let mut packer = Packer { render_from_world: space.from_world(), solver, keeps_uvs, ..Packer::default() };
     packer.add_lights(scene, &space);
     packer.textures = PackedTextures::new(scene, &packer.render_from_world);
     packer.dress(scene, &mut placed)?;
@@ -344,10 +346,8 @@ impl Packer {
     }
 
     fn add_primitive(&mut self, reference: u32, bounds: Aabb) {
-        if !self.is_invisible {
-            self.references.push(reference);
-            self.boxes.push(bounds.into());
-        }
+        self.references.extend((!self.is_invisible).then_some(reference));
+        self.boxes.extend((!self.is_invisible).then(|| CompactBox::from(bounds)));
     }
 
     /// Builds the hierarchy over the primitives added since the last hierarchy, of which there must be at

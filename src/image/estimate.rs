@@ -3,14 +3,12 @@
 use glam::{DMat3, DVec3};
 
 use crate::image::film::{Image, Window, balanced_luminance};
-use crate::kernels::FRACTION_BITS;
+use crate::image::layers::{LayerForm, Layers};
+pub use crate::image::sum::Sum;
+use crate::image::sum::{add, from_whole, whole};
 
 /// Relative errors of pixels that are darker than this share of the image's median luminance weigh less.
 const DARK: f64 = 0.1;
-
-/// A signed number of 128 bits in two's complement, the lowest word first, in units of 2^-56 of
-/// [`Estimate::unit`].
-pub type Sum = [u32; 4];
 
 /// Sums over iterations of each pixel's radiance, times the film's exposure and before its white balance. Sums
 /// over parts of the iterations add up to the sums over all, to the last bit, in any order.
@@ -30,21 +28,13 @@ pub struct Estimate {
     pub radiance: [Vec<Sum>; 3],
     /// Sums of luminance after the white balance of each pixel over the iterations of the second half.
     pub second_half: Vec<Sum>,
+    /// Sums of the layers that were asked for.
+    pub layers: Layers,
 }
 
-/// Returns a sum in multiples of [`Estimate::unit`], as the nearest f64.
+/// Returns a sum in multiples of its unit, as the nearest f64.
 fn in_units(sum: Sum) -> f64 {
-    let bits = sum.iter().rev().fold(0u128, |bits, word| bits << 32 | u128::from(*word));
-    bits.cast_signed() as f64 * (-f64::from(FRACTION_BITS)).exp2()
-}
-
-fn add(sum: &mut Sum, other: Sum) {
-    let mut carry = 0;
-    for (word, more) in sum.iter_mut().zip(other) {
-        let total = u64::from(*word) + u64::from(more) + carry;
-        *word = total as u32;
-        carry = total >> 32;
-    }
+    from_whole(whole(sum))
 }
 
 /// Returns the term that is added to squared luminances before errors are divided by them: the square of
@@ -68,9 +58,14 @@ impl Estimate {
     /// Returns the mean over the iterations, after the white balance; black if there is no iteration.
     pub fn image(&self) -> Image {
         let [width, height] = self.resolution;
-        let balanced = |mean| self.white_balance.map_or(mean, |matrix| (matrix * DVec3::from(mean)).to_array());
-        let pixels = self.means().map(|mean| balanced(mean).map(|channel| (channel * self.unit) as f32)).collect();
+        let pixels = self.means().map(|mean| self.balanced(mean).map(|channel| channel as f32)).collect();
         Image { width, height, pixels }
+    }
+
+    /// Returns radiance in multiples of the unit as the image has it: after the white balance, in W/(m² sr).
+    pub(super) fn balanced(&self, radiance: [f64; 3]) -> [f64; 3] {
+        let balanced = self.white_balance.map_or(radiance, |matrix| (matrix * DVec3::from(radiance)).to_array());
+        balanced.map(|channel| channel * self.unit)
     }
 
     /// Returns the number of iterations in the sums.
@@ -79,7 +74,7 @@ impl Estimate {
     }
 
     /// Returns the mean of each pixel before the white balance, in multiples of the unit.
-    fn means(&self) -> impl Iterator<Item = [f64; 3]> {
+    pub(super) fn means(&self) -> impl Iterator<Item = [f64; 3]> {
         let scale = 1.0 / self.iterations().max(1) as f64;
         let [red, green, blue] = &self.radiance;
         red.iter().zip(green).zip(blue).map(move |((r, g), b)| [*r, *g, *b].map(|sum| in_units(sum) * scale))
@@ -142,10 +137,10 @@ impl Estimate {
         median_lit(self.means().map(self.luminance()))
     }
 
-    /// Returns whether these are the resolution, the unit and the white balance: only sums of the same form can
-    /// be added.
-    pub fn has_form(&self, resolution: [u32; 2], unit: f64, white_balance: Option<DMat3>) -> bool {
-        (self.resolution, self.unit, self.white_balance) == (resolution, unit, white_balance)
+    /// Returns whether these are the resolution, the unit, the white balance and the form of the layers: only sums
+    /// of the same form can be added.
+    pub fn has_form(&self, resolution: [u32; 2], unit: f64, white_balance: Option<DMat3>, layers: &LayerForm) -> bool {
+        (self.resolution, self.unit, self.white_balance, &self.layers.form) == (resolution, unit, white_balance, layers)
     }
 
     /// Returns the sums of red, green and blue, and of the second half's luminance.
@@ -154,14 +149,16 @@ impl Estimate {
         [red, green, blue, &self.second_half]
     }
 
-    /// Adds the sums over other iterations of the same render. Panics if resolution, unit or white balance
-    /// differ.
+    /// Adds the sums over other iterations of the same render. Panics if resolution, unit, white balance or the
+    /// form of the layers differ.
     pub fn add(&mut self, other: &Self) {
-        assert!(self.has_form(other.resolution, other.unit, other.white_balance), "sums of another form");
+        let is_alike = self.has_form(other.resolution, other.unit, other.white_balance, &other.layers.form);
+        assert!(is_alike, "sums of another form");
         let shares = self.radiance.iter_mut().zip(&other.radiance).chain([(&mut self.second_half, &other.second_half)]);
         for (sums, more) in shares {
             sums.iter_mut().zip(more).for_each(|(sum, more)| add(sum, *more));
         }
+        self.layers.add(&other.layers);
         for (iterations, more) in self.halves.iter_mut().zip(other.halves) {
             *iterations += more;
         }
@@ -171,6 +168,7 @@ impl Estimate {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::kernels::FRACTION_BITS;
 
     /// Returns the sum that is `bits` times 2^-56.
     fn sum(bits: u128) -> Sum {
@@ -191,6 +189,7 @@ mod tests {
             halves,
             radiance: radiance.map(sums),
             second_half: sums(second_half),
+            layers: Layers::default(),
         }
     }
 
@@ -225,19 +224,8 @@ mod tests {
         let error = f64::from(sums.standard_error().unwrap()[0]);
         assert!((error - 4.0 * (a - b).abs() / 2.0).abs() < 1e-6, "{error}");
         assert!((sums.median_lit().unwrap() - (a + b) / 2.0).abs() < 1e-12);
-        assert!(!sums.has_form([1, 1], 4.0, None) && sums.has_form([1, 1], 4.0, Some(matrix)));
-    }
-
-    #[test]
-    fn sums_carry_through_all_words() {
-        let max = u128::from(u64::MAX);
-        for (a, b) in [(1, 1), (u32::MAX.into(), 1), (max, 1), (max, max), (max << 32 | 0xffff_ffff, 1), (1 << 96, 7)] {
-            for (a, b) in [(a, b), (b, a)] {
-                let mut total = sum(a);
-                add(&mut total, sum(b));
-                assert_eq!(total, sum(a + b), "{a:x} + {b:x}");
-            }
-        }
+        let layers = LayerForm::default();
+        assert!(!sums.has_form([1, 1], 4.0, None, &layers) && sums.has_form([1, 1], 4.0, Some(matrix), &layers));
     }
 
     #[test]

@@ -162,10 +162,13 @@ pub fn write_part(
     replace(path, &bytes).map_err(|reason| write_error(path, reason))
 }
 
-/// Estimates the bytes of host memory that it takes to make a file from an image's sums.
-pub(crate) fn host_bytes(resolution: [u32; 2]) -> u64 {
-    let sums = size_of::<[Sum; 4]>() + size_of::<[f32; 3]>();
-    pixels(resolution) * sums as u64 + encoding_bytes(resolution)
+/// Estimates the bytes of host memory that it takes to make a file from an image's sums and those of its layers, in
+/// groups of four.
+pub(crate) fn host_bytes(resolution: [u32; 2], layer_groups: u64) -> u64 {
+    let sums = (size_of::<[Sum; 4]>() + size_of::<[f32; 3]>()) as u64;
+    // Of each layer the file has four copies: the plane, its bytes in order, those compressed, and the whole file.
+    let layers = layer_groups * (size_of::<[Sum; 4]>() + 4 * size_of::<[f32; 4]>()) as u64;
+    pixels(resolution) * (sums + layers) + encoding_bytes(resolution)
 }
 
 /// Estimates the part of these bytes for the file: the planes, their bytes in order, those compressed, and

@@ -13,6 +13,16 @@ pub struct Image {
     pub pixels: Vec<[f32; 3]>,
 }
 
+/// The coordinate system of an image's layers.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum CoordinateSystem {
+    /// Camera space: x right, y up, z forward; lengths in the camera's units.
+    #[default]
+    Camera,
+    /// World space.
+    World,
+}
+
 /// The position of an image in a larger one, of which it is a part.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Window {

@@ -4,3 +4,6 @@ pub mod compare;
 pub mod estimate;
 pub mod file;
 pub mod film;
+pub mod layers;
+pub mod planes;
+mod sum;

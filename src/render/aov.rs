@@ -1,85 +1,246 @@
 //! Arbitrary output variables: the quantities of each pixel that can be shown besides its radiance.
 //!
 //! [`AOVS`] is the only list of them. The layers of `goblet render --aov` and `goblet merge --aov`, their
-//! help, and the views of the window follow from it.
+//! help, the layers of a `gbuffer` film, and the views of the window follow from it.
 
 use crate::image::estimate::Estimate;
 use crate::image::file::Channel;
-use crate::render::error::RenderError;
-use crate::render::renderer::Renderer;
+use crate::image::layers::{Group, Groups};
+use crate::image::planes::Planes;
 
-/// A quantity that each pixel has.
+/// A quantity that each pixel has: a layer of an EXR.
 #[derive(Clone, Copy, Debug)]
 pub struct Aov {
-    /// Its name on the command line: words with hyphens.
+    /// Its name on the command line, in which upper and lower case are alike.
     pub name: &'static str,
-    /// Names of its channels in an EXR, `layer.X`: one for a number, three for a direction.
+    /// Another name on the command line; empty if there is none.
+    pub alias: &'static str,
+    /// Names of its channels in an EXR: those of pbrt-v4's `gbuffer` film, where that has the quantity.
     pub channels: &'static [&'static str],
-    /// Unit of its values; empty for a direction.
+    /// Unit of its values; empty for a number without a unit.
     pub unit: &'static str,
     /// A description of the quantity in one line.
     pub meaning: &'static str,
     /// The value of pixels for which the quantity is unknown, and the condition for this.
     pub unknown: &'static str,
-    values: Values,
+    /// Kind of its values.
+    pub kind: AovKind,
+    /// Whether a `gbuffer` film of pbrt-v4 has it.
+    pub is_of_gbuffer: bool,
+    /// The groups of sums that it follows from, besides those of the image.
+    pub groups: Groups,
+    planes: fn(&Estimate) -> Option<Planes>,
 }
 
-/// The source of the values. Each function returns a plane for each channel, with a value for each pixel,
-/// row by row.
-#[derive(Clone, Copy, Debug)]
-enum Values {
-    /// The sums, which a checkpoint has too.
-    Estimate(fn(&Estimate) -> Vec<Vec<f32>>),
-    /// The last iteration, whose results only the renderer has.
-    Renderer(fn(&Renderer) -> Result<Vec<Vec<f32>>, RenderError>),
+/// What the values of a quantity are.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum AovKind {
+    /// A number of any size.
+    Number,
+    /// A unit vector.
+    Direction,
+    /// A point in space.
+    Point,
+    /// A color from 0 to 1.
+    Color,
+    /// Linear RGB of any brightness.
+    Light,
 }
 
-const NO_POINT: &str = "0 without a visible point";
+const NOTHING: &str = "0 where nothing is seen";
+const NO_POINT: &str = "an iteration without a visible point counts as 0";
+const RADIANCE: &str = "W/(m² sr)";
+const NO_IMAGE: &str = "0 before the first iteration";
+
+/// An entry of the list; the other fields have the values of most quantities.
+const BLANK: Aov = Aov {
+    name: "",
+    alias: "",
+    channels: &[],
+    unit: "",
+    meaning: "",
+    unknown: NOTHING,
+    kind: AovKind::Number,
+    is_of_gbuffer: true,
+    groups: Groups::of(&[]),
+    planes: |_| None,
+};
 
 /// All quantities, in the order in which the window lists them.
-pub static AOVS: [Aov; 5] = [
+pub static AOVS: [Aov; 17] = [
     Aov {
         name: "radius",
         channels: &["radius.Y"],
         unit: "scene units",
-        meaning: "Radius of the disc on which the last iteration gathered photons",
+        meaning: "Radius of the disc on which photons are gathered, mean over the iterations",
         unknown: NO_POINT,
-        values: Values::Renderer(|renderer| Ok(vec![renderer.radii()?])),
+        is_of_gbuffer: false,
+        groups: Groups::of(&[Group::Square]),
+        planes: Estimate::radius,
+        ..BLANK
     },
     Aov {
-        name: "photon-density",
+        name: "density",
+        alias: "photon-density",
         channels: &["density.Y"],
         unit: "photons per square scene unit",
-        meaning: "Photons that the pixel has kept over the area of its disc",
+        meaning: "Photons of an iteration on the disc over its area, mean over the iterations",
         unknown: NO_POINT,
-        values: Values::Renderer(|renderer| Ok(vec![renderer.photon_densities()?])),
+        is_of_gbuffer: false,
+        groups: Groups::of(&[Group::Light]),
+        planes: Estimate::density,
+        ..BLANK
     },
     Aov {
         name: "standard-error",
         channels: &["standardError.Y"],
-        unit: "W/(m² sr)",
+        unit: RADIANCE,
         meaning: "Standard error of the pixel's luminance",
         unknown: "infinite before both halves of the rounds have begun",
-        values: Values::Estimate(|estimate| vec![estimate.standard_error_or_infinite()]),
+        is_of_gbuffer: false,
+        planes: |estimate| Some(vec![estimate.standard_error_or_infinite()]),
+        ..BLANK
     },
     Aov {
-        name: "normal",
-        channels: &["normal.X", "normal.Y", "normal.Z"],
-        unit: "",
-        meaning: "Normal in world space at the visible point of the last iteration, on the side of its eye path",
-        unknown: NO_POINT,
-        values: Values::Renderer(|renderer| {
-            let normals = renderer.normals()?;
-            Ok([0, 1, 2].map(|axis| normals.iter().map(|normal| normal[axis]).collect()).into())
-        }),
+        name: "N",
+        alias: "normal",
+        channels: &["N.X", "N.Y", "N.Z"],
+        meaning: "Geometric normal of the first surface, on the side of the eye path",
+        kind: AovKind::Direction,
+        groups: Groups::of(&[Group::Normal]),
+        planes: Estimate::normal,
+        ..BLANK
     },
     Aov {
-        name: "depth",
-        channels: &["depth.Z"],
-        unit: "scene units",
-        meaning: "Length of the eye path to the visible point of the last iteration",
-        unknown: NO_POINT,
-        values: Values::Renderer(|renderer| Ok(vec![renderer.path_lengths()?])),
+        name: "Z",
+        alias: "depth",
+        channels: &["Z"],
+        unit: "camera units",
+        meaning: "Depth of the first surface: z in camera space",
+        is_of_gbuffer: false,
+        groups: Groups::of(&[Group::Albedo, Group::Position]),
+        planes: Estimate::depth,
+        ..BLANK
+    },
+    Aov {
+        name: "Albedo",
+        channels: &["Albedo.R", "Albedo.G", "Albedo.B"],
+        meaning: "Albedo of the first surface, seen along the eye path",
+        kind: AovKind::Color,
+        groups: Groups::of(&[Group::Albedo]),
+        planes: Estimate::albedo,
+        ..BLANK
+    },
+    Aov {
+        name: "Ns",
+        channels: &["Ns.X", "Ns.Y", "Ns.Z"],
+        meaning: "Shading normal of the first surface, on the side of the eye path",
+        kind: AovKind::Direction,
+        groups: Groups::of(&[Group::ShadingNormal]),
+        planes: Estimate::shading_normal,
+        ..BLANK
+    },
+    Aov {
+        name: "P",
+        channels: &["P.X", "P.Y", "P.Z"],
+        unit: "camera units, or scene units in world space",
+        meaning: "Position on the first surface",
+        kind: AovKind::Point,
+        groups: Groups::of(&[Group::Albedo, Group::Position]),
+        planes: Estimate::position,
+        ..BLANK
+    },
+    Aov {
+        name: "u",
+        channels: &["u"],
+        meaning: "First texture coordinate of the first surface",
+        groups: Groups::of(&[Group::Albedo, Group::Slope]),
+        planes: Estimate::u,
+        ..BLANK
+    },
+    Aov {
+        name: "v",
+        channels: &["v"],
+        meaning: "Second texture coordinate of the first surface",
+        groups: Groups::of(&[Group::Albedo, Group::Slope]),
+        planes: Estimate::v,
+        ..BLANK
+    },
+    Aov {
+        name: "dzdx",
+        channels: &["dzdx"],
+        unit: "units of P per pixel",
+        meaning: "Change of P.Z on the tangent plane to the next pixel of the row, without its sign",
+        groups: Groups::of(&[Group::Albedo, Group::Slope]),
+        planes: |estimate| estimate.slope(0),
+        ..BLANK
+    },
+    Aov {
+        name: "dzdy",
+        channels: &["dzdy"],
+        unit: "units of P per pixel",
+        meaning: "Change of P.Z on the tangent plane to the next pixel of the column, without its sign",
+        groups: Groups::of(&[Group::Albedo, Group::Slope]),
+        planes: |estimate| estimate.slope(1),
+        ..BLANK
+    },
+    Aov {
+        name: "Variance",
+        channels: &["Variance.R", "Variance.G", "Variance.B"],
+        unit: "(W/(m² sr))²",
+        meaning: "Variance over the iterations of what one iteration adds to the mean",
+        unknown: "0 before the second iteration",
+        kind: AovKind::Light,
+        groups: Groups::of(&[Group::Square]),
+        planes: Estimate::variance,
+        ..BLANK
+    },
+    Aov {
+        name: "RelativeVariance",
+        channels: &["RelativeVariance.R", "RelativeVariance.G", "RelativeVariance.B"],
+        unit: RADIANCE,
+        meaning: "Variance over the pixel's value",
+        unknown: "0 before the second iteration, and where the pixel is black",
+        kind: AovKind::Light,
+        groups: Groups::of(&[Group::Square]),
+        planes: Estimate::relative_variance,
+        ..BLANK
+    },
+    Aov {
+        name: "direct",
+        channels: &["direct.R", "direct.G", "direct.B"],
+        unit: RADIANCE,
+        meaning: "Emission that is seen, and direct light: the image without the light of photons",
+        unknown: NO_IMAGE,
+        kind: AovKind::Light,
+        is_of_gbuffer: false,
+        groups: Groups::of(&[Group::Light]),
+        planes: Estimate::direct,
+        ..BLANK
+    },
+    Aov {
+        name: "photons",
+        channels: &["photons.R", "photons.G", "photons.B"],
+        unit: RADIANCE,
+        meaning: "Light of photons: the image without direct",
+        unknown: NO_IMAGE,
+        kind: AovKind::Light,
+        is_of_gbuffer: false,
+        groups: Groups::of(&[Group::Light]),
+        planes: Estimate::photons,
+        ..BLANK
+    },
+    Aov {
+        name: "caustic",
+        channels: &["caustic.R", "caustic.G", "caustic.B"],
+        unit: RADIANCE,
+        meaning: "Part of photons that came from its light by specular or glossy surfaces only",
+        unknown: NO_IMAGE,
+        kind: AovKind::Light,
+        is_of_gbuffer: false,
+        groups: Groups::of(&[Group::Caustic]),
+        planes: Estimate::caustic,
+        ..BLANK
     },
 ];
 
@@ -95,7 +256,10 @@ impl Eq for Aov {}
 impl Aov {
     /// Returns the quantity with this name on the command line; `None` if there is none.
     pub fn named(name: &str) -> Option<&'static Self> {
-        AOVS.iter().find(|aov| aov.name == name)
+        let is_named = |aov: &&Self| {
+            aov.name.eq_ignore_ascii_case(name) || !aov.alias.is_empty() && aov.alias.eq_ignore_ascii_case(name)
+        };
+        AOVS.iter().find(is_named)
     }
 
     /// Returns the name of the quantity in words.
@@ -110,44 +274,33 @@ impl Aov {
         format!("{meaning}{unit}; {unknown}: {}", channels.join(", "))
     }
 
-    /// Returns whether the quantity follows from an [`Estimate`], and so from a checkpoint.
-    pub fn is_of_estimate(&self) -> bool {
-        matches!(self.values, Values::Estimate(_))
-    }
-
-    /// Returns a plane of values for each channel, row by row, the top row first. `estimate` is the estimate
-    /// of `renderer`. `None` if the quantity does not follow from an estimate and there is no renderer.
-    ///
-    /// # Errors
-    /// The device fails.
-    pub fn planes(
-        &self,
-        estimate: &Estimate,
-        renderer: Option<&Renderer>,
-    ) -> Result<Option<Vec<Vec<f32>>>, RenderError> {
-        match (self.values, renderer) {
-            (Values::Estimate(planes), _) => Ok(Some(planes(estimate))),
-            (Values::Renderer(planes), Some(renderer)) => planes(renderer).map(Some),
-            (Values::Renderer(_), None) => Ok(None),
-        }
+    /// Returns a plane of values for each channel, row by row, the top row first. `None` if the estimate does not
+    /// have the groups of sums.
+    pub fn planes(&self, estimate: &Estimate) -> Option<Planes> {
+        (self.planes)(estimate)
     }
 }
 
-/// Returns the channels of some quantities for an EXR. `estimate` is the estimate of `renderer`. Without a
-/// renderer, quantities that do not follow from an estimate are left out.
+/// Returns the groups of sums that some quantities follow from.
+pub fn groups(aovs: &[&'static Aov]) -> Groups {
+    aovs.iter().fold(Groups::default(), |groups, aov| groups.with(aov.groups))
+}
+
+/// A quantity that was asked for does not follow from the sums that there are.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("there are no sums for {0}: expected a render with --aov {0}")]
+pub struct NoSums(pub &'static str);
+
+/// Returns the channels of some quantities for an EXR, and those that the film asks for. Each is there once.
 ///
 /// # Errors
-/// The device fails.
-pub fn channels(
-    aovs: &[&'static Aov],
-    estimate: &Estimate,
-    renderer: Option<&Renderer>,
-) -> Result<Vec<Channel>, RenderError> {
+/// The estimate does not have the sums of one of `aovs`.
+pub fn channels(aovs: &[&'static Aov], estimate: &Estimate) -> Result<Vec<Channel>, NoSums> {
+    let of_film = estimate.layers.form.of_film;
     let mut channels = Vec::new();
-    for aov in aovs {
-        for (name, values) in aov.channels.iter().zip(aov.planes(estimate, renderer)?.into_iter().flatten()) {
-            channels.push(Channel { name: (*name).to_owned(), values });
-        }
+    for aov in AOVS.iter().filter(|aov| aovs.contains(aov) || of_film && aov.is_of_gbuffer) {
+        let planes = aov.planes(estimate).ok_or(NoSums(aov.name))?;
+        channels.extend(aov.channels.iter().zip(planes).map(|(name, values)| Channel { name: (*name).into(), values }));
     }
     Ok(channels)
 }
@@ -155,19 +308,33 @@ pub fn channels(
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::image::estimate::Sum;
     use crate::image::film::Window;
+    use crate::image::layers::{LayerForm, Layers};
 
     #[test]
     fn names_and_channels_are_unique_and_follow_the_conventions_of_exr() {
-        let mut names: Vec<&str> = AOVS.iter().map(|aov| aov.name).collect();
-        let mut channels: Vec<&str> = AOVS.iter().flat_map(|aov| aov.channels).copied().collect();
-        for name in &channels {
-            let (layer, channel) = name.split_once('.').expect("a layer");
-            assert!(!layer.is_empty() && ["X", "Y", "Z"].contains(&channel), "{name}");
-        }
+        let names = AOVS.iter().flat_map(|aov| [aov.name, aov.alias]).filter(|name| !name.is_empty());
+        let mut names: Vec<String> = names.map(str::to_lowercase).collect();
+        let mut channels: Vec<String> = AOVS.iter().flat_map(|aov| aov.channels).map(ToString::to_string).collect();
         for aov in &AOVS {
-            assert!([1, 3].contains(&aov.channels.len()), "{aov:?}");
-            assert_eq!(Aov::named(aov.name), Some(aov));
+            for (index, name) in aov.channels.iter().enumerate() {
+                let expected = match (name.split_once('.'), aov.kind) {
+                    (None, AovKind::Number) => *name,
+                    (Some((_, "Y")), AovKind::Number) => name,
+                    (Some((layer, _)), AovKind::Direction | AovKind::Point) => {
+                        &format!("{layer}.{}", ["X", "Y", "Z"][index])
+                    }
+                    (Some((layer, _)), AovKind::Color | AovKind::Light) => {
+                        &format!("{layer}.{}", ["R", "G", "B"][index])
+                    }
+                    other => panic!("{name}: {other:?}"),
+                };
+                assert_eq!(*name, expected);
+            }
+            assert_eq!(aov.channels.len(), if aov.kind == AovKind::Number { 1 } else { 3 }, "{aov:?}");
+            assert_eq!(Aov::named(&aov.name.to_uppercase()), Some(aov));
+            assert!(aov.alias.is_empty() || Aov::named(aov.alias) == Some(aov), "{aov:?}");
         }
         for list in [&mut names, &mut channels] {
             let count = list.len();
@@ -175,13 +342,14 @@ mod tests {
             list.dedup();
             assert_eq!(list.len(), count, "{list:?}");
         }
-        assert_eq!(Aov::named("image"), None);
+        assert_eq!((Aov::named("image"), Aov::named("")), (None, None));
     }
 
-    #[test]
-    fn an_estimate_has_a_plane_for_each_channel_and_an_unknown_error_is_infinite() {
+    fn estimate(groups: Groups, of_film: bool) -> Estimate {
         let zeros = || vec![[0; 4]; 6];
-        let estimate = Estimate {
+        let group = |_| [(); 4].map(|()| zeros());
+        let sums: Vec<[Vec<Sum>; 4]> = groups.iter().map(group).collect();
+        Estimate {
             resolution: [3, 2],
             window: Window::whole([3, 2]),
             unit: 1.0,
@@ -189,18 +357,38 @@ mod tests {
             halves: [1, 0],
             radiance: [zeros(), zeros(), zeros()],
             second_half: zeros(),
-        };
-        for aov in &AOVS {
-            let planes = aov.planes(&estimate, None).unwrap();
-            assert_eq!(planes.is_some(), aov.is_of_estimate(), "{aov:?}");
-            if let Some(planes) = planes {
-                assert_eq!(planes.len(), aov.channels.len(), "{aov:?}");
-                assert!(planes.iter().all(|plane| plane.len() == 6), "{aov:?}");
-            }
+            layers: Layers { form: LayerForm { groups, of_film, ..LayerForm::default() }, sums },
         }
-        let all: Vec<&Aov> = AOVS.iter().collect();
-        let channels = channels(&all, &estimate, None).unwrap();
+    }
+
+    #[test]
+    fn an_estimate_has_a_plane_for_each_channel_if_it_has_the_groups() {
+        for aov in &AOVS {
+            let planes = aov.planes(&estimate(aov.groups, false)).expect("the groups");
+            assert_eq!(planes.len(), aov.channels.len(), "{aov:?}");
+            assert!(planes.iter().all(|plane| plane.len() == 6 && plane.iter().all(|v| !v.is_nan())), "{aov:?}");
+            assert_eq!(aov.planes(&estimate(Groups::default(), false)).is_some(), aov.groups.is_empty(), "{aov:?}");
+        }
+        let error = Aov::named("standard-error").unwrap();
         let expected = Channel { name: "standardError.Y".to_owned(), values: vec![f32::INFINITY; 6] };
-        assert_eq!(channels, [expected]);
+        assert_eq!(channels(&[error, error], &estimate(Groups::default(), false)), Ok(vec![expected]));
+        let direct = Aov::named("direct").unwrap();
+        assert_eq!(channels(&[direct], &estimate(Groups::OF_GBUFFER, true)), Err(NoSums("direct")));
+    }
+
+    /// The names, in the order of pbrt-v4's file.
+    #[test]
+    fn a_gbuffer_film_has_the_channels_of_pbrt() {
+        let of_film: Vec<&Aov> = AOVS.iter().filter(|aov| aov.is_of_gbuffer).collect();
+        assert_eq!(groups(&of_film), Groups::OF_GBUFFER);
+        let mut names: Vec<String> =
+            channels(&[], &estimate(Groups::OF_GBUFFER, true)).unwrap().into_iter().map(|it| it.name).collect();
+        names.sort_unstable();
+        let mut expected = vec!["dzdx", "dzdy", "u", "v"];
+        expected.extend(["P.X", "P.Y", "P.Z", "N.X", "N.Y", "N.Z", "Ns.X", "Ns.Y", "Ns.Z"]);
+        expected.extend(["Albedo.R", "Albedo.G", "Albedo.B", "Variance.R", "Variance.G", "Variance.B"]);
+        expected.extend(["RelativeVariance.R", "RelativeVariance.G", "RelativeVariance.B"]);
+        expected.sort_unstable();
+        assert_eq!(names, expected);
     }
 }

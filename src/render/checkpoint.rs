@@ -5,6 +5,7 @@
 //! sums and the states of the pixels in their memory layout, little-endian.
 
 pub(in crate::render) mod error;
+mod layers;
 
 use std::collections::BTreeMap;
 use std::fmt;
@@ -21,11 +22,13 @@ use serde::{Deserialize, Serialize};
 
 pub use error::CheckpointError;
 use error::FORMAT;
+use layers::LayerHeader;
 
 use crate::base::input::{self, Budget};
 use crate::base::output::Replacement;
 use crate::image::estimate::{Estimate, Sum};
 use crate::image::film::Window;
+use crate::image::layers::{LayerForm, Layers};
 use crate::kernels::PixelState;
 use crate::render::counters::Tally;
 use crate::render::identity::Identity;
@@ -40,6 +43,8 @@ const MAX_HEADER: u64 = 1 << 22;
 const MAX_PIXELS: u64 = 1 << 28;
 /// Bytes of a pixel's sums and of its state.
 const PIXEL_BYTES: u64 = 4 * size_of::<Sum>() as u64 + size_of::<PixelState>() as u64;
+/// Bytes of a pixel's sums of a group of layers.
+const GROUP_BYTES: u64 = 4 * size_of::<Sum>() as u64;
 /// The largest ratio of the size of a file's contents to the size of the file, unless the image is small or
 /// black.
 const MAX_EXPANSION: u64 = 64;
@@ -116,6 +121,9 @@ struct Header {
     white_balance: Option<[[f64; 3]; 3]>,
     halves: [u64; 2],
     has_states: bool,
+    /// The form of the layers, if there are any; their sums follow those of the image.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    layers: Option<LayerHeader>,
 }
 
 impl Header {
@@ -182,7 +190,8 @@ impl Checkpoint {
         if self.shards != other.shards {
             return Err(option("shards", self.shards.to_string(), other.shards.to_string()));
         }
-        self.check_form(other.estimate.resolution, other.estimate.unit, other.estimate.white_balance)?;
+        let Estimate { resolution, unit, white_balance, ref layers, .. } = other.estimate;
+        self.check_form(resolution, unit, white_balance, &layers.form)?;
         // A shard without iterations may not have a first radius yet.
         if let (Some(here), Some(there)) = (self.first_radius, other.first_radius)
             && here != there
@@ -200,15 +209,16 @@ impl Checkpoint {
         Ok(())
     }
 
-    /// Checks the resolution, the unit and the white balance of the sums. They agree if the identity agrees,
-    /// unless the file was forged.
+    /// Checks the resolution, the unit, the white balance and the layers of the sums. They agree if the identity
+    /// agrees, unless the file was forged.
     pub(crate) fn check_form(
         &self,
         resolution: [u32; 2],
         unit: f64,
         white_balance: Option<DMat3>,
+        layers: &LayerForm,
     ) -> Result<(), CheckpointError> {
-        if self.estimate.has_form(resolution, unit, white_balance) {
+        if self.estimate.has_form(resolution, unit, white_balance, layers) {
             return Ok(());
         }
         Err(CheckpointError::Format("its sums are of another form than its options ask for".to_owned()))
@@ -255,11 +265,15 @@ impl Checkpoint {
             white_balance: self.estimate.white_balance.map(|matrix| matrix.to_cols_array_2d()),
             halves: self.estimate.halves,
             has_states: !self.states.is_empty(),
+            layers: LayerHeader::of(&self.estimate.layers.form),
         };
         let mut out = GzEncoder::new(file, Compression::fast());
         serde_json::to_writer(&mut out, &header)?;
         out.write_all(b"\n")?;
         for sums in self.estimate.sums() {
+            out.write_all(bytemuck::cast_slice(sums))?;
+        }
+        for sums in self.estimate.layers.sums.iter().flatten() {
             out.write_all(bytemuck::cast_slice(sums))?;
         }
         out.write_all(bytemuck::cast_slice(&self.states))?;
@@ -292,13 +306,17 @@ impl Checkpoint {
             return Err(CheckpointError::Version(version.goblet_checkpoint));
         }
         let header: Header = serde_json::from_slice(&line).map_err(|error| torn(error.into()))?;
-        let pixels = header.pixels().ok_or_else(|| CheckpointError::Format("its numbers do not fit".to_owned()))?;
-        budget.check(pixels * PIXEL_BYTES).map_err(|over| {
+        let unfit = || CheckpointError::Format("its numbers do not fit".to_owned());
+        let pixels = header.pixels().ok_or_else(unfit)?;
+        let form = header.layers.as_ref().map_or(Some(LayerForm::default()), LayerHeader::form).ok_or_else(unfit)?;
+        budget.check(pixels * (PIXEL_BYTES + form.groups.len() as u64 * GROUP_BYTES)).map_err(|over| {
             let [width, height] = header.resolution;
             CheckpointError::Format(format!("for its {width}x{height} pixels, {over}"))
         })?;
         let mut sums = || read_array(&mut source, pixels).map_err(torn);
         let (radiance, second_half) = ([sums()?, sums()?, sums()?], sums()?);
+        let mut group = || Ok([sums()?, sums()?, sums()?, sums()?]);
+        let layers = form.groups.iter().map(|_| group()).collect::<Result<_, CheckpointError>>()?;
         let states = if header.has_states { read_array(&mut source, pixels).map_err(torn)? } else { Vec::new() };
         if !states.iter().all(is_state) {
             return Err(CheckpointError::Format("what its pixels remember makes no sense".to_owned()));
@@ -318,6 +336,7 @@ impl Checkpoint {
             halves: header.halves,
             radiance,
             second_half,
+            layers: Layers { form, sums: layers },
         };
         Ok(Self {
             identity: header.identity,

@@ -9,6 +9,7 @@ use sha2::{Digest, Sha256};
 
 use crate::gpu_scene::camera::View;
 use crate::gpu_scene::pack::PackedScene;
+use crate::image::film::CoordinateSystem;
 use crate::render::checkpoint::error::CheckpointError;
 use crate::render::options::table::{Effect, OPTIONS};
 use crate::render::options::{Contribution, Options, Resolved};
@@ -32,6 +33,22 @@ const CONTRIBUTION: &str = "light";
 
 /// The name of the white balance, which is present only if the film has one.
 const WHITE_BALANCE: &str = "white balance";
+
+/// The names of the values of [`of_layers`], in the order in which they are compared.
+const LAYERS: [&str; 3] = ["layers", "layers' coordinate system", "layers' film"];
+
+/// Returns the layers, their coordinate system, and the type of the film if that asks for layers. They are present only
+/// if there are layers.
+fn of_layers(scene: &Scene, resolved: &Resolved) -> [Option<String>; 3] {
+    if resolved.layers.is_empty() {
+        return [None, None, None];
+    }
+    let system = match scene.film.gbuffer.unwrap_or_default() {
+        CoordinateSystem::Camera => "camera",
+        CoordinateSystem::World => "world",
+    };
+    [Some(resolved.layers.names()), Some(system.to_owned()), scene.film.gbuffer.is_some().then(|| "gbuffer".to_owned())]
+}
 
 impl Identity {
     /// Returns the identity of a render of a scene with these options.
@@ -69,6 +86,10 @@ impl Identity {
         self.0.remove(WHITE_BALANCE);
         if let Some(balance) = scene.film.white_balance {
             self.0.insert(WHITE_BALANCE.to_owned(), format!("{} K", balance.kelvin));
+        }
+        for (name, value) in LAYERS.into_iter().zip(of_layers(scene, resolved)) {
+            self.0.remove(name);
+            self.0.extend(value.map(|value| (name.to_owned(), value)));
         }
         self.0.remove(CONTRIBUTION);
         if options.contribution != Contribution::All {

@@ -25,13 +25,16 @@ pub fn run(passes: &mut Passes, on: Stage<'_>, progress: &mut Progress) -> Resul
 
 /// Runs the next iteration pass by pass: the host reads the counters of each, and chooses the sizes of dispatches.
 fn in_pieces(passes: &mut Passes, on: Stage<'_>, progress: &mut Progress) -> Result<(), RenderError> {
-    let Passes { eye, radius, photon, lookup, update } = passes;
+    let Passes { eye, radius, photon, lookup, update, layers } = passes;
     let index = on.settings.sequence.index(progress.done);
 
     // Eye paths from each pixel to its visible point; a round of iterations shares them.
     let is_new_round = progress.seen != Some(index.round);
     if is_new_round {
         eye.run(on, index, progress)?;
+        if let Some(layers) = layers {
+            layers.meet_surfaces(on, index, progress)?; // surface_layers, if layers of surfaces are asked for
+        }
     }
 
     // The radius of each visible point in this iteration.
@@ -39,6 +42,9 @@ fn in_pieces(passes: &mut Passes, on: Stage<'_>, progress: &mut Progress) -> Res
     lookup.index_points(on, is_new_round)?; // tree_fill; nothing for a grid
 
     // Photons in batches, as many as the record buffer has room for.
+    if let Some(layers) = layers {
+        layers.clear_caustics(on)?;
+    }
     let photons = on.settings.wanted_photons();
     let mut first = 0;
     while first < photons {
@@ -54,7 +60,7 @@ fn in_pieces(passes: &mut Passes, on: Stage<'_>, progress: &mut Progress) -> Res
     }
 
     // Add the iteration's image to the mean, and let radii shrink.
-    update.run(on, index, progress)?;
+    update.run(on, index, layers.as_ref(), progress)?; // light_layers, update, layer_sums
     progress.finish(index);
     Ok(())
 }

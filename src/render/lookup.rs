@@ -15,6 +15,7 @@ use tree::{KdTree, TreeArrays};
 use crate::kernels::Specialization;
 use crate::render::buffers::{Buffers, Sizes};
 use crate::render::error::RenderError;
+use crate::render::layers::CausticFlux;
 use crate::render::options::LookupKind;
 use crate::render::progress::Progress;
 use crate::render::stage::Stage;
@@ -28,13 +29,14 @@ pub enum Lookup {
 }
 
 impl Lookup {
-    /// Compiles the passes and allocates the index.
+    /// Compiles the passes and allocates the index. Photons of caustics are summed once more, if there are arrays
+    /// for them.
     ///
     /// # Errors
     /// The device has too little memory, or the driver refuses a kernel.
     pub fn new(
         device: &Device,
-        buffers: &Buffers,
+        buffers: (&Buffers, Option<&CausticFlux>),
         sizes: &Sizes,
         kind: LookupKind,
         specialization: &Specialization,

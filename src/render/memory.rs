@@ -3,8 +3,10 @@
 use goblet_host::Device;
 
 use crate::gpu_scene::pack::PackedScene;
+use crate::image::layers::Groups;
 use crate::render::buffers::{Buffers, Sizes};
 use crate::render::error::RenderError;
+use crate::render::layers::LayerArrays;
 use crate::render::lookup::Lookup;
 use crate::render::options::LookupKind;
 
@@ -13,14 +15,16 @@ use crate::render::options::LookupKind;
 pub struct MemoryNeed {
     /// The arrays of the scene.
     pub scene: u64,
-    /// The arrays that a render writes to: visible points, photons, sums, and the index of photons or points.
+    /// The arrays that a render writes to: visible points, photons, sums, layers, and the index of photons or points.
     pub buffers: u64,
 }
 
 impl MemoryNeed {
     /// Returns the memory of a render with these sizes.
-    pub fn new(scene: &PackedScene, sizes: &Sizes, lookup: LookupKind) -> Self {
-        Self { scene: scene.arrays.bytes(), buffers: Buffers::bytes(sizes) + Lookup::bytes(lookup, sizes) }
+    pub fn new(scene: &PackedScene, sizes: &Sizes, lookup: LookupKind, layers: Groups) -> Self {
+        let layers = LayerArrays::bytes(layers, sizes.pixels);
+        let buffers = (Buffers::bytes(sizes) + Lookup::bytes(lookup, sizes)).saturating_add(layers);
+        Self { scene: scene.arrays.bytes(), buffers }
     }
 
     /// Returns the sum of both in bytes.

@@ -9,6 +9,7 @@ pub mod device;
 pub(crate) mod error;
 pub(crate) mod identity;
 mod iteration;
+mod layers;
 pub mod lookup;
 pub(crate) mod memory;
 pub mod options;

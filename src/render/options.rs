@@ -6,8 +6,9 @@ pub(crate) mod values;
 pub mod written;
 
 use crate::base::names::named;
-use crate::gpu_scene::pack::RevolutionSolver;
+use crate::gpu_scene::pack::{Packing, RevolutionSolver};
 use crate::image::film::Window;
+use crate::image::layers::{Group, Groups};
 use crate::kernels::RenderFeatures;
 use crate::render::error::RenderError;
 use crate::render::radius::RadiusSchedule;
@@ -147,6 +148,8 @@ pub struct Options {
     pub direct: DirectLight,
     /// Which part of the light the image shows.
     pub contribution: Contribution,
+    /// The layers that are summed besides the image, and besides those that a film asks for.
+    pub layers: Groups,
     /// Where random numbers come from.
     pub sampler: Sampler,
     /// The part of the iterations that is rendered.
@@ -187,9 +190,22 @@ pub(crate) struct Resolved {
     pub sequence: Sequence,
     pub cell_scale: f64,
     pub workgroup_size: u32,
+    /// The layers, with those that the film asks for.
+    pub layers: Groups,
 }
 
 impl Options {
+    /// Returns how a scene is packed for a render with these options.
+    pub(crate) fn packing(&self, scene: &Scene) -> Packing {
+        Packing { solver: self.revolution_solver, keeps_uvs: self.all_layers(scene).has(Group::Slope) }
+    }
+
+    /// Returns the layers with those that the film of a scene asks for.
+    pub(crate) fn all_layers(&self, scene: &Scene) -> Groups {
+        let of_film = if scene.film.gbuffer.is_some() { Groups::OF_GBUFFER } else { Groups::default() };
+        self.layers.with(of_film)
+    }
+
     /// The workgroup sizes that kernels are built for.
     pub const WORKGROUP_SIZES: [u32; 3] = [32, 64, 128];
 
@@ -199,6 +215,7 @@ impl Options {
             direct_nee: self.direct == DirectLight::Nee,
             low_discrepancy_pairs: self.sampler.low_discrepancy_pairs(),
             cell_scale: resolved.cell_scale as f32,
+            has_caustic_layer: resolved.layers.has(Group::Caustic),
         }
     }
 
@@ -278,6 +295,7 @@ impl Options {
             seed: self.seed.unwrap_or(scene.integrator.seed),
             sequence: Sequence { round_length: self.round_length(photons)?, shard: self.checked_shard()? },
             cell_scale,
+            layers: self.all_layers(scene),
             workgroup_size: self.workgroup_size.unwrap_or(DEFAULT_WORKGROUP_SIZE),
         })
     }

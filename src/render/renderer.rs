@@ -15,6 +15,7 @@ use crate::gpu_scene::pack::{RenderSpace, RevolutionSolver, pack};
 use crate::image::estimate::{Estimate, Sum};
 use crate::image::file;
 use crate::image::film::Image;
+use crate::image::layers::{Groups, LayerForm, Layers};
 use crate::kernels::{MaterialFeatures, PixelState, SceneFeatures, Specialization};
 use crate::render::buffers::{Buffers, Sizes, room_for_records};
 use crate::render::checkpoint::{Checkpoint, CheckpointError, MadeBy};
@@ -23,6 +24,7 @@ use crate::render::device::device_features;
 use crate::render::error::RenderError;
 use crate::render::identity::Identity;
 use crate::render::iteration;
+use crate::render::layers::LayerArrays;
 use crate::render::memory::MemoryNeed;
 use crate::render::options::{LookupKind, Options, Resolved};
 use crate::render::pacing::Schedule;
@@ -82,6 +84,7 @@ struct Compiled {
     solver: RevolutionSolver,
     max_depth: u32,
     seed: u32,
+    layers: Groups,
 }
 
 impl Base {
@@ -108,6 +111,7 @@ impl Base {
             solver: options.revolution_solver,
             max_depth: resolved.max_depth,
             seed: resolved.seed,
+            layers: resolved.layers,
         }
     }
 
@@ -130,6 +134,22 @@ impl Base {
             contribution: options.contribution,
             has_photons: self.mean_power > 0.0 && self.has_surfaces,
             photons_matter: photons_matter(options, resolved.max_depth, self.is_plane),
+            layers: self.layer_form(scene, resolved),
+        }
+    }
+
+    fn layer_form(&self, scene: &Scene, resolved: &Resolved) -> LayerForm {
+        if resolved.layers.is_empty() {
+            return LayerForm::default();
+        }
+        let world_from_render = self.space.from_world().inverse();
+        LayerForm {
+            groups: resolved.layers,
+            of_film: scene.film.gbuffer.is_some(),
+            system: scene.film.gbuffer.unwrap_or_default(),
+            camera_from_render: scene.camera.world_from_camera.inverse() * world_from_render,
+            world_from_render,
+            photons: resolved.photons,
         }
     }
 
@@ -164,7 +184,7 @@ impl Renderer {
     /// enough memory.
     pub fn new(device: Arc<Device>, scene: &Scene, options: &Options) -> Result<Self, RenderError> {
         let start = Instant::now();
-        let packed = pack(scene, options.revolution_solver)?;
+        let packed = pack(scene, options.packing(scene))?;
         let base = Base {
             space: packed.space,
             mean_power: packed.mean_power,
@@ -179,18 +199,21 @@ impl Renderer {
         let info = device.info();
         let room = room_for_records(info.kind, info.memory.total_bytes, info.max_buffer_bytes);
         let sizes = Sizes::new(resolved.resolution, resolved.photons, resolved.max_depth, room);
-        let memory = MemoryNeed::new(&packed, &sizes, compiled.lookup);
+        let memory = MemoryNeed::new(&packed, &sizes, compiled.lookup, resolved.layers);
         memory.check(&device)?;
         // Drivers and compilers abort the process if the host has no memory left.
         let on_host = if device.info().kind == DeviceKind::Cpu { memory.total() } else { 0 };
-        host_memory::check("a render of this size", on_host + file::host_bytes(resolved.resolution))?;
+        let of_file = file::host_bytes(resolved.resolution, resolved.layers.len() as u64);
+        host_memory::check("a render of this size", on_host.saturating_add(of_file))?;
         let gpu_scene = packed.arrays.upload(&device, &packed.info(resolved.max_depth, resolved.seed))?;
         let buffers = Buffers::new(&device, &sizes, &view)?;
+        let layers = LayerArrays::new(&device, resolved.layers, sizes.pixels)?;
         let build_time = start.elapsed();
 
         let start = Instant::now();
         let Compiled { specialization, lookup, workgroup_size, .. } = &compiled;
-        let passes = Passes::new(&device, gpu_scene, &buffers, &sizes, *lookup, specialization, *workgroup_size)?;
+        let arrays = (&buffers, layers);
+        let passes = Passes::new(&device, gpu_scene, arrays, &sizes, *lookup, specialization, *workgroup_size)?;
         Ok(Self {
             settings: base.settings(scene, options, &resolved, &view),
             progress: base.progress(&device, options, &resolved, &view),
@@ -223,6 +246,9 @@ impl Renderer {
         }
         self.buffers.set_view(&self.device, &view)?;
         self.buffers.clear(&self.device)?;
+        if let Some(layers) = self.layers() {
+            layers.clear(&self.device)?;
+        }
         self.identity.set_view(scene, &view, options, &resolved);
         self.settings = self.base.settings(scene, options, &resolved, &view);
         self.exposure = scene.film.exposure;
@@ -275,7 +301,8 @@ impl Renderer {
     /// The device fails.
     pub fn estimate(&self) -> Result<Estimate, RenderError> {
         let pixels = self.settings.pixels();
-        host_memory::check("the image", pixels * size_of::<[Sum; 4]>() as u64)?;
+        let form = self.settings.layers;
+        host_memory::check("the image", pixels * (1 + form.groups.len()) as u64 * size_of::<[Sum; 4]>() as u64)?;
         let [red, green, blue, second] =
             self.buffers.sums.each_ref().map(|sums| self.device.read_first_texels(sums, pixels));
         Ok(Estimate {
@@ -286,7 +313,15 @@ impl Renderer {
             halves: self.progress.halves,
             radiance: [red?, green?, blue?],
             second_half: second?,
+            layers: Layers {
+                form,
+                sums: self.layers().map_or(Ok(Vec::new()), |layers| layers.read(&self.device, pixels))?,
+            },
         })
+    }
+
+    fn layers(&self) -> Option<&LayerArrays> {
+        self.passes.layers.as_ref().map(|passes| &passes.arrays)
     }
 
     /// Returns the estimated error of the image and the smallest error that is known. `estimate` is the
@@ -335,7 +370,9 @@ impl Renderer {
     /// The device fails.
     pub fn checkpoint(&self, scene: &str) -> Result<Checkpoint, RenderError> {
         let shard = self.settings.sequence.shard;
-        host_memory::check("the checkpoint", self.settings.pixels() * size_of::<([Sum; 4], PixelState)>() as u64)?;
+        let of_layers = self.settings.layers.groups.len() * size_of::<[Sum; 4]>();
+        let of_pixel = (size_of::<([Sum; 4], PixelState)>() + of_layers) as u64;
+        host_memory::check("the checkpoint", self.settings.pixels() * of_pixel)?;
         Ok(Checkpoint {
             identity: self.identity.clone(),
             scene: scene.to_owned(),
@@ -355,11 +392,14 @@ impl Renderer {
     /// The checkpoint is of another render (the error names a difference), or the device fails.
     pub fn resume(&mut self, checkpoint: &Checkpoint) -> Result<(), CheckpointError> {
         self.identity.check(&checkpoint.identity)?;
-        let Settings { resolution, unit, white_balance, .. } = self.settings;
-        checkpoint.check_form(resolution, unit * self.exposure, white_balance)?;
+        let Settings { resolution, unit, white_balance, layers, .. } = self.settings;
+        checkpoint.check_form(resolution, unit * self.exposure, white_balance, &layers)?;
         let done = checkpoint.done_by(self.settings.sequence.shard)?;
         for (texels, sums) in self.buffers.sums.iter().zip(checkpoint.estimate.sums()) {
             self.device.write_texels(texels, sums)?;
+        }
+        if let Some(layers) = self.layers() {
+            layers.write(&self.device, &checkpoint.estimate.layers.sums)?;
         }
         self.device.write_texels(&self.buffers.pixel_states, &checkpoint.states)?;
         self.progress.done = done;

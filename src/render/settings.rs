@@ -3,6 +3,7 @@
 use glam::DMat3;
 
 use crate::image::film::{Window, balanced_luminance};
+use crate::image::layers::LayerForm;
 use crate::render::options::Contribution;
 use crate::render::radius::RadiusSchedule;
 use crate::render::sequence::{IterationIndex, Sequence, Shard};
@@ -42,6 +43,8 @@ pub struct Settings {
     pub has_photons: bool,
     /// Whether photons may contribute light that eye paths do not.
     pub photons_matter: bool,
+    /// The form of the layers' sums.
+    pub layers: LayerForm,
 }
 
 impl Settings {
@@ -49,6 +52,11 @@ impl Settings {
     /// shows direct light only.
     pub fn wanted_photons(&self) -> u64 {
         if self.has_photons && self.contribution != Contribution::Direct { self.photons } else { 0 }
+    }
+
+    /// Returns the mean flux of a photon over pi and the unit of the sums.
+    pub fn flux_scale(&self) -> f64 {
+        self.mean_power / (self.photons as f64 * std::f64::consts::PI * self.unit)
     }
 
     /// Returns the weights of the radiance's red, green and blue in the luminance of the image.

@@ -27,7 +27,7 @@ pub(crate) fn specialization(
         camera: view.features(),
         render: options.features(resolved),
         device,
-        pass: PassFeatures { is_resumable: false, is_queue: false },
+        pass: PassFeatures { is_resumable: false, is_queue: false, gathers_caustics: false },
     }
 }
 
@@ -41,12 +41,13 @@ pub fn specialized(
     options: &Options,
     device: &DeviceInfo,
 ) -> Result<(Specialization, u32), RenderError> {
-    let packed = pack(scene, options.revolution_solver)?;
+    let packed = pack(scene, options.packing(scene))?;
     let resolved = options.resolve(scene, packed.space.radius / packed.space.scale)?;
     let view = pack_camera(&scene.camera, &scene.film, resolved.window.full, &packed.space.from_world());
     let size = resolved.workgroup_size;
     let device_features = device_features(device, size);
-    let pass = PassFeatures { is_resumable: false, is_queue: is_queue(device.kind, &packed.features) };
+    let is_queue = is_queue(device.kind, &packed.features);
+    let pass = PassFeatures { is_resumable: false, is_queue, gathers_caustics: false };
     let all = specialization(packed.features, packed.material_features, &view, options, &resolved, device_features);
     Ok((Specialization { pass, ..all }, size))
 }

@@ -6,7 +6,7 @@ use bytemuck::Zeroable;
 use crate::kernels::Counters;
 use crate::render::counters::{Counted, Tally, since};
 use crate::render::error::RenderError;
-use crate::render::passes::Passes;
+use crate::render::passes::{LayerPasses, Passes};
 use crate::render::progress::Progress;
 use crate::render::sequence::IterationIndex;
 use crate::render::stage::Stage;
@@ -54,6 +54,7 @@ fn is_possible(passes: &Passes, on: Stage<'_>, index: IterationIndex, progress: 
         && passes.lookup.grid().is_some()
         && !passes.eye.is_resumable()
         && !passes.photon.is_resumable()
+        && !passes.layers.as_ref().is_some_and(LayerPasses::is_resumable)
 }
 
 /// Runs all passes. Returns those that count, and the counters after each of them, which no pass clears.
@@ -63,15 +64,21 @@ fn submit(
     index: IterationIndex,
     progress: &mut Progress,
 ) -> Result<(Vec<Counted>, Vec<Counters>), RenderError> {
-    let Passes { eye, radius, photon, lookup, update } = passes;
+    let Passes { eye, radius, photon, lookup, update, layers } = passes;
     let counters = &on.buffers.counters;
     let mut counted = Vec::new();
     let mut frame = on.device.frame()?;
     frame.clear(counters);
+    if let Some(layers) = layers {
+        layers.record_clear(&mut frame);
+    }
     if progress.seen != Some(index.round) {
         eye.record(on, index, &mut frame);
         frame.save(counters);
         counted.push(Counted::Eye);
+        if let Some(layers) = layers {
+            layers.record_surfaces(on, index, &mut frame);
+        }
     }
     radius.record(on, index, progress, &mut frame);
     if let Some(grid) = lookup.grid().filter(|_| on.settings.wanted_photons() > 0) {
@@ -83,7 +90,7 @@ fn submit(
         frame.save(counters);
         counted.push(Counted::Gathering);
     }
-    update.record(on, index, &mut frame);
+    update.record(on, index, layers.as_ref(), &mut frame);
     frame.save(counters);
     counted.push(Counted::Update);
     Ok((counted, frame.run_saved()?))

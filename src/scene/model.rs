@@ -27,7 +27,7 @@ pub use medium::{Medium, MediumInterface};
 
 use crate::base::input::Budget;
 use crate::geometry::bezier::Curve;
-use crate::image::film::Window;
+use crate::image::film::{CoordinateSystem, Window};
 use crate::scene::model::texture::Texture;
 
 /// A scene that is ready to upload.
@@ -85,6 +85,8 @@ pub struct Film {
     pub filename: Option<PathBuf>,
     /// Filter by which camera samples spread around a pixel.
     pub filter: PixelFilter,
+    /// The coordinate system of the layers that a `gbuffer` film asks for; `None` for other films.
+    pub gbuffer: Option<CoordinateSystem>,
 }
 
 /// The adaptation of an image to a light, which looks white in it.

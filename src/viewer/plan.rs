@@ -111,7 +111,7 @@ fn after_failure(wish: &Wish, standing: &Standing<'_>) -> Next {
         return Next::Refuse;
     }
     let has_it = |render: &Rendered<'_>| {
-        let shows = render.target.options.contribution == wish.quantity.contribution();
+        let shows = wish.quantity.is_in(&render.target.options);
         shows && render.iterations > 0 && render.shown.is_none_or(|(_, quantity)| quantity != wish.quantity)
     };
     if standing.render.as_ref().is_some_and(has_it) { Next::Show } else { Next::Rest }

@@ -1,10 +1,9 @@
 //! The quantities of a render that the window can show: the image, two parts of its light, and every AOV.
 
 use crate::image::estimate::Estimate;
-use crate::render::aov::{AOVS, Aov};
-use crate::render::error::RenderError;
-use crate::render::options::Contribution;
-use crate::render::renderer::Renderer;
+use crate::image::layers::Groups;
+use crate::render::aov::{AOVS, Aov, AovKind};
+use crate::render::options::{Contribution, Options};
 
 /// A quantity of each pixel.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -69,28 +68,56 @@ impl Quantity {
         }
     }
 
-    /// Returns the picture of the quantity after the iterations so far. `estimate` is the estimate of
-    /// `renderer`.
-    ///
-    /// # Errors
-    /// The device fails.
-    pub fn picture(self, renderer: &Renderer, estimate: &Estimate) -> Result<Picture, RenderError> {
-        let size = estimate.resolution;
+    /// Returns the layers that have to be summed.
+    pub fn layers(self) -> Groups {
+        match self {
+            Self::Aov(aov) => aov.groups,
+            Self::Image | Self::Direct | Self::Photons => Groups::default(),
+        }
+    }
+
+    /// Returns whether a render with these options has the quantity.
+    pub fn is_in(self, options: &Options) -> bool {
+        options.contribution == self.contribution() && options.layers.has_all(self.layers())
+    }
+
+    /// Returns whether the quantity is light, so that tone curves apply.
+    pub fn is_light(self) -> bool {
+        match self {
+            Self::Aov(aov) => aov.kind == AovKind::Light,
+            Self::Image | Self::Direct | Self::Photons => true,
+        }
+    }
+
+    /// Returns the picture of the quantity after the iterations so far; black if the estimate does not have its
+    /// layers.
+    pub fn picture(self, estimate: &Estimate) -> Picture {
+        let (size, is_light) = (estimate.resolution, self.is_light());
         let Self::Aov(aov) = self else {
             let pixels = estimate.image().pixels.into_iter().map(|[r, g, b]| [r, g, b, 0.0]).collect();
-            return Ok(Picture { size, pixels, white: None, is_light: true });
+            return Picture { size, pixels, white: None, is_light };
         };
-        let planes = aov.planes(estimate, Some(renderer))?.unwrap_or_default();
-        let (pixels, white) = match &planes[..] {
-            [x, y, z] => (directions([x, y, z]), None),
-            [values, ..] => {
+        let (pixels, white) = match (aov.planes(estimate).as_deref(), aov.kind) {
+            (Some([r, g, b]), AovKind::Color | AovKind::Light) => (colors([r, g, b]), None),
+            (Some([x, y, z]), AovKind::Direction) => (directions([x, y, z]), None),
+            (Some([x, y, z]), _) => {
+                let far = bright([x, y, z].into_iter().flatten().map(|value| value.abs()).collect());
+                let near = |values: &Vec<f32>| values.iter().map(|value| value / far).collect();
+                (directions([&near(x), &near(y), &near(z)]), None)
+            }
+            (Some([values, ..]), _) => {
                 let white = bright(values.clone());
                 (numbers(values, white), Some(white))
             }
-            [] => (Vec::new(), None),
+            (Some([]) | None, _) => (vec![[0.0; 4]; size.map(|side| side as usize).iter().product()], None),
         };
-        Ok(Picture { size, pixels, white, is_light: false })
+        Picture { size, pixels, white, is_light }
     }
+}
+
+/// Returns colours as they are.
+fn colors([r, g, b]: [&Vec<f32>; 3]) -> Vec<[f32; 4]> {
+    r.iter().zip(g).zip(b).map(|((r, g), b)| [*r, *g, *b, 0.0]).collect()
 }
 
 /// Returns directions as colours: coordinates from -1 to 1 become 0 to 1, and a zero vector is black.

@@ -310,8 +310,8 @@ impl RenderThread<'_> {
         Ok(())
     }
 
-    /// Keeps the current image if its target differs from the wished one only by the part of the light,
-    /// because users switch between these parts. Drops kept images of other targets.
+    /// Keeps the current image if its target differs from the wished one only by the part of the light or by the
+    /// layers, because users switch between these. Drops kept images of other targets.
     fn keep(&mut self, wished: &Target) -> Result<(), Failure> {
         self.kept.retain(|kept| kept.target.is_alike(wished));
         let Some(render) = self.render.as_ref().filter(|render| render.target.is_alike(wished)) else { return Ok(()) };

@@ -144,7 +144,7 @@ impl Render {
             self.error = self.renderer.noise(&estimate)?.relative_error();
             self.estimated = Instant::now();
         }
-        let picture = quantity.picture(&self.renderer, &estimate)?;
+        let picture = quantity.picture(&estimate);
         let lengths = if is_first { Some(self.renderer.path_lengths()?) } else { None };
         let view = View { picture, moves: self.moves, lengths };
         let iterations = self.renderer.iterations();
@@ -185,7 +185,7 @@ impl Render {
         } else {
             let estimate = renderer.estimate()?;
             let metadata = metadata(&scene, &MadeBy::new(renderer.device()), &estimate, renderer.photons());
-            let channels = aov::channels(&args.aov, &estimate, Some(renderer))?;
+            let channels = aov::channels(&args.aov, &estimate)?;
             write_images(std::slice::from_ref(path), &estimate, &channels, &metadata, true)?;
         }
         self.tell(shared, *quantity, "rendering", Some(wrote(path, &self.target, renderer.iterations())))

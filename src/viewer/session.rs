@@ -194,6 +194,7 @@ impl Session {
     fn target(&self) -> Target {
         let options = Options {
             contribution: self.quantity.contribution(),
+            layers: self.options.layers.with(self.quantity.layers()),
             // A radius from the panel, in scene units, replaces one in pixels.
             radius_in_pixels: self.options.radius_in_pixels.filter(|_| self.options.radius.is_none()),
             ..self.options.clone()

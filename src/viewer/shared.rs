@@ -17,15 +17,15 @@ pub struct Target {
     pub loads: u64,
     /// The camera; `None` for the scene's own camera if the user has not moved it.
     pub camera: Option<Camera>,
-    /// The options, including the resolution and the contribution.
+    /// The options, including the resolution, the contribution and the layers.
     pub options: Options,
 }
 
 impl Target {
-    /// Returns whether another target is the same except for the part of the light.
+    /// Returns whether another target is the same except for the part of the light and the layers.
     pub fn is_alike(&self, other: &Self) -> bool {
-        let contribution = self.options.contribution;
-        *self == Self { options: Options { contribution, ..other.options.clone() }, ..other.clone() }
+        let Options { contribution, layers, .. } = self.options;
+        *self == Self { options: Options { contribution, layers, ..other.options.clone() }, ..other.clone() }
     }
 }
 

@@ -40,12 +40,12 @@ struct Truth {
     last: Option<(Camera, Options)>,
 }
 
+/// Without validation layers, which the devices of the render threads have.
+static DEVICE: LazyLock<Arc<Device>> = LazyLock::new(|| Arc::new(open_device(&DeviceOptions::default()).unwrap()));
+
 impl Truth {
     fn new() -> Self {
         let scene = Scene::parse(SCENE, "scene.pbrt", ".").unwrap();
-        // Without validation layers, which the devices of the render threads have.
-        static DEVICE: LazyLock<Arc<Device>> =
-            LazyLock::new(|| Arc::new(open_device(&DeviceOptions::default()).unwrap()));
         let renderer = Renderer::new(Arc::clone(&DEVICE), &scene, &Options::default()).unwrap();
         Self { scene, renderer, last: None }
     }
@@ -54,18 +54,23 @@ impl Truth {
     fn after(&mut self, iterations: u32, session: &Session) -> (Picture, Vec<[f32; 3]>) {
         let contribution = session.quantity.contribution();
         let scene = Scene { camera: *session.control.camera(), ..self.scene.clone() };
-        let options = Options { contribution, ..session.options.clone() };
+        let layers = session.options.layers.with(session.quantity.layers());
+        let options = Options { contribution, layers, ..session.options.clone() };
         // Tests ask for the same image several times. It is rendered once.
         let last = Some((scene.camera, options.clone()));
         if self.last != last || self.renderer.iterations() > iterations {
-            assert!(self.renderer.restart(&scene, &options).unwrap(), "the same kernels");
+            if !self.renderer.restart(&scene, &options).unwrap() {
+                let of_layers = self.last.as_ref().is_none_or(|(_, last)| last.layers != options.layers);
+                assert!(of_layers, "the same kernels");
+                self.renderer = Renderer::new(Arc::clone(&DEVICE), &scene, &options).unwrap();
+            }
             self.last = last;
         }
         while self.renderer.iterations() < iterations {
             self.renderer.step().unwrap();
         }
         let estimate = self.renderer.estimate().unwrap();
-        (session.quantity.picture(&self.renderer, &estimate).unwrap(), estimate.image().pixels)
+        (session.quantity.picture(&estimate), estimate.image().pixels)
     }
 }
 
@@ -331,7 +336,7 @@ fn every_key_while_it_is_coarse() {
         let effect = hand.press(key);
         before.check(&hand, key, effect, &context);
         hand.rendering.shared.wish(true, |wish| wish.moved = Some(later));
-        let is_light = matches!(hand.session.quantity, Quantity::Image | Quantity::Direct | Quantity::Photons);
+        let is_light = hand.session.quantity.is_light();
         hand.look("a coarse picture of it", |hand| (hand.picture.as_ref()?.is_light == is_light).then_some(()));
         std::thread::sleep(Duration::from_millis(20));
         assert!(!hand.rendering.path("saved.exr").exists(), "{context}");
@@ -380,8 +385,8 @@ fn every_key_with_an_error_of_the_options_shown() {
         let before = Before::new(&hand.session);
         let effect = hand.press(key);
         before.check(&hand, key, effect, &context);
-        if hand.session.quantity.contribution() == Contribution::All {
-            let is_light = hand.session.quantity == Quantity::Image;
+        if hand.session.quantity.is_in(&hand.session.options) {
+            let is_light = hand.session.quantity.is_light();
             hand.look("a picture of it", |hand| (hand.picture.as_ref()?.is_light == is_light).then_some(()));
         }
         hand.press(SAVE);
@@ -396,7 +401,7 @@ fn every_key_with_an_error_of_the_options_shown() {
     }
 }
 
-/// Showing parts of the light loses no iteration, paused or not.
+/// Showing parts of the light, or layers that the image was not rendered with, loses no iteration, paused or not.
 #[test]
 fn an_image_that_is_left_for_a_part_of_its_light_comes_back_with_all_its_iterations() {
     let mut truth = Truth::new();
@@ -407,14 +412,14 @@ fn an_image_that_is_left_for_a_part_of_its_light_comes_back_with_all_its_iterati
         assert_eq!(hand.session.status.iterations, MOST);
         if paused {
             hand.press((Key::Space, false));
-            for digit in [Key::Num2, Key::Num3, Key::Num2] {
+            for digit in [Key::Num2, Key::Num3, Key::Num8, Key::Num5, Key::Num2] {
                 hand.press((digit, false));
-                assert_eq!(hand.shows(&mut truth, "a part of the light, paused"), 1, "{digit:?}");
+                assert_eq!(hand.shows(&mut truth, "a part of the light or a layer, paused"), 1, "{digit:?}");
             }
         } else {
             hand.press((Key::Num2, false));
         }
-        for digit in [Key::Num1, Key::Num8, Key::Num5] {
+        for digit in [Key::Num1, Key::Num6] {
             hand.press((digit, false));
             hand.rest();
             assert_eq!(hand.shows(&mut truth, "back again"), MOST, "{digit:?}");

@@ -4,6 +4,7 @@ use std::collections::BTreeSet;
 
 use goblet::image::file;
 use goblet::image::film::Image;
+use goblet::image::layers::{Group, Groups};
 use goblet::{DeviceOptions, Options, Renderer, open_device};
 use serde_json::Value;
 
@@ -142,21 +143,34 @@ fn scenes_of_nothing_are_described() {
     assert_eq!(info["warnings"].as_array().unwrap().len(), 3);
 }
 
-/// The estimate counts what a renderer allocates.
+/// The estimate counts what a renderer allocates. Layers take what the guide says of them.
 #[test]
 fn memory_is_about_what_a_render_takes() {
+    const PIXELS: f64 = 512.0 * 512.0;
     let bench = Bench::new();
-    let film = "xresolution\" 512 \"integer yresolution\" 512";
-    bench.write("scene.pbrt", scene("xresolution\" 16 \"integer yresolution\" 12", film));
-    let memory = &info(&bench, 0)["memory"];
-    let estimate = memory["scene"].as_f64().unwrap() + memory["buffers"].as_f64().unwrap();
-    let scene = goblet::scene::Scene::load(bench.path("scene.pbrt")).unwrap();
+    let size = "xresolution\" 512 \"integer yresolution\" 512";
+    let plain = scene("xresolution\" 16 \"integer yresolution\" 12", size);
     let device =
         std::sync::Arc::new(open_device(&DeviceOptions { validation: true, ..DeviceOptions::default() }).unwrap());
-    let before = device.allocated_bytes();
-    let _renderer = Renderer::new(device.clone(), &scene, &Options::default()).unwrap();
-    let taken = (device.allocated_bytes() - before) as f64;
-    assert!((estimate / taken - 1.0).abs() < 0.15, "{estimate} {taken}");
+    let taken = |scene: &goblet::scene::Scene, layers: Groups| {
+        let before = device.allocated_bytes();
+        let options = Options { layers, ..Options::default() };
+        let _renderer = Renderer::new(device.clone(), scene, &options).unwrap();
+        (device.allocated_bytes() - before) as f64
+    };
+    let mut without = 0.0;
+    for (film, of_layers) in [("\"rgb\"", 0.0), ("\"gbuffer\"", 480.0)] {
+        bench.write("scene.pbrt", plain.replace("\"rgb\"", film));
+        let memory = &info(&bench, 0)["memory"];
+        let estimate = memory["scene"].as_f64().unwrap() + memory["buffers"].as_f64().unwrap();
+        let scene = goblet::scene::Scene::load(bench.path("scene.pbrt")).unwrap();
+        let found = taken(&scene, Groups::default());
+        assert!((estimate / found - 1.0).abs() < 0.15, "{film}: {estimate} {found}");
+        without = if of_layers == 0.0 { found } else { without };
+        assert!((found - without - of_layers * PIXELS).abs() < 0.02 * of_layers * PIXELS + 1.0, "{film}: {found}");
+        let all = taken(&scene, Groups::of(&Group::ALL));
+        assert!((all - without - 668.0 * PIXELS).abs() < 0.02 * 668.0 * PIXELS, "{film}: {all}");
+    }
 }
 
 /// Adds the keys of a value, as in `film.resolution`.

@@ -16,6 +16,7 @@ mod grid;
 mod guard;
 mod instance;
 mod interruption;
+mod layers;
 mod light;
 mod light_image;
 mod measured;

@@ -3,21 +3,23 @@
 
 use std::sync::Arc;
 
+use goblet::image::layers::{Group, Groups, Layers};
 use goblet::scene::Scene;
 use goblet::{ArrayKind, DeviceError, DeviceOptions, LookupKind, Options, Renderer, Tally, open_device};
 use goblet_host::Device;
 
 use crate::support::{assert_silent, device, device_options, is_full, root};
 
-/// What two iterations come to: the image's bits, and what happened.
-fn outcome(device: &Arc<Device>, scene: &Scene, options: &Options) -> (Vec<[u32; 3]>, Tally) {
+/// What two iterations come to: the image's bits, its layers, and what happened.
+fn outcome(device: &Arc<Device>, scene: &Scene, options: &Options) -> (Vec<[u32; 3]>, Layers, Tally) {
     let mut renderer = Renderer::new(Arc::clone(device), scene, options).expect("a renderer");
     for _ in 0..2 {
         renderer.step().expect("an iteration");
     }
-    let image = renderer.resolve().expect("an image");
+    let estimate = renderer.estimate().expect("an estimate");
     assert_silent(device);
-    (image.pixels.iter().map(|pixel| pixel.map(f32::to_bits)).collect(), *renderer.tally())
+    let bits = estimate.image().pixels.iter().map(|pixel| pixel.map(f32::to_bits)).collect();
+    (bits, estimate.layers, *renderer.tally())
 }
 
 /// Scenes without a hierarchy and with several, with bodies of revolution, instances and textures. The buffers have guard
@@ -34,11 +36,14 @@ fn arrays_in_buffers_give_the_same_bits_as_in_images() {
     for name in quick.into_iter().chain(others.into_iter().filter(|_| is_full())) {
         let lookup = if name == "shapes" { LookupKind::KdTree } else { LookupKind::HashGrid };
         let scene = Scene::load(root().join(format!("tests/reference/{name}.pbrt"))).expect("a scene");
-        let options =
-            Options { resolution: Some([29, 23]), photons: Some(1021), lookup, responsive: true, ..Options::default() };
-        let found = outcome(&in_buffers, &scene, &options);
-        assert_eq!(in_buffers.broken_guards(), Vec::<String>::new(), "{name}");
-        assert!(found == outcome(&usual, &scene, &options), "{name}, {lookup:?}: the kind of arrays changes the image");
+        for layers in [Groups::default(), Groups::of(&Group::ALL)] {
+            let size = Options { resolution: Some([29, 23]), photons: Some(1021), ..Options::default() };
+            let options = Options { lookup, layers, responsive: true, ..size };
+            let found = outcome(&in_buffers, &scene, &options);
+            assert_eq!(in_buffers.broken_guards(), Vec::<String>::new(), "{name}");
+            let expected = outcome(&usual, &scene, &options);
+            assert!(found == expected, "{name}, {lookup:?}, {layers:?}: the kind of arrays changes the image");
+        }
     }
 }
 
@@ -62,6 +67,8 @@ fn images_of_odd_sizes_stay_in_their_arrays() {
                 photons: Some(1021),
                 eye_paths: Some(1),
                 workgroup_size: Some(workgroup_size),
+                // Of the small ones.
+                layers: if resolution[0] < 10 { Groups::of(&Group::ALL) } else { Groups::default() },
                 ..Options::default()
             };
             outcome(&device, &scene, &options);

@@ -36,11 +36,12 @@ struct CameraSample {
     float weight; // of the pixel filter
 };
 
-CameraSample sample_camera(uint pixel, Random random) {
+// The camera sample of a path, moved by a number of pixels on the image.
+CameraSample sample_camera_beside(uint pixel, Random random, vec2 shift) {
     Camera view = camera_at(0u);
     vec2 u = random_pair(random, PAIR_FILTER);
     vec2 offset = vec2(filter_offset(0u, u.x), filter_offset(1u, u.y));
-    vec2 at = vec2(pixel % view.width, pixel / view.width) + 0.5 + offset;
+    vec2 at = vec2(pixel % view.width, pixel / view.width) + 0.5 + offset + shift;
     vec2 image = at / vec2(view.width, view.height);
     vec2 lens = vec2(0.0);
     if (view.lens_radius > 0.0) {
@@ -54,4 +55,8 @@ CameraSample sample_camera(uint pixel, Random random) {
         weight = filter_weight(0u, u.x) * filter_weight(1u, u.y);
     }
     return CameraSample(ray, weight);
+}
+
+CameraSample sample_camera(uint pixel, Random random) {
+    return sample_camera_beside(pixel, random, vec2(0.0));
 }

@@ -1,5 +1,6 @@
 // The flux of an iteration: fixed-point sums per pixel, and the number of photons in them. Each channel
 // has a buffer of its own, since a device may bind no more than 128 MiB.
+#include "lookup/flux.glsl"
 
 // Low and high word of each pixel.
 UPDATED_BUFFER(uint, flux_red)
@@ -26,4 +27,13 @@ void store_flux(uint pixel, Flux flux) {
     flux_green.data[at + 1u] = flux.high.g;
     flux_blue.data[at] = flux.low.b;
     flux_blue.data[at + 1u] = flux.high.b;
+}
+
+// The flux in units of the mean flux of a photon.
+vec3 to_floats(Flux flux) {
+    vec3 sum = vec3(0.0);
+    for (uint channel = 0u; channel < 3u; channel++) {
+        sum[channel] = from_fixed(flux.low[channel], flux.high[channel]);
+    }
+    return sum;
 }

@@ -11,7 +11,7 @@ struct PhotonRecord {
     vec3 position; // render units
     uint normal;  // packed, on the side that the photon came from
     vec3 weight;  // flux over the mean flux of a photon
-    uint cell;    // of the hash grid: cell_mark
+    uint cell;    // of the hash grid: cell_mark; and the mark of caustic.glsl
 };
 
 // What a pixel keeps between iterations, besides the image.

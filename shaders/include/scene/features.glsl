@@ -81,6 +81,7 @@ FEATURES RenderFeatures {
     bool DIRECT_NEE = true;             // next-event estimation finds direct light, photons do not
     uint LOW_DISCREPANCY_PAIRS = 8u;    // pairs of random numbers of a path that are a sequence: random.glsl
     float CELL_SCALE = 1.0;             // width of a cell of the hash grid, in diameters of the largest disc
+    bool HAS_CAUSTIC_LAYER = false;     // photons that have met nothing diffuse are marked, and summed once more
 };
 
 // Of a device and its workgroups: src/render/device.rs.
@@ -90,8 +91,9 @@ FEATURES DeviceFeatures {
     uint LANES = 1u;                    // lanes of a subgroup: subgroup.glsl
 };
 
-// Of a pass: src/render/passes/path.rs.
+// Of a pass: src/render/passes/path.rs and src/render/lookup.
 FEATURES PassFeatures {
     bool IS_RESUMABLE = false;          // invocations go on in further dispatches: interruption.glsl
     bool IS_QUEUE = false;              // the lanes of a subgroup work together on a queue of rays: trace.glsl
+    bool GATHERS_CAUSTICS = false;      // of photons, only those are gathered that are marked: caustic.glsl
 };

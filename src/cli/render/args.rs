@@ -8,7 +8,7 @@ use clap::Args;
 use super::display_server::Address;
 use crate::cli::SceneMemory;
 use crate::cli::values::{aov, output_path, seconds};
-use crate::render::aov::Aov;
+use crate::render::aov::{Aov, groups};
 use crate::render::options::Options;
 use crate::render::options::request::Request;
 use crate::render::sequence::Shard;
@@ -28,7 +28,7 @@ pub struct RenderArgs {
     pub output: Vec<PathBuf>,
 
     /// Further channels of EXR outputs
-    #[arg(long, value_parser = aov(|_| true), value_name = "NAME")]
+    #[arg(long, value_parser = aov(), value_name = "NAME", ignore_case = true)]
     pub aov: Vec<&'static Aov>,
 
     /// Show the image in tev while it is rendered
@@ -91,8 +91,9 @@ pub struct RenderArgs {
 }
 
 impl RenderArgs {
-    /// Returns the options of the request together with the shard.
+    /// Returns the options of the request together with the shard and the layers.
     pub fn options(&self) -> Options {
-        Options { shard: self.shard.unwrap_or_default(), ..self.request.options.clone() }
+        let (shard, layers) = (self.shard.unwrap_or_default(), groups(&self.aov));
+        Options { shard, layers, ..self.request.options.clone() }
     }
 }

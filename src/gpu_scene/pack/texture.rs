@@ -10,7 +10,7 @@ use glam::{DAffine3, DMat3, DVec2, DVec3};
 
 use super::instance::Placed;
 use super::material::{pack_materials, specialize};
-use super::{PackError, Packer, noise, rows};
+use super::{PackError, Packer, RevolutionSolver, noise, rows};
 use crate::base::input::{Budget, OverBudget};
 use crate::image::film::Image;
 use crate::kernels::{
@@ -30,6 +30,21 @@ const MAX_DEPTH: usize = 64;
 
 /// pbrt's texture coordinates of a triangle without any.
 const DEFAULT_UVS: [DVec2; 3] = [DVec2::ZERO, DVec2::X, DVec2::ONE];
+
+/// How a scene is packed.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Packing {
+    /// How rays are intersected with bodies of revolution.
+    pub solver: RevolutionSolver,
+    /// Whether triangles keep their texture coordinates, even if no texture needs them.
+    pub keeps_uvs: bool,
+}
+
+impl From<RevolutionSolver> for Packing {
+    fn from(solver: RevolutionSolver) -> Self {
+        Self { solver, keeps_uvs: false }
+    }
+}
 
 /// The packed textures: those that a material or a shape uses.
 #[derive(Default)]
@@ -363,7 +378,7 @@ impl Packer {
                 });
             }
         }
-        self.keeps_uvs = !self.textures.nodes.is_empty() || specialize(&self.materials).has_anisotropic;
+        self.keeps_uvs |= !self.textures.nodes.is_empty() || specialize(&self.materials).has_anisotropic;
         Ok(())
     }
 

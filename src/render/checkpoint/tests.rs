@@ -1,10 +1,13 @@
 //! Tests of the file format with files that no render has written.
 
+use glam::{DAffine3, DVec3};
 use proptest::collection::vec;
 use proptest::prelude::*;
 use serde_json::{Value, json};
 
 use super::*;
+use crate::image::film::CoordinateSystem;
+use crate::image::layers::{Group, Groups};
 use crate::render::counters::ByPass;
 
 /// Generates checkpoints of small images.
@@ -20,6 +23,18 @@ fn small() -> impl Strategy<Value = Checkpoint> {
     let counts = vec(any::<u64>(), 21);
     (pixels, done, radius, counts, -900..900_i32, "\\PC{0,20}").prop_map(
         |((resolution, radiance, second_half, states), done, radius, counts, exponent, scene)| {
+            // Of any values, and of as many groups as there are columns.
+            let groups = Groups::of(&Group::ALL[..resolution[0] as usize - 1]);
+            let sums: Vec<_> = groups.iter().map(|_| [(); 4].map(|()| second_half.clone())).collect();
+            let form = LayerForm {
+                groups,
+                of_film: resolution[1] == 2,
+                system: if resolution[1] == 1 { CoordinateSystem::World } else { CoordinateSystem::Camera },
+                camera_from_render: DAffine3::from_translation(DVec3::splat(f64::from(exponent) / 7.0)),
+                photons: counts[0],
+                ..LayerForm::default()
+            };
+            let layers = if groups.is_empty() { Layers::default() } else { Layers { form, sums } };
             let iterations: u64 = done.values().map(|done| u64::from(*done)).sum();
             let identity =
                 json!({ "alpha": "0.5", "the camera": "sha256:00", "resolution": format!("{resolution:?}") });
@@ -49,6 +64,7 @@ fn small() -> impl Strategy<Value = Checkpoint> {
                     halves: [iterations / 3, iterations - iterations / 3],
                     radiance,
                     second_half,
+                    layers,
                 },
                 states: states.into_iter().map(state).collect(),
             }
@@ -303,9 +319,9 @@ fn a_shard_without_iterations_knows_no_radius() {
     assert!(full().merge(&other).unwrap_err().to_string().starts_with("first radius"));
 }
 
-/// So that files of goblet from before there were white balances are read, and the same files are written.
+/// So that files of goblet from before there were white balances and layers are read, and the same files are written.
 #[test]
-fn only_a_white_balance_is_in_the_header() {
+fn only_a_white_balance_and_layers_that_exist_are_in_the_header() {
     let first_line = |checkpoint: &Checkpoint| {
         let mut line = Vec::new();
         BufReader::new(GzDecoder::new(&encoded(checkpoint)[..])).read_until(b'\n', &mut line).unwrap();
@@ -313,9 +329,40 @@ fn only_a_white_balance_is_in_the_header() {
     };
     let mut checkpoint = parsed(|_| {});
     assert_eq!(checkpoint.estimate.white_balance, None);
-    assert!(!first_line(&checkpoint).contains("white_balance"));
+    assert!(!first_line(&checkpoint).contains("white_balance") && !first_line(&checkpoint).contains("layers"));
     checkpoint.estimate.white_balance = Some(DMat3::IDENTITY);
     assert!(first_line(&checkpoint).contains("\"white_balance\":[[1.0,0.0,0.0],"));
+}
+
+/// A valid header of layers, of which a part is changed.
+#[test]
+fn layers_that_make_no_sense_are_refused() {
+    let transform = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0], [0.0, 0.0, 0.0]];
+    let layers = json!({
+        "groups": ["Albedo", "square"], "of_film": true, "in_world_space": true,
+        "camera_from_render": transform, "world_from_render": transform, "photons": 5,
+    });
+    let read = |key: &str, value: Value| {
+        let mut header = header();
+        header["layers"] = layers.clone();
+        header["layers"][key] = value;
+        decode(&gzip(header.to_string().as_bytes(), &[0; 2 * 4 * 16 * 3]))
+    };
+    let form = read("photons", json!(7)).unwrap().estimate.layers.form;
+    assert_eq!((form.groups.names().as_str(), form.of_film, form.photons), ("Albedo, square", true, 7));
+    for (key, value) in [
+        ("groups", json!([])),
+        ("groups", json!(["Albedo", "beauty"])),
+        ("groups", json!(["square", "Albedo"])),
+        ("groups", json!(["Albedo", "Albedo"])),
+        ("groups", json!(["Albedo"])),
+        ("groups", json!(["Albedo", "N", "square"])),
+        ("world_from_render", json!(vec![vec![0.0; 3]; 4])),
+        ("camera_from_render", json!(vec![vec![1.0; 3]; 4])),
+        ("photons", json!(-1)),
+    ] {
+        assert!(matches!(read(key, value), Err(CheckpointError::Format(_))), "{key}");
+    }
 }
 
 /// Both checkpoints have the same identity, so one of them must be forged.

@@ -5,6 +5,7 @@ use std::time::Instant;
 use bytemuck::Pod;
 use goblet_host::Pass;
 
+use crate::kernels::{PassFeatures, Specialization};
 use crate::render::counters::{Counted, Tally};
 use crate::render::error::RenderError;
 use crate::render::pacing::Pace;
@@ -39,4 +40,9 @@ pub(super) fn deposit<Push: Pod>(
         }
     }
     Ok(total)
+}
+
+/// Returns what the pass that adds photons of caustics is specialised to, from what the one for all photons is.
+pub(super) fn of_caustics(specialization: &Specialization) -> Specialization {
+    Specialization { pass: PassFeatures { gathers_caustics: true, ..specialization.pass }, ..*specialization }
 }

@@ -3,9 +3,9 @@
 use std::mem::offset_of;
 
 use bytemuck::Zeroable;
-use goblet_host::{Device, Frame, Pass};
+use goblet_host::{Buffer, Device, Frame, Pass};
 
-use super::deposit::deposit;
+use super::deposit::{deposit, of_caustics};
 use crate::kernels::{
     Cell, GatherGrid, GatherGridPush, GridCount, GridExtent, GridFill, GridPlace, GridReserve, GridSize, GridSizePush,
     POINTS, PhotonRecord, Specialization,
@@ -13,6 +13,7 @@ use crate::kernels::{
 use crate::render::buffers::{Buffers, Sizes, device_arrays, invocations_by_tile};
 use crate::render::counters::Tally;
 use crate::render::error::RenderError;
+use crate::render::layers::CausticFlux;
 use crate::render::pacing::Pace;
 use crate::render::stage::Stage;
 
@@ -35,6 +36,8 @@ pub struct HashGrid {
     reserve: Pass<()>,
     fill: Pass<()>,
     gather: Pass<GatherGridPush>,
+    /// The same for photons of caustics alone.
+    gather_caustics: Option<Pass<GatherGridPush>>,
 }
 
 impl HashGrid {
@@ -44,7 +47,7 @@ impl HashGrid {
     /// The device has too little memory, or the driver refuses a kernel.
     pub fn new(
         device: &Device,
-        buffers: &Buffers,
+        (buffers, caustics): (&Buffers, Option<&CausticFlux>),
         sizes: &Sizes,
         specialization: &Specialization,
         workgroup_size: u32,
@@ -56,12 +59,9 @@ impl HashGrid {
         macro_rules! pass {
             ($($kernel:tt)*) => { device.pass(&$($kernel)*, specialization, workgroup_size)? };
         }
-        Ok(Self {
-            size: pass!(GridSize { counters, grid_extent }),
-            count: pass!(GridCount { photons, max_radius2, grid_extent, cells }),
-            reserve: pass!(GridReserve { grid_filled, cells, grid_extent }),
-            fill: pass!(GridFill { photons, max_radius2, grid_extent, cells, grid_photons }),
-            gather: pass!(GatherGrid {
+        let gather = |[flux_red, flux_green, flux_blue, flux_counts]: [&Buffer<u32>; 4],
+                      specialization: &Specialization| {
+            let kernel = GatherGrid {
                 visible_points,
                 visible_radii2,
                 max_radius2,
@@ -73,8 +73,19 @@ impl HashGrid {
                 flux_red,
                 flux_green,
                 flux_blue,
-                flux_counts
-            }),
+                flux_counts,
+            };
+            device.pass(&kernel, specialization, workgroup_size)
+        };
+        Ok(Self {
+            size: pass!(GridSize { counters, grid_extent }),
+            count: pass!(GridCount { photons, max_radius2, grid_extent, cells }),
+            reserve: pass!(GridReserve { grid_filled, cells, grid_extent }),
+            fill: pass!(GridFill { photons, max_radius2, grid_extent, cells, grid_photons }),
+            gather: gather([flux_red, flux_green, flux_blue, flux_counts], specialization)?,
+            gather_caustics: caustics
+                .map(|caustics| gather(caustics.each_ref(), &of_caustics(specialization)))
+                .transpose()?,
             arrays,
         })
     }
@@ -86,7 +97,7 @@ impl HashGrid {
         frame.dispatch(&self.count, (), 1);
         frame.dispatch(&self.reserve, (), 1);
         frame.dispatch(&self.fill, (), 1);
-        frame.dispatch(&self.gather, Zeroable::zeroed(), 1);
+        self.gathers().for_each(|gather| frame.dispatch(gather, Zeroable::zeroed(), 1));
     }
 
     /// Records the commands that sort the photons of a batch into cells. The device has counted the photons;
@@ -117,12 +128,21 @@ impl HashGrid {
     /// The device fails, the driver ends the pass early, or the caller gives the iteration up.
     pub fn gather(&self, on: Stage<'_>, pace: &mut Pace) -> Result<Tally, RenderError> {
         let push = |offset, resumed| Self::push(on, offset, resumed);
-        deposit(on, ("gather_grid", &self.gather), Self::invocations(on), pace, push)
+        let mut tally = Tally::default();
+        for gather in self.gathers() {
+            tally.merge(&deposit(on, ("gather_grid", gather), Self::invocations(on), pace, push)?);
+        }
+        Ok(tally)
     }
 
-    /// Records the commands that do the same in one dispatch; the counters tell whether it has finished.
+    /// The pass that gathers all photons, and the one that gathers those of caustics.
+    fn gathers(&self) -> impl Iterator<Item = &Pass<GatherGridPush>> {
+        [&self.gather].into_iter().chain(&self.gather_caustics)
+    }
+
+    /// Records the commands that do the same in one dispatch each; the counters tell whether it has finished.
     pub fn record_gather(&self, on: Stage<'_>, frame: &mut Frame<'_>) {
-        frame.dispatch(&self.gather, Self::push(on, 0, 0), Self::invocations(on));
+        self.gathers().for_each(|gather| frame.dispatch(gather, Self::push(on, 0, 0), Self::invocations(on)));
     }
 
     fn push(on: Stage<'_>, offset: u32, resumed: u32) -> GatherGridPush {

@@ -3,13 +3,14 @@
 use std::time::{Duration, Instant};
 
 use bytemuck::Zeroable;
-use goblet_host::{Device, Frame, Pass};
+use goblet_host::{Buffer, Device, Frame, Pass};
 
-use super::deposit::deposit;
+use super::deposit::{deposit, of_caustics};
 use crate::kernels::{GatherTree, GatherTreePush, Specialization, TreeFill, TreeFillPush, TreePlace, TreePoint};
 use crate::render::buffers::{Buffers, Sizes, device_arrays};
 use crate::render::counters::Tally;
 use crate::render::error::RenderError;
+use crate::render::layers::CausticFlux;
 use crate::render::lookup::kd_tree;
 use crate::render::pacing::Schedule;
 use crate::render::stage::Stage;
@@ -33,6 +34,8 @@ pub struct KdTree {
     arrays: TreeArrays,
     fill: Pass<TreeFillPush>,
     gather: Pass<GatherTreePush>,
+    /// The same for photons of caustics alone.
+    gather_caustics: Option<Pass<GatherTreePush>>,
     node_count: u32,
     host_time: Duration,
 }
@@ -44,7 +47,7 @@ impl KdTree {
     /// The device has too little memory, or the driver refuses a kernel.
     pub fn new(
         device: &Device,
-        buffers: &Buffers,
+        (buffers, caustics): (&Buffers, Option<&CausticFlux>),
         sizes: &Sizes,
         specialization: &Specialization,
         workgroup_size: u32,
@@ -53,12 +56,10 @@ impl KdTree {
         let Buffers { photons, flux_red, flux_green, flux_blue, flux_counts, .. } = buffers;
         let arrays = TreeArrays::allocate(device, sizes)?;
         let TreeArrays { tree_nodes, tree_points, places } = &arrays;
-        macro_rules! pass {
-            ($($kernel:tt)*) => { device.pass(&$($kernel)*, specialization, workgroup_size)? };
-        }
-        Ok(Self {
-            fill: pass!(TreeFill { visible_points, visible_radii2, tree_nodes, tree_points }),
-            gather: pass!(GatherTree {
+        let fill = TreeFill { visible_points, visible_radii2, tree_nodes, tree_points };
+        let gather = |[flux_red, flux_green, flux_blue, flux_counts]: [&Buffer<u32>; 4],
+                      specialization: &Specialization| {
+            let kernel = GatherTree {
                 photons,
                 max_radius2,
                 tree_points,
@@ -67,8 +68,16 @@ impl KdTree {
                 flux_red,
                 flux_green,
                 flux_blue,
-                flux_counts
-            }),
+                flux_counts,
+            };
+            device.pass(&kernel, specialization, workgroup_size)
+        };
+        Ok(Self {
+            fill: device.pass(&fill, specialization, workgroup_size)?,
+            gather: gather([flux_red, flux_green, flux_blue, flux_counts], specialization)?,
+            gather_caustics: caustics
+                .map(|caustics| gather(caustics.each_ref(), &of_caustics(specialization)))
+                .transpose()?,
             arrays,
             node_count: 0,
             host_time: Duration::ZERO,
@@ -78,7 +87,7 @@ impl KdTree {
     /// Runs each pass once without work, because a driver may compile a kernel at its first dispatch.
     pub fn warm_up(&self, frame: &mut Frame<'_>) {
         frame.dispatch(&self.fill, Zeroable::zeroed(), 1);
-        frame.dispatch(&self.gather, Zeroable::zeroed(), 1);
+        self.gathers().for_each(|gather| frame.dispatch(gather, Zeroable::zeroed(), 1));
     }
 
     /// Indexes the visible points. If they are not `new`, only their radii have changed; the tree does not
@@ -114,7 +123,17 @@ impl KdTree {
         let stride = recorded.div_ceil(schedule.per_invocation() as u32).min(MAX_INVOCATIONS);
         let node_count = self.node_count;
         let push = |offset, resumed| GatherTreePush { recorded, stride, node_count, resumed, offset };
-        deposit(on, ("gather_tree", &self.gather), stride.into(), &mut schedule.paces.gather, push)
+        let mut tally = Tally::default();
+        for gather in self.gathers() {
+            let pace = &mut schedule.paces.gather;
+            tally.merge(&deposit(on, ("gather_tree", gather), stride.into(), pace, push)?);
+        }
+        Ok(tally)
+    }
+
+    /// The pass that adds all photons, and the one that adds those of caustics.
+    fn gathers(&self) -> impl Iterator<Item = &Pass<GatherTreePush>> {
+        [&self.gather].into_iter().chain(&self.gather_caustics)
     }
 
     /// Returns the time that the host has spent on trees so far, including the transfer of points and nodes.

@@ -2,6 +2,7 @@
 //! named as its kernel; those that build and read an index are in `lookup`.
 
 mod eye;
+mod layers;
 mod path;
 mod photon;
 mod radius;
@@ -12,6 +13,7 @@ use std::time::Duration;
 
 use eye::EyePass;
 use goblet_host::{Device, DeviceKind};
+pub use layers::LayerPasses;
 use path::PathKernels;
 use photon::PhotonPass;
 use radius::RadiusPass;
@@ -19,6 +21,7 @@ use update::UpdatePass;
 
 use crate::kernels::{GpuScene, SceneFeatures, Specialization};
 use crate::render::buffers::{Buffers, Sizes};
+use crate::render::layers::LayerArrays;
 use crate::render::lookup::Lookup;
 use crate::render::options::LookupKind;
 
@@ -40,6 +43,8 @@ pub struct Passes {
     pub lookup: Lookup,
     /// The iteration's image into the mean.
     pub update: UpdatePass,
+    /// The iteration's layers into theirs; `None` if none is asked for.
+    pub layers: Option<LayerPasses>,
 }
 
 impl Passes {
@@ -51,7 +56,7 @@ impl Passes {
     pub fn new(
         device: &Device,
         scene: GpuScene,
-        buffers: &Buffers,
+        (buffers, layers): (&Buffers, Option<LayerArrays>),
         sizes: &Sizes,
         lookup: LookupKind,
         specialization: &Specialization,
@@ -62,11 +67,13 @@ impl Passes {
         // The kernels that follow paths take the longest to compile: both start at once.
         let eye = kernels.eye(device, buffers, false)?;
         let photon = kernels.photon(device, buffers, false)?;
+        let caustics = layers.as_ref().and_then(LayerArrays::caustics);
         let passes = Self {
             radius: RadiusPass::new(device, buffers, specialization, workgroup_size)?,
-            lookup: Lookup::new(device, buffers, sizes, lookup, specialization, workgroup_size)?,
+            lookup: Lookup::new(device, (buffers, caustics), sizes, lookup, specialization, workgroup_size)?,
             update: UpdatePass::new(device, buffers, specialization, workgroup_size)?,
             photon: PhotonPass::new(photon.finish()?, Arc::clone(&kernels)),
+            layers: layers.map(|arrays| LayerPasses::new(device, buffers, arrays, &kernels)).transpose()?,
             eye: EyePass::new(eye.finish()?, kernels),
         };
         passes.warm_up(device)?;
@@ -85,6 +92,9 @@ impl Passes {
         self.lookup.warm_up(&mut frame);
         self.photon.warm_up(&mut frame);
         self.update.warm_up(&mut frame);
+        if let Some(layers) = &self.layers {
+            layers.warm_up(&mut frame);
+        }
         frame.run()
     }
 }

@@ -14,7 +14,7 @@ use crate::render::stage::Stage;
 
 /// Invocations of one dispatch of a resumable pass, at most: each has a place to go on from.
 /// Every workgroup size divides it.
-const PLACES: u64 = 1 << 13;
+pub(super) const PLACES: u64 = 1 << 13;
 
 /// Where the invocations of a dispatch begin.
 #[derive(Clone, Copy, Debug)]
@@ -83,8 +83,12 @@ impl PathKernels {
         device.compile(&kernel, &self.specialization(is_resumable), self.workgroup_size)
     }
 
-    fn specialization(&self, is_resumable: bool) -> Specialization {
-        Specialization { pass: PassFeatures { is_resumable, is_queue: self.is_queue }, ..self.specialization }
+    /// Returns what a pass is specialised to.
+    pub(super) fn specialization(&self, is_resumable: bool) -> Specialization {
+        Specialization {
+            pass: PassFeatures { is_resumable, is_queue: self.is_queue, gathers_caustics: false },
+            ..self.specialization
+        }
     }
 }
 

@@ -4,6 +4,7 @@
 use bytemuck::Zeroable;
 use goblet_host::{Device, Frame, Pass};
 
+use super::layers::LayerPasses;
 use crate::kernels::{Specialization, Update, UpdatePush};
 use crate::render::buffers::Buffers;
 use crate::render::counters::Counted;
@@ -49,31 +50,36 @@ impl UpdatePass {
         frame.dispatch(&self.0, Zeroable::zeroed(), 1);
     }
 
-    /// Adds the iteration to the image.
+    /// Adds the iteration to the image and to its layers.
     ///
     /// # Errors
     /// The device fails.
-    pub fn run(&self, on: Stage<'_>, index: IterationIndex, progress: &mut Progress) -> Result<(), RenderError> {
-        let counters = on.run_counted(|frame| self.record(on, index, frame))?;
+    pub fn run(
+        &self,
+        on: Stage<'_>,
+        index: IterationIndex,
+        layers: Option<&LayerPasses>,
+        progress: &mut Progress,
+    ) -> Result<(), RenderError> {
+        let counters = on.run_counted(|frame| self.record(on, index, layers, frame))?;
         progress.tally.add(Counted::Update, &counters);
         Ok(())
     }
 
     /// Records the commands that do so. The pass does nothing if the counters say that a pass before has not finished,
     /// or has recorded more photons than there is room for.
-    pub fn record(&self, on: Stage<'_>, index: IterationIndex, frame: &mut Frame<'_>) {
+    pub fn record(&self, on: Stage<'_>, index: IterationIndex, layers: Option<&LayerPasses>, frame: &mut Frame<'_>) {
         let settings = on.settings;
         let alpha = match settings.radius_schedule {
             RadiusSchedule::Adaptive => settings.alpha,
             RadiusSchedule::Global => 1.0,
         };
-        let flux_scale = settings.mean_power / (settings.photons as f64 * std::f64::consts::PI * settings.unit);
         let push = UpdatePush {
             luminance: settings.luminance().map(|weight| weight as f32),
             pixel_count: settings.pixels() as u32,
             alpha: alpha as f32,
             per_unit: (1.0 / settings.unit) as f32,
-            flux_scale: flux_scale as f32,
+            flux_scale: settings.flux_scale() as f32,
             half_of_rounds: index.half,
             capacity: on.buffers.photons.len() as u32,
             pad0: 0,
@@ -83,6 +89,12 @@ impl UpdatePass {
         if settings.contribution == Contribution::Photons {
             frame.clear_texels(&on.buffers.visible_radiances);
         }
+        if let Some(layers) = layers {
+            layers.record_light(on, frame);
+        }
         frame.dispatch(&self.0, push, settings.pixels());
+        if let Some(layers) = layers {
+            layers.record_sums(on, frame);
+        }
     }
 }

@@ -16,7 +16,7 @@ pub struct Aside {
 
 impl Renderer {
     /// Copies the state of the render to memory: the data of a checkpoint, and the visible points that
-    /// [`Renderer::radii`] and similar functions read.
+    /// [`Renderer::path_lengths`] and similar functions read.
     ///
     /// # Errors
     /// The device fails.

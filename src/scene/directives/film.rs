@@ -2,6 +2,7 @@
 
 use glam::DVec2;
 
+use crate::image::film::CoordinateSystem;
 use crate::scene::format::error::SceneError;
 use crate::scene::format::kind::Kind;
 use crate::scene::format::params::ParamList;
@@ -11,31 +12,37 @@ use crate::scene::spectrum::white_balance;
 
 const SIZE: &[Kind] = &[Kind::Integer];
 
-const FILM: &[ParamSpec] = &[
-    full("xresolution", SIZE),
-    full("yresolution", SIZE),
-    full("filename", &[Kind::String]),
-    // "cie1931" is exact; other sensors are rendered as "cie1931", with a warning.
-    full("sensor", &[Kind::String]),
-    full("iso", &[Kind::Float]),
-    full("exposuretime", &[Kind::Float]),
-    full("cropwindow", &[Kind::Float]),
-    full("pixelbounds", SIZE),
-    full("whitebalance", &[Kind::Float]),
-    // Bounds single samples; pbrt's photon mapper ignores it, too.
-    ignored("maxcomponentvalue", &[Kind::Float]),
-    ignored("diagonal", &[Kind::Float]),
-    ignored("savefp16", &[Kind::Bool]),
-    ignored("coordinatesystem", &[Kind::String]),
-    ignored("nbuckets", SIZE),
-    ignored("lambdamin", &[Kind::Float]),
-    ignored("lambdamax", &[Kind::Float]),
-];
+/// The parameters of a film. `coordinatesystem` has an effect for a `gbuffer` film only.
+const fn film_with(coordinate_system: ParamSpec) -> [ParamSpec; 16] {
+    [
+        full("xresolution", SIZE),
+        full("yresolution", SIZE),
+        full("filename", &[Kind::String]),
+        // "cie1931" is exact; other sensors are rendered as "cie1931", with a warning.
+        full("sensor", &[Kind::String]),
+        full("iso", &[Kind::Float]),
+        full("exposuretime", &[Kind::Float]),
+        full("cropwindow", &[Kind::Float]),
+        full("pixelbounds", SIZE),
+        full("whitebalance", &[Kind::Float]),
+        // Bounds single samples; pbrt's photon mapper ignores it, too.
+        ignored("maxcomponentvalue", &[Kind::Float]),
+        ignored("diagonal", &[Kind::Float]),
+        ignored("savefp16", &[Kind::Bool]),
+        coordinate_system,
+        ignored("nbuckets", SIZE),
+        ignored("lambdamin", &[Kind::Float]),
+        ignored("lambdamax", &[Kind::Float]),
+    ]
+}
 
-/// The films of pbrt. `gbuffer` and `spectral` films have the pixels of an `rgb` film, and more layers.
+const FILM: &[ParamSpec] = &film_with(ignored("coordinatesystem", &[Kind::String]));
+const GBUFFER: &[ParamSpec] = &film_with(full("coordinatesystem", &[Kind::String]));
+
+/// The films of pbrt. A `spectral` film has the pixels of an `rgb` film, a `gbuffer` film has layers besides.
 pub(in crate::scene) const FILM_FAMILY: Family = Family {
     directive: "Film",
-    types: &[supported("rgb", FILM), supported("gbuffer", FILM), supported("spectral", FILM)],
+    types: &[supported("rgb", FILM), supported("gbuffer", GBUFFER), supported("spectral", FILM)],
 };
 
 const X_RADIUS: ParamSpec = full("xradius", &[Kind::Float]);
@@ -123,9 +130,14 @@ pub(in crate::scene) const INTEGRATOR_FAMILY: Family = Family {
 /// Maximum number of pixels along one side; a device's memory is checked later.
 const MAX_RESOLUTION: u32 = 65_536;
 
-/// Returns a film from parameters that [`FILM_FAMILY`] has checked. Its exposure is relative to ISO 100 for
+/// Returns the film of a type from parameters that [`FILM_FAMILY`] has checked. Its exposure is relative to ISO 100 for
 /// 1 s; `exposure_time` is the camera's.
-pub(in crate::scene) fn film(params: &ParamList, filter: PixelFilter, exposure_time: f64) -> Result<Film, SceneError> {
+pub(in crate::scene) fn film(
+    name: &str,
+    params: &ParamList,
+    filter: PixelFilter,
+    exposure_time: f64,
+) -> Result<Film, SceneError> {
     let resolution = [
         params.integer("xresolution", 1, MAX_RESOLUTION)?.unwrap_or(1280),
         params.integer("yresolution", 1, MAX_RESOLUTION)?.unwrap_or(720),
@@ -141,7 +153,20 @@ pub(in crate::scene) fn film(params: &ParamList, filter: PixelFilter, exposure_t
         white_balance: balance(params)?,
         filename: params.string("filename")?.filter(|name| !name.is_empty()).map(Into::into),
         filter,
+        gbuffer: if name == "gbuffer" { Some(coordinate_system(params)?) } else { None },
     })
+}
+
+/// Returns the coordinate system of the layers of a `gbuffer` film.
+fn coordinate_system(params: &ParamList) -> Result<CoordinateSystem, SceneError> {
+    let Some(param) = params.get("coordinatesystem") else {
+        return Ok(CoordinateSystem::default());
+    };
+    match params.string("coordinatesystem")? {
+        Some("camera") => Ok(CoordinateSystem::Camera),
+        Some("world") => Ok(CoordinateSystem::World),
+        _ => Err(param.bad_value("\"camera\" or \"world\"")),
+    }
 }
 
 /// Permitted exposures: pixels with others may not fit in an f32.

@@ -4,6 +4,7 @@ use std::fs;
 
 use glam::DVec3;
 
+use crate::image::film::CoordinateSystem;
 use crate::scene::*;
 
 const WORLD: &str = "WorldBegin LightSource \"infinite\" Shape \"sphere\"";
@@ -215,4 +216,19 @@ fn imports_leave_the_graphics_state_alone() {
     fs::write(folder.path().join("i.pbrt"), "Import \"i.pbrt\"").unwrap();
     let error = Scene::load(&path).unwrap_err().to_string();
     assert!(error.contains("includes itself"), "{error}");
+}
+
+#[test]
+fn a_gbuffer_film_asks_for_layers_in_a_coordinate_system() {
+    assert_eq!(with("Film \"rgb\" \"string coordinatesystem\" \"world\"").film.gbuffer, None);
+    assert_eq!(with("Film \"spectral\"").film.gbuffer, None);
+    let scene = with("Film \"gbuffer\" \"integer xresolution\" 7 \"bool savefp16\" true");
+    assert_eq!((scene.film.gbuffer, scene.film.resolution[0]), (Some(CoordinateSystem::Camera), 7));
+    assert!(scene.warnings.iter().all(|warning| !warning.contains("Film")), "{:?}", scene.warnings);
+    for (name, system) in [("camera", CoordinateSystem::Camera), ("world", CoordinateSystem::World)] {
+        let film = format!("Film \"gbuffer\" \"string coordinatesystem\" \"{name}\"");
+        assert_eq!(with(&film).film.gbuffer, Some(system));
+    }
+    let error = refusal(&format!("Film \"gbuffer\" \"string coordinatesystem\" \"Camera\"\n{WORLD}"));
+    assert!(error.starts_with("t.pbrt:1:16: ") && error.contains("\"camera\" or \"world\""), "{error}");
 }

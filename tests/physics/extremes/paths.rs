@@ -4,6 +4,7 @@
 use std::fmt::Write;
 use std::sync::Arc;
 
+use goblet::image::layers::Groups;
 use goblet::scene::Scene;
 use goblet::{ByPass, DirectLight, Options, Renderer, Submission, Tally};
 use goblet_host::Device;
@@ -243,5 +244,33 @@ fn paths_that_a_driver_can_follow_alone_are_followed() {
     }
     let whole = Options { submission: Submission::Whole, ..options(64) };
     assert!(outcome(&device, &scene, &whole, 2) == expected, "in one submission");
+    assert_silent(&device);
+}
+
+/// The same for what eye paths meet first, which has a pass of its own.
+#[test]
+fn layers_do_not_depend_on_who_shares_the_rounds_of_a_dispatch() {
+    let device = device();
+    let text = format!("{NEEDLES}{}", needles(6_000));
+    let scene = Scene::parse(&text, "test.pbrt", root()).expect("a scene");
+    let layers = |workgroup_size, submission| {
+        let options = Options {
+            photons: Some(64),
+            eye_paths: Some(2),
+            workgroup_size: Some(workgroup_size),
+            submission,
+            layers: Groups::OF_GBUFFER,
+            ..Options::default()
+        };
+        let mut renderer = Renderer::new(Arc::clone(&device), &scene, &options).expect("a renderer");
+        (0..2).for_each(|_| renderer.step().expect("an iteration"));
+        renderer.estimate().expect("an estimate")
+    };
+    let expected = layers(64, Submission::Pieces);
+    let albedo = expected.albedo().expect("its sums");
+    assert!(albedo[0].iter().any(|value| *value > 0.0));
+    for (workgroup_size, submission) in [(32, Submission::Pieces), (128, Submission::Pieces), (64, Submission::Whole)] {
+        assert!(layers(workgroup_size, submission) == expected, "{workgroup_size}, {submission:?}");
+    }
     assert_silent(&device);
 }

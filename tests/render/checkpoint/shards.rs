@@ -1,5 +1,6 @@
 //! Shards and their sums.
 
+use goblet::render::aov::AOVS;
 use goblet::render::checkpoint::Checkpoint;
 use goblet::{Integrator, Options, RadiusSchedule, Shard};
 
@@ -147,6 +148,34 @@ fn a_white_balance_is_that_of_one_run() {
     render(&["7", "--shard", "1/2", "--checkpoint", "1"]);
     let words = "1: white balance: the checkpoint was made with nothing, and this is 4321.1 K";
     bench.run(&["merge", "0", "1", "-o", "y.exr"]).assert_refused("plain", 2, &[words]);
+}
+
+/// All layers, in files that were resumed and that were merged in any order.
+#[test]
+fn layers_are_those_of_one_run() {
+    let bench = Bench::new();
+    let aovs: Vec<&str> = AOVS.iter().flat_map(|aov| ["--aov", aov.name]).collect();
+    let render = |arguments: &[&str]| bench.rendered(&[&GLOBAL[..3], arguments, &aovs].concat());
+    render(&["7", "-o", "whole.exr"]);
+    render(&["3", "--checkpoint", "part", "-o", "x.exr"]);
+    render(&["7", "--resume", "part", "-o", "x.exr"]);
+    assert!(bench.bytes("x.exr") == bench.bytes("whole.exr"), "resumed");
+
+    for index in ["0", "1", "2"] {
+        render(&["7", "--shard", &format!("{index}/3"), "--checkpoint", index]);
+    }
+    for order in [["0", "1", "2"], ["2", "0", "1"], ["1", "2", "0"]] {
+        let [first, second, third] = order;
+        let pair = bench.run(&["merge", first, second, "--checkpoint", "pair"]);
+        let all = bench.run(&[&["merge", "pair", third, "-o", "x.exr"], &aovs[..]].concat());
+        assert!(pair.code == 0 && all.code == 0, "{pair:?} {all:?}");
+        assert!(bench.bytes("x.exr") == bench.bytes("whole.exr"), "{order:?}");
+    }
+
+    bench.rendered(&[&GLOBAL[..3], &["7", "--shard", "1/3", "--checkpoint", "1", "--aov", "N"]].concat());
+    let words =
+        ["layers: the checkpoint was made with N, and this is Albedo, P, N, Ns, slope, direct, caustic, square"];
+    bench.run(&["merge", "0", "1", "-o", "y.exr"]).assert_refused("other layers", 2, &words);
 }
 
 #[test]

@@ -58,6 +58,7 @@ fn every_field_is_set_by_an_option() {
         radius_schedule,
         direct,
         contribution,
+        layers,
         sampler,
         shard,
         lookup,
@@ -77,8 +78,8 @@ fn every_field_is_set_by_an_option() {
     assert!(
         matches!(revolution_solver, RevolutionSolver::Newton { segments: 4, envelopes } if envelopes != Default::default())
     );
-    // A radius is one or the other; the shard is an argument of its own; the viewer sets the rest.
-    assert_eq!((radius_in_pixels, shard), (None, Shard::WHOLE));
+    // A radius is one or the other; the shard and layers are arguments of their own; the viewer sets the rest.
+    assert_eq!((radius_in_pixels, shard, layers), (None, Shard::WHOLE, default.layers));
     assert_eq!((contribution, responsive, submission), (Contribution::All, false, Submission::Auto));
 }
 

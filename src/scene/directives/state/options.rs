@@ -15,7 +15,7 @@ use crate::scene::model::{Camera, Film, FilterKind, Integrator, PixelFilter};
 /// The parameters of these directives, with the name of the type, until all of them are known.
 #[derive(Debug, Default)]
 pub struct SceneOptions {
-    film: ParamList,
+    film: (String, ParamList),
     filter: Option<(String, ParamList)>,
     camera: (String, ParamList),
     world_from_camera: Option<DAffine3>,
@@ -41,7 +41,7 @@ impl SceneOptions {
             filter = PixelFilter { kind: FilterKind::Box, radius: DVec2::ZERO };
         }
         let (name, params) = &self.camera;
-        let film = film::film(&self.film, filter, camera::exposure_time(params)?)?;
+        let film = film::film(&self.film.0, &self.film.1, filter, camera::exposure_time(params)?)?;
         let world_from_camera = self.world_from_camera.unwrap_or(DAffine3::IDENTITY);
         let mut camera = camera::camera(name, params, world_from_camera, film.resolution)?;
         if self.without_jitter {
@@ -60,7 +60,7 @@ impl SceneOptions {
 impl SceneBuilder {
     pub fn film(&mut self, name: &str, mut params: ParamList, location: &Location) -> Result<(), SceneError> {
         check(&film::FILM_FAMILY, name, location, &mut params, &mut self.ignored)?;
-        if name != "rgb" {
+        if name == "spectral" {
             self.warn(location, &format!("of Film \"{name}\", the RGB image is written"));
         }
         if let Some(sensor) = params.string("sensor")?.filter(|sensor| *sensor != "cie1931") {
@@ -70,7 +70,7 @@ impl SceneBuilder {
         if self.color_space() != Default::default() {
             self.warn(location, "the image is written in the sRGB primaries, not in those of the ColorSpace");
         }
-        self.options.film = params;
+        self.options.film = (name.to_owned(), params);
         Ok(())
     }
 
