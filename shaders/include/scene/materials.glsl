@@ -26,7 +26,7 @@ struct Material {
     vec3 k;      // conductor: absorption coefficient per channel
     float alpha_v; // roughness across the tangent
     vec3 second; // diffuse transmission: albedo on the other side
-    float amount; // mix: chance of the second material; diffuse transmission: factor of textures
+    float amount; // mix: chance of the second material; diffuse transmission, coat: factor of textures
     float coat_eta; // inside over outside
     float coat_thickness; // optical
     float coat_alpha_u; // roughness of the coat along the tangent
@@ -36,14 +36,19 @@ struct Material {
     uint second_texture;  // of second
     uint alpha_u_texture; // of alpha_u
     uint alpha_v_texture; // of alpha_v
-    uint amount_texture;  // of amount
+    uint amount_texture;  // of amount; coat: of coat_thickness
     uint coat_u_texture;  // of coat_alpha_u
     uint coat_v_texture;  // of coat_alpha_v
     uint flags;           // HAS_LAMBERTIAN | ..
     uint first;         // mix: index of the first material
-    uint second_part;   // mix: index of the second material
+    uint second_part;   // mix: index of the second material; coat of a texture: first element of its table
     uint alpha_texture; // how much of the surface is there, or NONE: all
 };
+
+// Tables of coats by their thickness: the first entry is for 0.
+export const uint COAT_FINEST = 8u;   // the second entry is for a thickness of 2^-COAT_FINEST
+export const uint COAT_OCTAVES = 12u; // from there to the last entry
+export const uint COAT_STEPS = 4u;    // entries in each octave
 
 // Kinds of nodes of a texture. Some give a value,
 export const uint TEXTURE_CONSTANT = 0u;  // the first of its values

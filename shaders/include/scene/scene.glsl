@@ -34,7 +34,7 @@ SCENE_BUFFER(derived, NewtonStart, newton_starts)
 // Materials: the scene's, then those of surfaces that are not all there.
 SCENE_TEXELS(materials, Material, materials)
 SCENE_TEXELS(materials, TextureNode, texture_nodes) // each after the nodes that it is made of
-SCENE_TEXELS(materials, uvec4, texture_texels) // texels of images: two in each, of four half floats; the table of noise
+SCENE_TEXELS(materials, uvec4, texture_texels) // texels of images: two in each, of four half floats; tables of noise and coats
 // Lights: skies first, then others that are no surface, then every emitting primitive.
 SCENE_TEXELS(lights, Light, lights)
 SCENE_TEXELS(lights, LightImage, light_images) // the images of lights that have one

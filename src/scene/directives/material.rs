@@ -271,7 +271,7 @@ fn dielectric(params: &ParamList, roughness: Roughness) -> Result<Material, Scen
 /// bound the direction of the scattered light matters little.
 const MOST_SCATTERED: f64 = 0.1;
 
-/// Returns a coat. Textures of its thickness and albedo are replaced by their means.
+/// Returns a coat. A texture of its albedo is replaced by its mean.
 fn coat(
     (params, location): (&ParamList, &Location),
     eta: &str,
@@ -279,31 +279,42 @@ fn coat(
     textures: &Textures,
     warnings: &mut Vec<String>,
 ) -> Result<Coat, SceneError> {
-    let mut mean_of = |name: &str, mean: Option<Rgb>| {
-        if let (Some(param), Some(mean)) = (params.get(name), mean) {
-            let mean = mean.element_sum() / 3.0;
-            warnings.push(format!("{param} is rendered as its mean, {mean:.4}: coats are the same everywhere inside"));
-        }
-    };
     let thickness = number(params, "thickness", textures, 0.01)?;
-    let (mean, is_texture) = textures.mean_number(thickness, location)?;
-    mean_of("thickness", is_texture.then_some(Rgb::splat(mean)));
-    if let Some(param) = params.get("thickness").filter(|_| mean < 0.0) {
+    if let (Some(param), Input::Constant(value)) = (params.get("thickness"), thickness)
+        && value < 0.0
+    {
         return Err(param.bad_value("0 or a number above it"));
     }
-    let albedo = params.get("albedo").map_or(Ok(Input::Constant(Rgb::ZERO)), |param| textures.color(param))?;
-    let (albedo, is_texture) = textures.mean_color(albedo, location)?;
-    mean_of("albedo", is_texture.then_some(albedo));
     // `g` has no effect, but a texture that it names must exist.
     number(params, "g", textures, 0.0)?;
-    let scattered = mean * albedo.element_sum() / 3.0;
-    if let Some(param) = params.get("albedo").filter(|_| scattered > 0.0) {
-        if scattered > MOST_SCATTERED {
-            let what =
-                format!("{param} that scatters {scattered:.2} of the light in a coat, by thickness times albedo,");
-            return Err(param.location.unsupported(&what, &format!("coats that scatter up to {MOST_SCATTERED}")));
-        }
+    let absorbed = match params.get("albedo") {
+        Some(param) => 1.0 - straight_on(param, thickness, textures, location, warnings)?,
+        None => 1.0,
+    };
+    Ok(Coat { eta: index(params, eta)?, thickness, absorbed, roughness })
+}
+
+/// Returns the mean of a coat's albedo: the share of the extinguished light that goes straight on.
+fn straight_on(
+    param: &Param,
+    thickness: Input<f64>,
+    textures: &Textures,
+    location: &Location,
+    warnings: &mut Vec<String>,
+) -> Result<f64, SceneError> {
+    let (albedo, is_texture) = textures.mean_color(textures.color(param)?, location)?;
+    let mean = albedo.element_sum() / 3.0;
+    let (thickness, _) = textures.mean_number(thickness, location)?;
+    let scattered = mean * thickness;
+    if scattered > MOST_SCATTERED {
+        let what = format!("{param} that scatters {scattered:.2} of the light in a coat, by thickness times albedo,");
+        return Err(param.location.unsupported(&what, &format!("coats that scatter up to {MOST_SCATTERED}")));
+    }
+    if is_texture {
+        warnings.push(format!("{param} is rendered as its mean, {mean:.4}: coats scatter the same everywhere"));
+    }
+    if scattered > 0.0 {
         warnings.push(format!("light that {param} scatters inside the coat is taken to go straight on"));
     }
-    Ok(Coat { eta: index(params, eta)?, thickness: mean - scattered, roughness })
+    Ok(mean)
 }

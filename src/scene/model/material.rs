@@ -53,8 +53,11 @@ pub enum Metal {
 pub struct Coat {
     /// Index of refraction of the coat over the index outside.
     pub eta: f64,
-    /// Optical thickness: light that crosses the coat perpendicularly is multiplied by exp(-thickness).
-    pub thickness: f64,
+    /// Thickness in mean free paths, 0 or more; negative values of a texture are clamped.
+    pub thickness: Input<f64>,
+    /// Share of the extinguished light that is absorbed, 0 to 1; the rest goes straight on. Light that crosses
+    /// the coat perpendicularly is multiplied by exp(-thickness * absorbed).
+    pub absorbed: f64,
     /// Roughness of the coat's outer surface.
     pub roughness: Roughness,
 }
