@@ -114,8 +114,8 @@ vec3 sample_direct_irradiance(Surface surface, Material material, Random random,
         float weight = direct.uses_mis ? mis_weight(direct.pdf, cos_surface / PI) : 1.0;
         bool passes = HAS_DIFFUSE_TRANSMISSION && (material.flags & BEHIND) != 0u;
         to_light = shadow_ray(surface, direct.wi, direct.target, passes);
-        weight *= transmittance_to_base(material, cos_surface);
-        return direct.pdf > 0.0 ? direct.radiance * (cos_surface * weight / direct.pdf) : vec3(0.0);
+        vec3 kept = weight * transmittance_to_base(material, cos_surface);
+        return direct.pdf > 0.0 ? direct.radiance * (cos_surface * kept / direct.pdf) : vec3(0.0);
     }
     return vec3(0.0);
 }

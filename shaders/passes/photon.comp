@@ -203,7 +203,7 @@ uint advance(inout Path path, Hit hit, inout Segment segment) {
         is_wanted = is_wanted && shading > 0.0;
     }
     if (receives && is_wanted) {
-        float kept = transmittance_to_base(material, abs(dot(wo, surface.shading_normal)));
+        vec3 kept = transmittance_to_base(material, abs(dot(wo, surface.shading_normal)));
         record_photon(segment, surface, wo, path.weight * (kept * shading));
     }
     path.depth++;

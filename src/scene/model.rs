@@ -19,7 +19,7 @@ use glam::{DAffine3, DMat3, DVec2, DVec3};
 
 pub use input::{Input, Rgb};
 pub use light::{Light, LightImage};
-pub use material::{Coat, Material, Metal, Roughness};
+pub use material::{Coat, Material, Metal, Roughness, Scattering};
 
 use crate::base::input::Budget;
 use crate::geometry::bezier::Curve;

@@ -17,6 +17,7 @@ mod metamorphic;
 mod noise;
 mod reference;
 mod revolution;
+mod scattering_coat;
 mod shading;
 mod specular;
 mod submission;

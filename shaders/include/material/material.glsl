@@ -58,8 +58,17 @@ void apply_textures(inout Material material, Surface surface) {
     if (HAS_TEXTURED_COATS) {
         if (material.coat_eta > 0.0 && material.amount_texture != NONE) {
             float thickness = max(textured(material.amount_texture, vec3(0.0), surface).x, 0.0);
-            material.coat_thickness = min(thickness * material.amount, 1.0e30);
-            material.coat_sent_back = sent_back_at(material.second_part, material.coat_thickness);
+            bool scatters = (material.flags & SCATTERING_COAT) != 0u;
+            material.coat_thickness = min(scatters ? thickness : thickness * material.amount, 1.0e30);
+            if (!scatters) {
+                material.coat_sent_back = sent_back_at(material.second_part, material.coat_thickness);
+            }
+        }
+    }
+    if (HAS_SCATTERING_COATS) {
+        if ((material.flags & SCATTERING_COAT) != 0u) {
+            material.second = clamp(textured(material.second_texture, material.second, surface), 0.0, 1.0);
+            material.amount = textured(material.first, vec3(material.amount), surface).x;
         }
     }
     if (HAS_ROUGH) {
@@ -93,6 +102,11 @@ Material material_at(Surface surface) {
     }
     if (HAS_TEXTURES) {
         apply_textures(material, surface);
+    }
+    if (HAS_SCATTERING_COATS) {
+        if ((material.flags & SCATTERING_COAT) != 0u) {
+            look_up_scattering(material);
+        }
     }
     return material;
 }

@@ -56,6 +56,7 @@ FEATURES MaterialFeatures {
     bool HAS_DIFFUSE_TRANSMISSION = false;// surfaces that are Lambertian on both sides
     bool HAS_MIXES = false;             // materials that are one of two by chance
     bool HAS_TEXTURED_COATS = false;    // coats whose thickness is a texture
+    bool HAS_SCATTERING_COATS = false;  // coats that scatter light inside
     bool HAS_LAYERS = false;            // materials of several lobes: coats, mixes, diffuse transmission
     bool HAS_SPECULAR = true;           // any lobe that is not Lambertian
     bool HAS_ROUGH = false;             // conductors, dielectrics or coats that are rough

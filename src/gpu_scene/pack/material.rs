@@ -1,16 +1,19 @@
 //! Packing of materials.
 
+mod boundary;
 mod coat;
+mod scattering;
+mod slab;
 
-pub(super) use coat::Base;
+use coat::Base;
 
 use super::PackError;
 use super::texture::PackedTextures;
 use crate::kernels::{
     self, BY_REFLECTANCE, COATED_CONDUCTOR, COATED_DIFFUSE, CONDUCTOR, DIELECTRIC, DIFFUSE, DIFFUSE_TRANSMISSION,
-    HAS_LAMBERTIAN, MIX, MaterialFeatures, NONE, REMAPPED, REMAPPED_COAT, THIN_DIELECTRIC,
+    HAS_LAMBERTIAN, MIX, MaterialFeatures, NONE, REMAPPED, REMAPPED_COAT, SCATTERING_COAT, THIN_DIELECTRIC,
 };
-use crate::scene::{Coat, Input, Material, Metal, Rgb, Roughness};
+use crate::scene::{Coat, Input, Material, Metal, Rgb, Roughness, Scattering};
 
 /// Maximum alpha: rougher surfaces look the same.
 const MOST_ALPHA: f64 = 100.0;
@@ -160,9 +163,12 @@ fn with_coat(
     let coat_eta = coat.eta as f32;
     let material =
         kernels::Material { coat_eta, coat_alpha_u, coat_alpha_v, coat_u_texture, coat_v_texture, flags, ..material };
+    if let Some(scattering) = &coat.scattering {
+        return with_scattering(material, coat, scattering, textures);
+    }
     Ok(match textures.number(&coat.thickness)? {
         (amount_texture, None) => {
-            let second_part = textures.sent_back(coat.eta, base);
+            let second_part = textures.table(base.key(coat.eta), || base.table(coat.eta).collect());
             kernels::Material { amount_texture, amount: coat.absorbed as f32, second_part, ..material }
         }
         (_, Some(thickness)) => {
@@ -170,6 +176,32 @@ fn with_coat(
             let sent_back = base.sent_back(coat.eta, thickness) as f32;
             kernels::Material { coat_thickness: thickness as f32, coat_sent_back: sent_back, ..material }
         }
+    })
+}
+
+fn with_scattering(
+    material: kernels::Material,
+    coat: &Coat,
+    scattering: &Scattering,
+    textures: &mut PackedTextures,
+) -> Result<kernels::Material, PackError> {
+    let (amount_texture, thickness) = textures.number(&coat.thickness)?;
+    let (second_texture, second) = textures.color(&scattering.albedo)?;
+    let (first, g) = textures.number(&scattering.g)?;
+    // Tables know one alpha: textured boundaries pass light as smooth ones do.
+    let is_textured = material.coat_u_texture != NONE || material.coat_v_texture != NONE;
+    let alpha = if is_textured { 0.0 } else { f64::from(material.coat_alpha_u * material.coat_alpha_v).sqrt() };
+    let key = scattering::key(coat, alpha, scattering);
+    Ok(kernels::Material {
+        amount_texture,
+        coat_thickness: thickness.unwrap_or_default() as f32,
+        second_texture,
+        second,
+        first,
+        amount: g.unwrap_or_default() as f32,
+        second_part: textures.table(key, || scattering::table(coat, alpha, scattering)),
+        flags: material.flags | SCATTERING_COAT,
+        ..material
     })
 }
 
@@ -181,6 +213,7 @@ pub(super) fn specialize(materials: &[kernels::Material]) -> MaterialFeatures {
     let has_dielectrics = has(DIELECTRIC);
     let has_thin = has(THIN_DIELECTRIC);
     let is_textured_coat = |m: &kernels::Material| m.coat_eta > 0.0 && m.amount_texture != NONE;
+    let is_scattering = |m: &kernels::Material| m.flags & SCATTERING_COAT != 0;
     let is_rough = |m: &kernels::Material| m.alpha_u > 0.0 || m.coat_alpha_u > 0.0;
     let is_anisotropic = |m: &kernels::Material| {
         [(m.alpha_u, m.alpha_v), (m.coat_alpha_u, m.coat_alpha_v)].iter().any(|(u, v)| u != v)
@@ -197,6 +230,7 @@ pub(super) fn specialize(materials: &[kernels::Material]) -> MaterialFeatures {
         has_layers: has_coats || has(DIFFUSE_TRANSMISSION) || has(MIX),
         has_specular: has_conductors || has_dielectrics || has_coats || has_thin,
         has_textured_coats: materials.iter().any(is_textured_coat),
+        has_scattering_coats: materials.iter().any(is_scattering),
         has_rough: materials.iter().any(is_rough),
         has_anisotropic: materials.iter().any(is_anisotropic),
     }

@@ -9,7 +9,7 @@ use exr::prelude::f16;
 use glam::{DAffine3, DMat3, DVec2, DVec3};
 
 use super::instance::Placed;
-use super::material::{Base, pack_materials, specialize};
+use super::material::{pack_materials, specialize};
 use super::{PackError, Packer, noise, rows};
 use crate::base::input::{Budget, OverBudget};
 use crate::image::film::Image;
@@ -49,8 +49,8 @@ pub(super) struct PackedTextures {
     images: HashMap<*const Image, u32>,
     /// First element of the table of noise, if a texture uses it.
     noise_table: Option<u32>,
-    /// First element of each table of coats, by the bits of the coat's index and the key of its base.
-    coat_tables: HashMap<[u64; 2], u32>,
+    /// First element of each table of coats, by what it is computed from.
+    coat_tables: HashMap<Vec<u64>, u32>,
 }
 
 impl PackedTextures {
@@ -144,12 +144,12 @@ impl PackedTextures {
         })
     }
 
-    /// Returns the first element of the table of what a coat sends back, by its thickness.
-    pub fn sent_back(&mut self, eta: f64, base: Base) -> u32 {
+    /// Returns the first element of a coat's table, and adds the table if it is not packed yet.
+    pub fn table(&mut self, key: Vec<u64>, make: impl FnOnce() -> Vec<[u32; 4]>) -> u32 {
         let texels = &mut self.texels;
-        *self.coat_tables.entry([eta.to_bits(), base.key()]).or_insert_with(|| {
+        *self.coat_tables.entry(key).or_insert_with(|| {
             let first = texels.len() as u32;
-            texels.extend(base.table(eta));
+            texels.extend(make());
             first
         })
     }

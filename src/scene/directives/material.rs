@@ -5,7 +5,7 @@ use crate::scene::format::error::{Location, SceneError};
 use crate::scene::format::kind::Kind;
 use crate::scene::format::params::{Param, ParamList};
 use crate::scene::format::registry::{Family, ParamSpec, full, ignored, later, not_yet, supported};
-use crate::scene::model::{Coat, Input, Material, Metal, Rgb, Roughness};
+use crate::scene::model::{Coat, Input, Material, Metal, Rgb, Roughness, Scattering};
 use crate::scene::spectrum::{Spectrum, conductor, conductor_from_reflectance, copper, optional};
 
 const FLOAT: &[Kind] = &[Kind::Float];
@@ -21,9 +21,10 @@ const U_ROUGHNESS: ParamSpec = full("uroughness", NUMBER);
 const V_ROUGHNESS: ParamSpec = full("vroughness", NUMBER);
 const REMAP_ROUGHNESS: ParamSpec = full("remaproughness", &[Kind::Bool]);
 const REFLECTANCE: ParamSpec = full("reflectance", TEXTURED);
-/// Coats are computed in closed form; the little light that they scatter inside continues straight.
 const ALBEDO: ParamSpec = full("albedo", TEXTURED);
-const PHASE: ParamSpec = ignored("g", NUMBER);
+const PHASE: ParamSpec = full("g", NUMBER);
+/// Over a metal, the little light that a coat scatters goes straight on.
+const PHASE_OVER_METAL: ParamSpec = ignored("g", NUMBER);
 const THICKNESS: ParamSpec = full("thickness", NUMBER);
 const LAYER_DEPTH: ParamSpec = ignored("maxdepth", &[Kind::Integer]);
 const LAYER_SAMPLES: ParamSpec = ignored("nsamples", &[Kind::Integer]);
@@ -100,7 +101,7 @@ pub(in crate::scene) const FAMILY: Family = Family {
                 REMAP_ROUGHNESS,
                 THICKNESS,
                 ALBEDO,
-                PHASE,
+                PHASE_OVER_METAL,
                 LAYER_DEPTH,
                 LAYER_SAMPLES,
                 DISPLACEMENT,
@@ -147,10 +148,11 @@ pub(in crate::scene) fn material(
         },
         "coateddiffuse" => Material::CoatedDiffuse {
             reflectance: color("reflectance", 0.5)?,
-            coat: coat((params, location), "eta", roughness("")?, textures, &mut warnings)?,
+            coat: coat((params, location), ("eta", false), roughness("")?, textures, &mut warnings)?,
         },
         "coatedconductor" => {
-            let coat = coat((params, location), "interface.eta", roughness("interface.")?, textures, &mut warnings)?;
+            let coat =
+                coat((params, location), ("interface.eta", true), roughness("interface.")?, textures, &mut warnings)?;
             let metal = metal(params, ["conductor.eta", "conductor.k"], coat.eta, textures, location)?;
             Material::CoatedConductor { metal, roughness: roughness("conductor.")?, coat }
         }
@@ -267,14 +269,14 @@ fn dielectric(params: &ParamList, roughness: Roughness) -> Result<Material, Scen
     Ok(Material::Dielectric { eta, transmittance, roughness })
 }
 
-/// Maximum fraction of light that a coat may scatter: its albedo times its optical thickness. Up to this
+/// Maximum fraction of light that the coat of a metal may scatter: its albedo times its optical thickness. Up to this
 /// bound the direction of the scattered light matters little.
 const MOST_SCATTERED: f64 = 0.1;
 
-/// Returns a coat. A texture of its albedo is replaced by its mean.
+/// Returns a coat.
 fn coat(
     (params, location): (&ParamList, &Location),
-    eta: &str,
+    (eta, over_metal): (&str, bool),
     roughness: Roughness,
     textures: &Textures,
     warnings: &mut Vec<String>,
@@ -285,16 +287,43 @@ fn coat(
     {
         return Err(param.bad_value("0 or a number above it"));
     }
-    // `g` has no effect, but a texture that it names must exist.
-    number(params, "g", textures, 0.0)?;
-    let absorbed = match params.get("albedo") {
-        Some(param) => 1.0 - straight_on(param, thickness, textures, location, warnings)?,
-        None => 1.0,
-    };
-    Ok(Coat { eta: index(params, eta)?, thickness, absorbed, roughness })
+    let scattering = scattering(params, textures)?;
+    let eta = index(params, eta)?;
+    let albedo = params.get("albedo").filter(|_| scattering.is_some());
+    // Over a metal, what is scattered has no closed form.
+    Ok(match albedo {
+        Some(param) if over_metal => {
+            let absorbed = 1.0 - straight_on(param, thickness, textures, location, warnings)?;
+            Coat { eta, thickness, absorbed, scattering: None, roughness }
+        }
+        _ => Coat { eta, thickness, absorbed: 1.0, scattering, roughness },
+    })
 }
 
-/// Returns the mean of a coat's albedo: the share of the extinguished light that goes straight on.
+/// Returns the scattering inside of a coat; `None` if its albedo is 0.
+fn scattering(params: &ParamList, textures: &Textures) -> Result<Option<Scattering>, SceneError> {
+    let g = number(params, "g", textures, 0.0)?;
+    if let (Some(param), Input::Constant(value)) = (params.get("g"), g)
+        && !(-1.0..=1.0).contains(&value)
+    {
+        return Err(param.bad_value("a number from -1 to 1"));
+    }
+    let Some(param) = params.get("albedo") else {
+        return Ok(None);
+    };
+    let albedo = textures.color(param)?;
+    if let Input::Constant(value) = albedo {
+        if value.min_element() < 0.0 || value.max_element() > 1.0 {
+            return Err(param.bad_value("channels from 0 to 1"));
+        }
+        if value == Rgb::ZERO {
+            return Ok(None);
+        }
+    }
+    Ok(Some(Scattering { albedo, g }))
+}
+
+/// Returns the mean of the albedo of a metal's coat: the share of the extinguished light that goes straight on.
 fn straight_on(
     param: &Param,
     thickness: Input<f64>,
@@ -307,8 +336,11 @@ fn straight_on(
     let (thickness, _) = textures.mean_number(thickness, location)?;
     let scattered = mean * thickness;
     if scattered > MOST_SCATTERED {
-        let what = format!("{param} that scatters {scattered:.2} of the light in a coat, by thickness times albedo,");
-        return Err(param.location.unsupported(&what, &format!("coats that scatter up to {MOST_SCATTERED}")));
+        let what = format!(
+            "{param} that scatters {scattered:.2} of the light in the coat of a metal, by thickness times albedo,"
+        );
+        let instead = format!("coats of metals that scatter up to {MOST_SCATTERED}, and any coat of \"coateddiffuse\"");
+        return Err(param.location.unsupported(&what, &instead));
     }
     if is_texture {
         warnings.push(format!("{param} is rendered as its mean, {mean:.4}: coats scatter the same everywhere"));

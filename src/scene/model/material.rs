@@ -58,8 +58,19 @@ pub struct Coat {
     /// Share of the extinguished light that is absorbed, 0 to 1; the rest goes straight on. Light that crosses
     /// the coat perpendicularly is multiplied by exp(-thickness * absorbed).
     pub absorbed: f64,
+    /// Scattering inside, if there is any; then `absorbed` is 1, and is not used.
+    pub scattering: Option<Scattering>,
     /// Roughness of the coat's outer surface.
     pub roughness: Roughness,
+}
+
+/// The scattering inside of a coat, by Henyey and Greenstein's phase function.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Scattering {
+    /// Share of the extinguished light that is scattered, 0 to 1; values of a texture outside that range are clamped.
+    pub albedo: Input<Rgb>,
+    /// Mean cosine of the angle of scattering, -1 to 1; 0 scatters to all directions alike.
+    pub g: Input<f64>,
 }
 
 /// How a surface scatters light.

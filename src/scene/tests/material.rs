@@ -87,6 +87,8 @@ fn bad_materials_say_why() {
         ("Material \"conductor\" \"float roughness\" -1".to_string(), "expected 0 or a number above it"),
         ("Material \"thindielectric\" \"float eta\" 0".to_string(), "expected an index of refraction"),
         ("Material \"coateddiffuse\" \"float thickness\" -1".to_string(), "expected 0 or a number above it"),
+        ("Material \"coateddiffuse\" \"float g\" 1.5".to_string(), "expected a number from -1 to 1"),
+        ("Material \"coateddiffuse\" \"rgb albedo\" [0 2 0]".to_string(), "expected channels from 0 to 1"),
         ("Material \"measured\"".to_string(), "is not supported yet"),
     ] {
         let error = materials(&text).expect_err("an error");

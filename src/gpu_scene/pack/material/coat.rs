@@ -4,7 +4,7 @@ use crate::kernels::{COAT_FINEST, COAT_OCTAVES, COAT_STEPS};
 
 /// What is under a coat.
 #[derive(Clone, Copy, Debug)]
-pub(in crate::gpu_scene::pack) enum Base {
+pub(super) enum Base {
     /// A Lambertian surface.
     Lambertian,
     /// A metal with GGX's alpha.
@@ -24,11 +24,11 @@ impl Base {
         }
     }
 
-    /// Returns a key that tells bases apart.
-    pub fn key(self) -> u64 {
+    /// Returns a key that tells tables apart.
+    pub fn key(self, eta: f64) -> Vec<u64> {
         match self {
-            Self::Lambertian => u64::MAX,
-            Self::Facets { alpha } => alpha.to_bits(),
+            Self::Lambertian => vec![eta.to_bits()],
+            Self::Facets { alpha } => vec![eta.to_bits(), alpha.to_bits()],
         }
     }
 
@@ -41,13 +41,13 @@ impl Base {
 }
 
 /// Returns the thickness of an entry of a table. It is 0 at the first one, and grows geometrically from the second.
-fn thickness_at(i: u32) -> f64 {
+pub(super) fn thickness_at(i: u32) -> f64 {
     if i == 0 { 0.0 } else { (f64::from(i - 1) / f64::from(COAT_STEPS) - f64::from(COAT_FINEST)).exp2() }
 }
 
 /// Returns the reflectance of a boundary between dielectrics for unpolarised light; `eta` is the index of
 /// the far side over that of the near side.
-fn fresnel(cos_i: f64, eta: f64) -> f64 {
+pub(super) fn fresnel(cos_i: f64, eta: f64) -> f64 {
     let sin2_t = (1.0 - cos_i * cos_i) / (eta * eta);
     if sin2_t >= 1.0 {
         return 1.0;
