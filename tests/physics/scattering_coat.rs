@@ -63,7 +63,7 @@ fn smooth_coats_have_the_albedo_of_a_random_walk() {
         Layered { thickness: 0.5, albedo: 0.9, eta: 1.3, reflectance: 0.9, ..THIN },
         Layered { thickness: 2.0, albedo: 0.9, eta: 2.0, reflectance: 0.2, ..THIN },
     ];
-    assert_albedos(&coats, 0.02);
+    assert_albedos(&coats, 0.01);
 }
 
 #[test]
@@ -73,19 +73,19 @@ fn rough_coats_are_near_the_albedo_of_a_random_walk() {
         Layered { thickness: 0.3, alpha: 0.3, ..THIN },
         Layered { thickness: 3.0, alpha: 0.3, albedo: 0.95, ..THIN },
     ];
-    assert_albedos(&coats, 0.1);
+    assert_albedos(&coats, 0.04);
 }
 
 /// Radiance by angle: the product of two functions of one angle each is not quite that of a walk.
 #[test]
 fn radiance_by_angle_is_near_that_of_a_random_walk() {
     let mut rng = Rng(2);
-    for (coat, tolerance) in [
-        (THIN, 0.05),
-        (Layered { thickness: 1.0, ..THIN }, 0.1),
-        (Layered { thickness: 1.0, reflectance: 0.0, ..THIN }, 0.3),
-        (Layered { thickness: 5.0, albedo: 0.99, ..THIN }, 0.15),
-        (Layered { thickness: 0.5, g: 0.6, ..THIN }, 0.2),
+    for coat in [
+        THIN,
+        Layered { thickness: 1.0, ..THIN },
+        Layered { thickness: 1.0, reflectance: 0.0, ..THIN },
+        Layered { thickness: 5.0, albedo: 0.99, ..THIN },
+        Layered { thickness: 0.5, g: 0.6, ..THIN },
     ] {
         let mut most: f64 = 0.0;
         for (from, to) in [
@@ -106,7 +106,7 @@ fn radiance_by_angle_is_near_that_of_a_random_walk() {
             println!("{coat:?} from {from:.2} to {to:.2}: {found:.4}, walks {expected:.4}, off by {off:.4}");
             most = most.max(off.abs());
         }
-        assert!(most < tolerance, "{coat:?}: off by {most}, more than {tolerance}");
+        assert!(most < 0.04, "{coat:?}: off by {most}");
     }
 }
 
@@ -125,10 +125,10 @@ fn white_scattering_coats_vanish_in_a_furnace() {
 fn options(direct: DirectLight) -> Options {
     Options {
         resolution: Some([16; 2]),
-        photons: Some(support::work(200_000, 800_000)),
+        photons: Some(support::work(20_000, 80_000)),
         radius: Some(0.05),
         alpha: Some(1.0),
-        eye_paths: Some(16),
+        eye_paths: Some(4),
         direct,
         ..Options::default()
     }
@@ -141,15 +141,12 @@ fn photons_and_eye_paths_agree_on_scattering_coats() {
         \"float coneangle\" 4 \"float conedeltaangle\" 0\n";
     let material = "Material \"coateddiffuse\" \"rgb reflectance\" [.9 .5 .1] \"rgb albedo\" [.5 .9 .99] \
         \"float thickness\" .7 \"float g\" .3\n";
-    let plain = "Material \"diffuse\" \"rgb reflectance\" [.9 .5 .1]\n";
-    let [lit, plain] = [material, plain].map(|material| {
-        let world = format!("{light}{material}{}", square(0.5, 0.0));
-        [DirectLight::Nee, DirectLight::Photons].map(|direct| {
-            let text = scene_text(&camera("0 0 6  0 0 0  0 1 0", 2.0), &world);
-            mean(&support::render(&text, &options(direct), 16).image)
-        })
+    let world = format!("{light}{material}{}", square(0.5, 0.0));
+    let lit = [DirectLight::Nee, DirectLight::Photons].map(|direct| {
+        let text = scene_text(&camera("0 0 6  0 0 0  0 1 0", 2.0), &world);
+        // The lobe of a visible point is chosen once an iteration.
+        mean(&support::render(&text, &options(direct), 128).image)
     });
-    println!("{lit:?} {plain:?}");
     assert_near("photons", lit[1], lit[0], 0.01);
 }
 
