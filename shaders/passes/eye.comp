@@ -184,7 +184,7 @@ void meet_infinity(inout Work work) {
     vec3 w = work.state.ray.direction;
     bool has_point = work.end.is_reached;
     float pdf = has_point ? max(work.end.cosine, 0.0) / PI : escape_pdf(work.state.rough);
-    work.state.radiance += work.state.throughput * radiance_from_infinity(w, pdf);
+    work.state.radiance += work.state.throughput * radiance_from_infinity(work.state.ray.origin, w, pdf);
     work.is_lost = !has_point && is_in_glass(work.state.medium_eta);
 }
 

@@ -187,6 +187,11 @@ uint advance(inout Path path, Hit hit, inout Segment segment) {
     if (hit.primitive == NONE) {
         return is_in_glass(path.medium_eta) ? LOST_IN_GLASS : ESCAPED;
     }
+    if (HAS_PORTALS) {
+        if (path.depth == 0u && ends_before_portal(path.random, path.ray, hit.t)) {
+            return ABSORBED;
+        }
+    }
     Surface surface = surface_at(path.ray, hit);
     Material material = material_at(surface);
     vec3 wo = -path.ray.direction;

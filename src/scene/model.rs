@@ -18,7 +18,7 @@ use std::sync::Arc;
 use glam::{DAffine3, DMat3, DVec2, DVec3};
 
 pub use input::{Input, Rgb};
-pub use light::{Light, LightImage};
+pub use light::{Light, LightImage, Portal};
 pub use material::{Coat, Material, Metal, Roughness, Scattering};
 
 use crate::base::input::Budget;

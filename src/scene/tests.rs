@@ -208,7 +208,6 @@ fn what_is_not_supported_yet_is_named_with_its_place() {
             "Material \"dielectric\" \"spectrum eta\" \"stdillum-F1\" Shape \"sphere\"",
             "the spectrum \"stdillum-F1\" of \"spectrum eta\" is not supported yet",
         ),
-        ("LightSource \"infinite\" \"point3 portal\" [0 0 0]", "2:24: \"point3 portal\" of LightSource"),
         ("MediumInterface \"fog\" \"\"", "2:1: MediumInterface \"fog\""),
     ] {
         let result = in_world(world);

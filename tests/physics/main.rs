@@ -15,6 +15,7 @@ mod leaks;
 mod lights;
 mod metamorphic;
 mod noise;
+mod portals;
 mod reference;
 mod revolution;
 mod scattering_coat;

@@ -30,6 +30,7 @@ FEATURES SceneFeatures {
     bool HAS_INFINITE_LIGHTS = true;    // constant ones or skies
     bool HAS_AREA_LIGHTS = true;        // primitives that emit
     bool HAS_SKIES = true;              // infinite lights of an image
+    bool HAS_PORTALS = true;            // infinite lights of an image that is seen through a rectangle
     bool HAS_GONIOMETRIC_LIGHTS = true; // points whose intensity is an image
     bool HAS_PROJECTION_LIGHTS = true;  // points that project an image
     bool HAS_LOCATABLE_LIGHTS = true;   // any light but constant infinite ones
