@@ -1,6 +1,7 @@
 //! The subcommand `goblet render`: renders a scene and writes image files.
 
 mod args;
+mod display_server;
 mod limit;
 mod options;
 #[cfg(test)]
@@ -16,6 +17,7 @@ use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 pub use args::RenderArgs;
+use display_server::{DisplayServer, Frame};
 use limit::Limit;
 use progress::{Begin, ProgressLine};
 pub use signal::STOPPED;
@@ -86,13 +88,14 @@ fn run_with(args: &RenderArgs, step: impl Fn(&mut Renderer) -> Result<(), Render
     }
     signals.begin();
     let begin = Begin { iterations: renderer.iterations(), photons: renderer.photons(), time: Instant::now() };
-    let outcome = iterate(args, &scene, &signals, &mut renderer, &begin, step);
+    let mut display = DisplayServer::new(args, scene_name(&args.scene));
+    let outcome = iterate(args, &scene, &signals, &mut renderer, &begin, (step, &mut display));
     let render_time = begin.time.elapsed();
     let mut written = Written::default();
     written.note(args.checkpoint.as_ref().map_or(Ok(()), |path| save(args, path, &renderer)));
     if renderer.iterations() > 0 || outcome.is_ok() {
         let times = [load_time, render_time, start.elapsed()];
-        written.note(write(args, &scene, &outputs, &mut renderer, &begin, times));
+        written.note(write(args, &scene, &outputs, &mut renderer, &begin, (times, display)));
     }
     // The failure that stopped the render determines the result, even if outputs failed after it.
     let end = match outcome {
@@ -108,14 +111,14 @@ fn run_with(args: &RenderArgs, step: impl Fn(&mut Renderer) -> Result<(), Render
     if messages.is_empty() { Ok(end) } else { Err(Failure::Validation(messages)) }
 }
 
-/// Writes images and statistics. A failed output does not stop the others.
+/// Writes images and statistics, and shows the image for the last time. A failed output does not stop the others.
 fn write(
     args: &RenderArgs,
     scene: &Scene,
     outputs: &[PathBuf],
     renderer: &mut Renderer,
     begin: &Begin,
-    times: [Duration; 3],
+    (times, display): ([Duration; 3], Option<DisplayServer>),
 ) -> Result<(), Failure> {
     let estimate = renderer.estimate()?;
     let made_by = MadeBy::new(renderer.device());
@@ -126,6 +129,9 @@ fn write(
         Vec::new()
     });
     written.note(write_images(outputs, &estimate, &channels, &metadata, args.quiet));
+    if let Some(display) = display {
+        display.finish(Frame::new(&estimate.image(), &channels));
+    }
     written.note(write_stats(args, scene, renderer, &estimate, begin, times));
     written.end()
 }
@@ -156,7 +162,7 @@ fn iterate(
     signals: &Signals,
     renderer: &mut Renderer,
     begin: &Begin,
-    step: impl Fn(&mut Renderer) -> Result<(), RenderError>,
+    (step, display): (impl Fn(&mut Renderer) -> Result<(), RenderError>, &mut Option<DisplayServer>),
 ) -> Result<End, Failure> {
     let limit = Limit::new(args, scene, renderer.sequence());
     let mut progress = ProgressLine::new(&limit, begin, args.quiet);
@@ -174,6 +180,9 @@ fn iterate(
             progress.error = renderer.relative_error()?;
         }
         progress.show(renderer, &limit);
+        if let Some(display) = display {
+            display.show(args, renderer)?;
+        }
         if let Some(path) = args.checkpoint.as_ref().filter(|_| saved.elapsed() >= args.checkpoint_every) {
             // A full disk does not end the render, because there may be space later.
             if let Err(failure) = save(args, path, renderer) {

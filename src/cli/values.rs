@@ -25,6 +25,13 @@ pub fn output_path(text: &str) -> Result<PathBuf, String> {
     }
 }
 
+pub fn host_and_port(text: &str) -> Result<String, String> {
+    match text.rsplit_once(':') {
+        Some((host, port)) if !host.is_empty() && port.parse().is_ok_and(|port: u16| port > 0) => Ok(text.to_owned()),
+        _ => Err("expected a host and a port, as in localhost:14158".to_owned()),
+    }
+}
+
 pub fn scene_path(text: &str) -> Result<PathBuf, String> {
     let path = PathBuf::from(text);
     match (path.file_stem(), path.extension()) {

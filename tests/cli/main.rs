@@ -2,6 +2,7 @@
 
 mod advise;
 mod aov;
+mod display_server;
 #[cfg(unix)]
 mod files;
 #[cfg(target_os = "linux")]

@@ -34,7 +34,7 @@ fn sky_image() -> ImageFile {
     let mut pixels = Vec::new();
     for i in 0..256_u16 {
         let (x, y) = (f32::from(i % 16) / 16.0, f32::from(i / 16) / 16.0);
-        let sun = if i == 8 * 16 + 13 { 60.0 } else { 0.0 };
+        let sun = if i == 8 * 16 + 15 { 60.0 } else { 0.0 };
         pixels.push([0.2 + x + sun, 0.5 + sun, 1.2 - y + 0.5 * sun]);
     }
     ImageFile::new(&Image::from_pixels(16, 16, pixels).expect("an image"))
@@ -48,16 +48,16 @@ struct Look {
     iterations: u32,
 }
 
-const EYE: Look = Look { direct: DirectLight::Nee, depth: 2, photons: 1, eye_paths: 64, iterations: 32 };
-const PHOTONS: Look = Look { direct: DirectLight::Photons, depth: 2, photons: 60_000, eye_paths: 1, iterations: 16 };
+const EYE: Look = Look { direct: DirectLight::Nee, depth: 1, photons: 1, eye_paths: 64, iterations: 32 };
+const PHOTONS: Look = Look { direct: DirectLight::Photons, depth: 1, photons: 60_000, eye_paths: 1, iterations: 32 };
 
 impl Look {
-    /// Looks at the wall opposite to the window.
+    /// Looks at the wall opposite to the window, far from its edges.
     fn take(&self, light: &str, objects: &str) -> Rendered {
         let options = Options {
             resolution: Some([16; 2]),
             photons: Some(self.photons),
-            radius: Some(0.1),
+            radius: Some(0.05),
             alpha: Some(1.0),
             max_depth: Some(self.depth),
             eye_paths: Some(self.eye_paths),
@@ -65,7 +65,7 @@ impl Look {
             ..Options::default()
         };
         let world = format!("{light}\nMaterial \"diffuse\" \"rgb reflectance\" [.7 .7 .7]\n{}{objects}", room());
-        let text = scene_text(&camera(".6 0 0  -1 0 -.3  0 0 1", 60.0), &world);
+        let text = scene_text(&camera(".6 0 0  -1 0 0  0 0 1", 30.0), &world);
         support::render(&text, &options, self.iterations)
     }
 }

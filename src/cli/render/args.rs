@@ -6,7 +6,7 @@ use std::time::Duration;
 use clap::Args;
 
 use crate::cli::SceneMemory;
-use crate::cli::values::{aov, output_path, seconds};
+use crate::cli::values::{aov, host_and_port, output_path, seconds};
 use crate::render::aov::Aov;
 use crate::render::options::Options;
 use crate::render::options::request::Request;
@@ -29,6 +29,13 @@ pub struct RenderArgs {
     /// Further channels of EXR outputs
     #[arg(long, value_parser = aov(|_| true), value_name = "NAME")]
     pub aov: Vec<&'static Aov>,
+
+    /// Show the image while it is rendered, in tev or a viewer that takes its messages
+    ///
+    /// With the channels of --aov, at most once a second. A viewer that fails is left, with
+    /// a warning; the render goes on.
+    #[arg(long, value_parser = host_and_port, value_name = "HOST:PORT")]
+    pub display_server: Option<String>,
 
     /// How to render, and for how long.
     #[command(flatten)]
