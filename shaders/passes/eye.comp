@@ -114,8 +114,9 @@ vec3 sample_direct_irradiance(Surface surface, Material material, Random random,
         float weight = direct.uses_mis ? mis_weight(direct.pdf, cos_surface / PI) : 1.0;
         bool passes = HAS_DIFFUSE_TRANSMISSION && (material.flags & BEHIND) != 0u;
         to_light = shadow_ray(surface, direct.wi, direct.target, passes);
-        vec3 kept = weight * transmittance_to_base(material, cos_surface);
-        return direct.pdf > 0.0 ? direct.radiance * (cos_surface * kept / direct.pdf) : vec3(0.0);
+        weight *= transmittance_to_base(material, cos_surface);
+        vec3 irradiance = direct.pdf > 0.0 ? direct.radiance * (cos_surface * weight / direct.pdf) : vec3(0.0);
+        return scattering_factor(material, cos_surface, irradiance);
     }
     return vec3(0.0);
 }
@@ -275,6 +276,7 @@ bool follow(inout Work work, Hit hit) {
         scattered.wi = sample_cosine(random_pair(random_of(work), PAIR_BSDF), surface.shading_normal);
         work.end.cosine = dot(scattered.wi, surface.shading_normal);
         scattered.weight = material.color * transmittance_to_base(material, work.end.cosine);
+        scattered.weight = scattering_factor(material, work.end.cosine, scattered.weight);
     }
     work.state.throughput *= scattered.weight;
     work.state.medium_eta *= scattered.eta;

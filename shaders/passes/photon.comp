@@ -208,8 +208,9 @@ uint advance(inout Path path, Hit hit, inout Segment segment) {
         is_wanted = is_wanted && shading > 0.0;
     }
     if (receives && is_wanted) {
-        vec3 kept = transmittance_to_base(material, abs(dot(wo, surface.shading_normal)));
-        record_photon(segment, surface, wo, path.weight * (kept * shading));
+        float cos_i = abs(dot(wo, surface.shading_normal));
+        float kept = transmittance_to_base(material, cos_i);
+        record_photon(segment, surface, wo, scattering_factor(material, cos_i, path.weight * (kept * shading)));
     }
     path.depth++;
     if (path.depth >= scene.max_depth) {

@@ -34,18 +34,28 @@ vec3 scattering_coat(Material material, float cos_o) {
     return (1.0 - reflectance) * max(value, 0.0);
 }
 
-// Share of the light that arrives at a visible point: the transmittance of its coat, or 1; of a scattering coat,
-// its factor for that direction.
-vec3 transmittance_to_base(Material material, float cos_i) {
+// Share of the light that arrives at a visible point: the transmittance of its coat, or 1. Light that meets a
+// scattering coat takes scattering_factor besides.
+float transmittance_to_base(Material material, float cos_i) {
     if (HAS_SCATTERING_COATS) {
         if ((material.flags & SCATTERING_COAT) != 0u) {
-            return scattering_coat(material, min(cos_i, 1.0));
+            return 1.0;
         }
     }
     if (HAS_COATS) {
-        return vec3(material.coat_eta > 0.0 ? coat_transmittance(material, min(cos_i, 1.0)) : 1.0);
+        return material.coat_eta > 0.0 ? coat_transmittance(material, min(cos_i, 1.0)) : 1.0;
     }
-    return vec3(1.0);
+    return 1.0;
+}
+
+// Light from a direction, times the factor of a scattering coat for it.
+vec3 scattering_factor(Material material, float cos_i, vec3 light) {
+    if (HAS_SCATTERING_COATS) {
+        if ((material.flags & SCATTERING_COAT) != 0u) {
+            return light * scattering_coat(material, min(cos_i, 1.0));
+        }
+    }
+    return light;
 }
 
 // Draws true with a probability. u, uniform in [0, 1), is uniform again afterwards.
