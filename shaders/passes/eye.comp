@@ -145,7 +145,7 @@ void meet_infinity(inout Work work) {
     vec3 w = work.state.ray.direction;
     bool has_point = work.end.is_reached;
     float pdf = has_point ? max(work.end.cosine, 0.0) / PI : escape_pdf(work.state.rough);
-    work.state.radiance += work.state.throughput * radiance_from_infinity(w, pdf);
+    work.state.radiance += work.state.throughput * radiance_from_infinity(work.state.ray.origin, w, pdf);
     work.is_lost = !has_point && is_in_glass(work.state.medium_eta);
 }
 
@@ -243,6 +243,7 @@ bool follow(inout Work work, Hit hit) {
         scattered.wi = sample_cosine(random_pair(random_of(work), PAIR_BSDF), surface.shading_normal);
         work.end.cosine = dot(scattered.wi, surface.shading_normal);
         scattered.weight = material.color * transmittance_to_base(material, work.end.cosine);
+        scattered.weight = scattering_factor(material, work.end.cosine, scattered.weight);
     }
     work.state.throughput *= scattered.weight;
     work.state.medium_eta *= scattered.eta;

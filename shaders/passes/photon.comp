@@ -200,6 +200,11 @@ uint advance(inout Path path, Hit hit, inout Segment segment) {
     if (hit.primitive == NONE) {
         return is_in_glass(path.medium_eta) ? LOST_IN_GLASS : ESCAPED;
     }
+    if (HAS_PORTALS) {
+        if (path.depth == 0u && ends_before_portal(path.random, path.ray, hit.t)) {
+            return ABSORBED;
+        }
+    }
     Surface surface = surface_at(path.ray, hit);
     if (HAS_MEDIA) {
         if (!(largest_channel(path.weight) > 0.0)) {
@@ -223,9 +228,10 @@ uint advance(inout Path path, Hit hit, inout Segment segment) {
         is_wanted = is_wanted && shading > 0.0;
     }
     if (receives && is_wanted) {
-        float kept = transmittance_to_base(material, abs(dot(wo, surface.shading_normal)));
+        float cos_i = abs(dot(wo, surface.shading_normal));
+        vec3 kept = path.weight * (transmittance_to_base(material, cos_i) * shading);
         uint mark = caustic_mark(path.depth > 0u && !path.met_diffuse);
-        record_photon(segment, surface, material, wo, path.weight * (kept * shading), mark);
+        record_photon(segment, surface, material, wo, scattering_factor(material, cos_i, kept), mark);
     }
     path.depth++;
     if (path.depth >= scene.max_depth) {

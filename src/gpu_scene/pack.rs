@@ -5,7 +5,7 @@
 //! or far from the origin, renders alike. Radiance does not change under scaling; intensities scale with
 //! the square of length.
 
-// Circle: pack.rs <-> contact.rs <-> contact/finder.rs <-> contact/layer.rs <-> contact/near.rs <-> instance.rs <-> material.rs <-> media.rs <-> newton.rs <-> quadric.rs <-> revolution.rs <-> space.rs <-> texture.rs: one file per family of arrays, each with its methods of the Packer that holds the arrays.
+// Circle: pack.rs <-> contact.rs <-> contact/finder.rs <-> contact/layer.rs <-> contact/near.rs <-> instance.rs <-> light.rs <-> light_image.rs <-> light_image/portal.rs <-> material.rs <-> media.rs <-> newton.rs <-> quadric.rs <-> revolution.rs <-> space.rs <-> texture.rs: one file per family of arrays, each with its methods of the Packer that holds the arrays.
 
 mod contact;
 mod instance;
@@ -47,7 +47,7 @@ use crate::base::input::OverBudget;
 use crate::gpu_scene::bvh::{self, Bvh, CompactBox};
 use crate::kernels::{
     self, AREA, AliasEntry, DISK, DISTANT, GONIOMETRIC, INFINITE, Instance, KIND_SHIFT, LightTexel, MaterialFeatures,
-    NONE, NewtonStart, PROJECTION, Quadric, REVOLUTION, Revolution, RevolutionPiece, RevolutionSegment, SKY, SPHERE,
+    NONE, NewtonStart, PORTAL, PROJECTION, Quadric, REVOLUTION, Revolution, RevolutionPiece, RevolutionSegment, SPHERE,
     SPOT, SceneArrays, SceneFeatures, SceneInfo, TEXTURE_DOTS, TEXTURE_IMAGE, TRIANGLE, Triangle, TriangleNormals,
     TriangleUvs,
 };
@@ -406,13 +406,14 @@ impl Packer {
             has_shading_normals: !self.triangle_normals.is_empty() || has_bumps(&self.materials),
             has_spot_lights: has_light(SPOT),
             has_distant_lights: has_light(DISTANT),
-            has_infinite_lights: has_light(INFINITE) || has_light(SKY),
-            has_skies: has_light(SKY),
+            has_infinite_lights: has_light(INFINITE) || self.sky_count > 0,
+            has_skies: self.sky_count > 0,
+            has_portals: has_light(PORTAL),
             has_goniometric_lights: has_light(GONIOMETRIC),
             has_projection_lights: has_light(PROJECTION),
             has_area_lights: has_light(AREA),
             has_locatable_lights: !direct_table.is_empty(),
-            has_hittable_lights: has_light(AREA) || has_light(INFINITE) || has_light(SKY),
+            has_hittable_lights: has_light(AREA) || has_light(INFINITE) || self.sky_count > 0,
             has_triangle_lights: shines(TRIANGLE),
             has_sphere_lights: shines(SPHERE),
             has_disk_lights: shines(DISK),
@@ -445,8 +446,7 @@ fn corner_order(corners: [DVec3; 3], flip: bool) -> [usize; 3] {
     order
 }
 
-/// Returns true if a triangle has shading normals. If pbrt's sum of them is 0 or not a number, pbrt uses
-/// the triangle's geometric normal.
+/// Returns true if a triangle has shading normals that pbrt would not replace by the geometric normal.
 fn are_normals(normals: &[DVec3; 3]) -> bool {
     normals.iter().all(|normal| normal.is_finite()) && normals.iter().any(|normal| *normal != DVec3::ZERO)
 }

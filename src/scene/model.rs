@@ -20,8 +20,8 @@ use std::sync::Arc;
 use glam::{DAffine3, DMat3, DVec2, DVec3};
 
 pub use input::{Input, Rgb};
-pub use light::{Light, LightImage};
-pub use material::{Bump, Coat, Material, Metal, Roughness};
+pub use light::{Light, LightImage, Portal};
+pub use material::{Bump, Coat, Material, Metal, Roughness, Scattering};
 pub use measured::{Grid, Measured};
 pub use medium::{Medium, MediumInterface};
 

@@ -283,11 +283,17 @@ fn textures_within_textures_are_bounded() {
     bench.world(&format!("{chain}Shape \"sphere\" \"texture alpha\" \"c49999\"\n"));
     bench.refused(&["scene.pbrt:50003:", "too many others"], &[]);
     // Means of coats go down as far.
+    let spectra =
+        chain.replace("\"float\" \"scale\"", "\"spectrum\" \"scale\"").replacen("\"float\"", "\"spectrum\"", 1);
+    let metal = "Material \"coatedconductor\" \"float thickness\" .01 \"texture albedo\"";
     bench.world(&format!(
-        "{chain}Material \"coateddiffuse\" \"texture thickness\" \"c49999\"\n{}",
-        "Material \"coateddiffuse\" \"texture thickness\" \"c49998\"\nShape \"sphere\"\n".repeat(1000)
+        "{spectra}{metal} \"c49999\"\n{}",
+        format!("{metal} \"c49998\"\nShape \"sphere\"\n").repeat(1000)
     ));
     bench.info(&[]).done();
+    // Thickness itself is a texture like others.
+    bench.world(&format!("{chain}Material \"coateddiffuse\" \"texture thickness\" \"c49999\"\nShape \"sphere\"\n"));
+    bench.refused(&["scene.pbrt:50003:", "too many others"], &[]);
 }
 
 #[test]

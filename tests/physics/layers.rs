@@ -4,7 +4,7 @@ use std::f64::consts::PI;
 
 use goblet::{DirectLight, Options};
 
-use super::{EYE_ONLY, Shot, assert_near, assert_uniform, camera, square};
+use super::{EYE_ONLY, Shot, assert_near, assert_uniform, camera, scene_text, square};
 use crate::support::{self, mean, work};
 
 /// What absorbs nothing, and meets light once, is as bright as the sky.
@@ -86,5 +86,48 @@ fn a_coated_surface_has_the_radiance_of_the_closed_form() {
         let look = camera("0 0 6  0 0 0  0 1 0", 2.0);
         let rendered = support::render(&format!("{look}\nWorldBegin\n{world}"), &options, 16);
         assert_near(&format!("{direct:?}"), mean(&rendered.image), expected, 0.02);
+    }
+}
+
+/// A checkerboard of two thicknesses shows what coats of each of them do, to eye paths and to photons.
+#[test]
+fn a_textured_thickness_is_that_of_each_point() {
+    let board = "Texture \"t\" \"float\" \"checkerboard\" \"float uscale\" 1 \"float vscale\" 2 \
+        \"float tex1\" 0.05 \"float tex2\" 1.5\n";
+    let metal = "\"rgb conductor.eta\" [.2 .9 1.5] \"rgb conductor.k\" [3 2 6] \"float conductor.roughness\" .1";
+    let sky = "LightSource \"infinite\" \"rgb L\" [1 1 1]\n";
+    for (coated, lights, direct) in [
+        ("\"coateddiffuse\" \"rgb reflectance\" [.9 .5 .1]".to_string(), sky, DirectLight::Nee),
+        ("\"coateddiffuse\" \"rgb reflectance\" [.9 .5 .1]".to_string(), LIGHT, DirectLight::Photons),
+        (format!("\"coatedconductor\" {metal}"), sky, DirectLight::Nee),
+    ] {
+        let halves = |thickness: &str| {
+            let surface = "\"point2 uv\" [0 0 1 0 1 1 0 1]";
+            let world = format!("{lights}{board}Material {coated} {thickness}\n{} {surface}", square(1.0, 0.0));
+            let options = Options {
+                resolution: Some([16; 2]),
+                photons: Some(if direct == DirectLight::Photons { 200_000 } else { 1 }),
+                eye_paths: Some(64),
+                radius: Some(0.02),
+                alpha: Some(1.0),
+                direct,
+                ..Options::default()
+            };
+            // Light that photons carry is blurred at the edge: half of the rows are far from it.
+            let look = camera("0 0 1  0 0 0  0 1 0", 60.0);
+            let rendered = support::render(&scene_text(&look, &world), &options, 8);
+            let half = |rows: std::ops::Range<usize>| {
+                let pixels = &rendered.image.pixels[16 * rows.start..16 * rows.end];
+                let sum = |c: usize| pixels.iter().map(|pixel| f64::from(pixel[c])).sum::<f64>();
+                [0, 1, 2].map(|c| sum(c) / pixels.len() as f64)
+            };
+            [half(1..7), half(9..15)]
+        };
+        let textured = halves("\"texture thickness\" \"t\"");
+        let (thin, thick) = (halves("\"float thickness\" 0.05"), halves("\"float thickness\" 1.5"));
+        let tolerance = if direct == DirectLight::Photons { 0.01 } else { 0.005 };
+        let [upper, lower] = textured;
+        assert_near(&format!("{coated} above, {direct:?}"), upper, thick[0], tolerance);
+        assert_near(&format!("{coated} below, {direct:?}"), lower, thin[1], tolerance);
     }
 }

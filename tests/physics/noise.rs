@@ -74,10 +74,10 @@ fn each_texture_of_noise_is_seen_as_the_twin_says() {
     assert_shown(dots_text, 0.2, dots);
 }
 
-/// The mean of a texture, as a warning tells it where a coat takes the mean.
-fn told_mean(texture: &str, used: &str) -> f64 {
-    let world =
-        format!("WorldBegin {texture} Material \"coateddiffuse\" {used} LightSource \"infinite\" Shape \"disk\"");
+/// The mean of a texture of colours, as a warning tells it where the coat of a metal takes the mean.
+fn told_mean(texture: &str) -> f64 {
+    let metal = "Material \"coatedconductor\" \"float thickness\" 0 \"texture albedo\" \"t\"";
+    let world = format!("WorldBegin {texture} {metal} LightSource \"infinite\" Shape \"disk\"");
     let scene = Scene::parse(&world, "t.pbrt", "").expect("a scene");
     let told = scene.warnings.iter().find_map(|warning| warning.split_once("as its mean, ")).expect("a mean").1;
     told.split(':').next().and_then(|number| number.parse().ok()).expect("a number")
@@ -89,20 +89,24 @@ fn told_mean(texture: &str, used: &str) -> f64 {
 fn means_of_noise_are_those_of_the_twin() {
     let mut rng = Rng(8);
     let points: Vec<DVec3> = (0..60_000).map(|_| 128.0 * rng.cube(1.0)).collect();
-    let assert_mean = |texture: &str, used: &str, of: &dyn Fn(DVec3) -> f64| {
-        let (found, expected) = (told_mean(texture, used), points.iter().map(|p| of(*p)).sum::<f64>());
+    let assert_mean = |texture: &str, of: &dyn Fn(DVec3) -> f64| {
+        let (found, expected) = (told_mean(texture), points.iter().map(|p| of(*p)).sum::<f64>());
         let expected = expected / points.len() as f64;
         let bound = 3.0 / (points.len() as f64).sqrt();
         assert!((found - expected).abs() < bound, "{texture}: {found} is not {expected}");
     };
-    let (thickness, albedo) = ("\"texture thickness\" \"t\"", "\"texture albedo\" \"t\"");
-    let dots = "Texture \"t\" \"float\" \"dots\" \"float outside\" 1 \"float inside\" 0";
-    assert_mean(dots, thickness, &|p| if is_in_dot(p.truncate()) == Some(true) { 1.0 } else { 0.0 });
-    let wrinkled_text = "Texture \"t\" \"float\" \"wrinkled\" \"integer octaves\" 3";
-    assert_mean(wrinkled_text, thickness, &|p| wrinkled(&octaves(p, 3), 0.5));
-    assert_mean("Texture \"t\" \"float\" \"fbm\"", thickness, &|p| fbm(&octaves(p, 8), 0.5));
-    assert_mean("Texture \"t\" \"float\" \"windy\"", thickness, &windy);
-    assert_mean("Texture \"t\" \"spectrum\" \"marble\"", albedo, &|p| {
+    let grey = |class: &str| {
+        format!(
+            "Texture \"n\" \"float\" {class}\nTexture \"t\" \"spectrum\" \"scale\" \"rgb tex\" [1 1 1] \
+             \"texture scale\" \"n\""
+        )
+    };
+    let dots = "Texture \"t\" \"spectrum\" \"dots\" \"rgb outside\" [1 1 1] \"rgb inside\" [0 0 0]";
+    assert_mean(dots, &|p| if is_in_dot(p.truncate()) == Some(true) { 1.0 } else { 0.0 });
+    assert_mean(&grey("\"wrinkled\" \"integer octaves\" 3"), &|p| wrinkled(&octaves(p, 3), 0.5));
+    assert_mean(&grey("\"fbm\""), &|p| fbm(&octaves(p, 8), 0.5));
+    assert_mean(&grey("\"windy\""), &windy);
+    assert_mean("Texture \"t\" \"spectrum\" \"marble\"", &|p| {
         marble(place_on_marble(p.y + 0.2 * fbm(&octaves(p, 8), 0.5))).element_sum() / 3.0
     });
 }

@@ -2,6 +2,7 @@
 #![allow(dead_code, reason = "each suite uses a part of this")]
 
 pub mod command;
+pub mod layered;
 pub mod measured;
 pub mod noise;
 pub mod place;

@@ -31,7 +31,8 @@ vec3 sample_direct_irradiance(Surface surface, Material material, Random random,
         to_light = shadow_ray(surface, direct.wi, direct.target, passes);
         to_light.is_endless = direct.is_far;
         weight *= transmittance_to_base(material, cos_surface);
-        return direct.pdf > 0.0 ? direct.radiance * (cos_surface * weight / direct.pdf) : vec3(0.0);
+        vec3 irradiance = direct.pdf > 0.0 ? direct.radiance * (cos_surface * weight / direct.pdf) : vec3(0.0);
+        return scattering_factor(material, cos_surface, irradiance);
     }
     return vec3(0.0);
 }

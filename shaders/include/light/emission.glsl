@@ -92,6 +92,19 @@ Emission emit_parallel(vec3 direction, vec3 irradiance, vec2 u, float u_face) {
     return Emission(free_ray(origin, direction), irradiance * area);
 }
 
+// Emits light through a portal, from a point before the whole scene.
+Emission emit_through_portal(Light light, vec2 u_position, vec2 u_direction) {
+    LightImage image = light_images_at(light.primitive);
+    Portal portal = portal_of(image);
+    vec3 w = sample_equal_area(image, u_direction).direction;
+    vec3 color;
+    float pdf = portal_image_pdf(image, w, color);
+    vec3 point = portal.corner + u_position.x * portal.x_edge + u_position.y * portal.y_edge;
+    float area = length(cross(portal.x_edge, portal.y_edge)) * max(dot(w, portal.normal), 0.0);
+    vec3 origin = point + (length(point - scene.center) + 2.0 * scene.radius) * w;
+    return Emission(free_ray(origin, -w), pdf > 0.0 ? light.emission * color * (area / pdf) : vec3(0.0));
+}
+
 Emission emit_from(Light light, vec2 u_position, vec2 u_direction, float u_side) {
     if (HAS_AREA_LIGHTS && light.kind == AREA) {
         return emit_area(light, u_position, u_direction, u_side);
@@ -99,6 +112,9 @@ Emission emit_from(Light light, vec2 u_position, vec2 u_direction, float u_side)
     if (HAS_SKIES && light.kind == SKY) {
         ImageSample from = sample_equal_area(light_images_at(light.primitive), u_direction);
         return emit_parallel(-from.direction, light.emission * from.color / from.pdf, u_position, u_side);
+    }
+    if (HAS_PORTALS && light.kind == PORTAL) {
+        return emit_through_portal(light, u_position, u_direction);
     }
     if (HAS_GONIOMETRIC_LIGHTS && light.kind == GONIOMETRIC) {
         ImageSample to = sample_equal_area(light_images_at(light.primitive), u_direction);
@@ -125,18 +141,34 @@ Emission emit_from(Light light, vec2 u_position, vec2 u_direction, float u_side)
     return Emission(free_ray(light.position, direction), light.emission * solid_angle);
 }
 
+// Samples a light by its power. u.y is not used.
+Light sample_emitter(vec2 u) {
+    uint count = scene.emission_count;
+    float scaled = u.x * float(count);
+    uint entry = min(uint(scaled), count - 1u);
+    AliasEntry chosen = emission_table_at(entry);
+    return lights_at(scaled - float(entry) < chosen.threshold ? chosen.keep : chosen.alias);
+}
+
 // Emits a photon by the first numbers of its path: samples a light by its power, a point and a direction.
 Emission emit(Random random) {
     vec2 u_light = random_pair(random, 0u);
-    uint count = scene.emission_count;
-    float scaled = u_light.x * float(count);
-    uint entry = min(uint(scaled), count - 1u);
-    AliasEntry chosen = emission_table_at(entry);
-    Light light = lights_at(scaled - float(entry) < chosen.threshold ? chosen.keep : chosen.alias);
+    Light light = sample_emitter(u_light);
     Emission emission = emit_from(light, random_pair(random, 1u), random_pair(random, 2u), u_light.y);
     emission.weight /= light.emission_pmf * scene.mean_power;
     if (HAS_MEDIA && light.kind != AREA) {
         emission.ray.medium = light.medium;
     }
     return emission;
+}
+
+// Whether the first segment of a photon's path, of this length, ends before the portal of its light: such light is not
+// seen.
+bool ends_before_portal(Random random, Ray ray, float t) {
+    Light light = sample_emitter(random_pair(random, 0u));
+    if (light.kind == PORTAL) {
+        Portal portal = portal_of(light_images_at(light.primitive));
+        return t * dot(ray.direction, portal.normal) > dot(portal.corner - ray.origin, portal.normal);
+    }
+    return false;
 }

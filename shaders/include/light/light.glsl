@@ -5,6 +5,7 @@
 #include "geometry/surface_point.glsl"
 #include "kernel/invocation.glsl"
 #include "light/light_image.glsl"
+#include "light/portal.glsl"
 #include "material/texture.glsl"
 #include "math/circle.glsl"
 #include "math/sampling.glsl"
@@ -190,6 +191,12 @@ LightSample sample_sky(Light sky, vec3 from, vec2 u) {
     return LightSample(target, found.direction, sky.emission * found.color, pdf, true, true, true);
 }
 
+LightSample sample_portal_sky(Light sky, vec3 from, vec2 u) {
+    PortalSample found = sample_portal(light_images_at(sky.primitive), from, u);
+    vec3 target = from + 2.0 * scene.radius * found.direction;
+    return LightSample(target, found.direction, sky.emission * found.color, sky.direct_pmf * found.pdf, true, true);
+}
+
 // Factor of a point light's intensity in direction w, per channel.
 vec3 intensity_towards(Light light, vec3 w) {
     if (HAS_SPOT_LIGHTS && light.kind == SPOT) {
@@ -217,6 +224,9 @@ LightSample sample_direct(vec3 from, float u_light, vec2 u) {
     if (HAS_SKIES && light.kind == SKY) {
         return sample_sky(light, from, u);
     }
+    if (HAS_PORTALS && light.kind == PORTAL) {
+        return sample_portal_sky(light, from, u);
+    }
     if (HAS_DISTANT_LIGHTS && light.kind == DISTANT) {
         vec3 target = from - 2.0 * scene.radius * light.direction;
         return LightSample(target, -light.direction, light.emission, light.direct_pmf, false, false, true);
@@ -235,15 +245,23 @@ float mis_weight(float pdf, float other) {
     return 1.0 / (1.0 + ratio * ratio);
 }
 
-// Radiance of the infinite lights in direction w, for a ray that leaves the scene, W/(m^2 sr). bsdf_pdf is
+// Radiance of the infinite lights for a ray that leaves the scene in direction w, W/(m^2 sr). bsdf_pdf is
 // the pdf of w, for the MIS weight of skies, which next-event estimation samples as well; it is
 // INFINITY_T where next-event estimation does not, such as behind a mirror.
-vec3 radiance_from_infinity(vec3 w, float bsdf_pdf) {
+vec3 radiance_from_infinity(vec3 from, vec3 w, float bsdf_pdf) {
     vec3 radiance = scene.infinite;
     if (HAS_SKIES) {
         [[dont_unroll]] for (uint i = 0u; i < scene.sky_count; i++) {
             Light sky = lights_at(i);
             LightImage image = light_images_at(sky.primitive);
+            if (HAS_PORTALS) {
+                if (sky.kind == PORTAL) {
+                    PortalSample found = look_through_portal(image, from, w);
+                    float weight = mis_weight(max(bsdf_pdf, 1.0e-20), sky.direct_pmf * found.pdf);
+                    radiance += sky.emission * found.color * weight;
+                    continue;
+                }
+            }
             vec3 color = equal_area_color(image, w);
             float weight = mis_weight(max(bsdf_pdf, 1.0e-20), sky_pdf(sky, image, color));
             radiance += sky.emission * color * weight;

@@ -177,5 +177,6 @@ Scatter scatter(Material material, vec3 wo, vec3 n, vec3 tangent, float u_lobe, 
         facing = (material.flags & BEHIND) != 0u ? -facing : facing;
     }
     vec3 wi = sample_cosine(u, facing);
-    return Scatter(wi, material.color * transmittance_to_base(material, dot(wi, facing)), 1.0);
+    float cos_i = dot(wi, facing);
+    return Scatter(wi, scattering_factor(material, cos_i, material.color * transmittance_to_base(material, cos_i)), 1.0);
 }

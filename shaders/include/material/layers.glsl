@@ -17,12 +17,45 @@ float coat_transmittance(Material material, float cos_o) {
     return (1.0 - reflectance) * exp(-material.coat_thickness / max(cos_t, 1.0e-6));
 }
 
-// Share of the light that arrives at a visible point: the transmittance of its coat, or 1.
+// Half the distance of the outer ones of three nodes in [0, 1], those of Chebyshev's polynomial.
+const float NODE_DISTANCE = 0.4330127;
+
+// The directional factor A of a scattering coat, whose BSDF is A(wo) A(wi) / pi: its diffuse albedo by the angle,
+// over the root of the albedo's mean. So the albedo is right for each angle, and only the share of light from
+// one angle to another is that of a surface without a memory of angles. The material has three values of
+// it between the least cosine that leaves the coat and 1, without the transmittance of the boundary.
+vec3 scattering_coat(Material material, float cos_o) {
+    float eta2 = material.coat_eta * material.coat_eta;
+    float cos_in;
+    float reflectance = fresnel_dielectric(cos_o, material.coat_eta, cos_in);
+    float least = sqrt(max(1.0 - 1.0 / eta2, 0.0));
+    float x = ((cos_in - least) / (1.0 - least) - 0.5) / NODE_DISTANCE;
+    vec3 value = 0.5 * x * ((x - 1.0) * material.eta + (x + 1.0) * material.second) + (1.0 - x * x) * material.k;
+    return (1.0 - reflectance) * max(value, 0.0);
+}
+
+// Share of the light that arrives at a visible point: the transmittance of its coat, or 1. Light that meets a
+// scattering coat takes scattering_factor besides.
 float transmittance_to_base(Material material, float cos_i) {
+    if (HAS_SCATTERING_COATS) {
+        if ((material.flags & SCATTERING_COAT) != 0u) {
+            return 1.0;
+        }
+    }
     if (HAS_COATS) {
         return material.coat_eta > 0.0 ? coat_transmittance(material, min(cos_i, 1.0)) : 1.0;
     }
     return 1.0;
+}
+
+// Light from a direction, times the factor of a scattering coat for it.
+vec3 scattering_factor(Material material, float cos_i, vec3 light) {
+    if (HAS_SCATTERING_COATS) {
+        if ((material.flags & SCATTERING_COAT) != 0u) {
+            return light * scattering_coat(material, min(cos_i, 1.0));
+        }
+    }
+    return light;
 }
 
 // Draws true with a probability. u, uniform in [0, 1), is uniform again afterwards.
@@ -46,6 +79,13 @@ Material choose_coat_or_base(Material material, float cos_o, inout float u) {
         material.alpha_v = material.coat_alpha_v;
         material.kind = COAT;
     } else if (material.kind == COATED_DIFFUSE) {
+        if (HAS_SCATTERING_COATS) {
+            if ((material.flags & SCATTERING_COAT) != 0u) {
+                material.color = scattering_coat(material, cos_o) / (1.0 - probability);
+                material.kind = DIFFUSE;
+                return material;
+            }
+        }
         vec3 sent_back = material.coat_sent_back * material.color;
         float leaving = coat_transmittance(material, cos_o) / (material.coat_eta * material.coat_eta);
         material.color *= leaving / ((1.0 - probability) * (1.0 - sent_back));

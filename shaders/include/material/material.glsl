@@ -1,6 +1,7 @@
 // The material at a point of a surface.
 #include "geometry/surface_point.glsl"
 #include "material/bsdf.glsl"
+#include "material/coat_table.glsl"
 #include "material/layers.glsl"
 #include "material/texture.glsl"
 #include "math/random.glsl"
@@ -54,6 +55,22 @@ void apply_textures(inout Material material, Surface surface) {
         vec3 second = clamp(textured(material.second_texture, material.second, surface), 0.0, 1.0);
         material.second = second * (material.second_texture != NONE ? material.amount : 1.0);
     }
+    if (HAS_TEXTURED_COATS) {
+        if (material.coat_eta > 0.0 && material.amount_texture != NONE) {
+            float thickness = max(textured(material.amount_texture, vec3(0.0), surface).x, 0.0);
+            bool scatters = (material.flags & SCATTERING_COAT) != 0u;
+            material.coat_thickness = min(scatters ? thickness : thickness * material.amount, 1.0e30);
+            if (!scatters) {
+                material.coat_sent_back = sent_back_at(material.second_part, material.coat_thickness);
+            }
+        }
+    }
+    if (HAS_SCATTERING_COATS) {
+        if ((material.flags & SCATTERING_COAT) != 0u) {
+            material.second = clamp(textured(material.second_texture, material.second, surface), 0.0, 1.0);
+            material.amount = textured(material.first, vec3(material.amount), surface).x;
+        }
+    }
     if (HAS_ROUGH) {
         vec2 alpha = textured_alpha(material.alpha_u_texture, material.alpha_v_texture, alpha_of(material),
                                     (material.flags & REMAPPED) != 0u, surface);
@@ -85,6 +102,11 @@ Material material_at(Surface surface) {
     }
     if (HAS_TEXTURES) {
         apply_textures(material, surface);
+    }
+    if (HAS_SCATTERING_COATS) {
+        if ((material.flags & SCATTERING_COAT) != 0u) {
+            look_up_scattering(material);
+        }
     }
     return material;
 }

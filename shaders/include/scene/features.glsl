@@ -30,6 +30,7 @@ FEATURES SceneFeatures {
     bool HAS_INFINITE_LIGHTS = true;    // constant ones or skies
     bool HAS_AREA_LIGHTS = true;        // primitives that emit
     bool HAS_SKIES = true;              // infinite lights of an image
+    bool HAS_PORTALS = true;            // infinite lights of an image that is seen through a rectangle
     bool HAS_GONIOMETRIC_LIGHTS = true; // points whose intensity is an image
     bool HAS_PROJECTION_LIGHTS = true;  // points that project an image
     bool HAS_LOCATABLE_LIGHTS = true;   // any light but constant infinite ones
@@ -59,6 +60,8 @@ FEATURES MaterialFeatures {
     bool HAS_DIFFUSE_TRANSMISSION = false;// surfaces that are Lambertian on both sides
     bool HAS_MIXES = false;             // materials that are one of two by chance
     bool HAS_MEASURED = false;          // measured materials
+    bool HAS_TEXTURED_COATS = false;    // coats whose thickness is a texture
+    bool HAS_SCATTERING_COATS = false;  // coats that scatter light inside
     bool HAS_LAYERS = false;            // materials of several lobes: coats, mixes, diffuse transmission
     bool HAS_SPECULAR = true;           // any lobe that is not Lambertian
     bool HAS_ROUGH = false;             // conductors, dielectrics or coats that are rough

@@ -8,6 +8,7 @@ export const uint AREA = 4u;        // a primitive that emits
 export const uint SKY = 5u;         // infinite, of an image
 export const uint GONIOMETRIC = 6u; // a point whose intensity is an image
 export const uint PROJECTION = 7u;  // a point that projects an image
+export const uint PORTAL = 8u;      // infinite, of an image that is seen through a rectangle
 
 // A light. Lengths are in render units.
 struct Light {
@@ -28,7 +29,7 @@ struct Light {
 };
 
 // What a light shows in each direction. Its texels are in light_texels: first one for each row,
-// which choose a row, then row by row those that have a color.
+// which choose a row, then row by row those that have a color. A portal's: portal.glsl.
 struct LightImage {
     vec3 x_axis;      // x axis of the image's space, in render space; of unit length
     uint first;       // into light_texels

@@ -20,17 +20,19 @@ export const uint REMAPPED_COAT = 8u;  // textures of the coat's alpha hold its 
 export const uint BEHIND = 16u;        // of a lobe: on the side away from wo
 export const uint DISPLACED = 32u;     // bump_texture is a height, which bends the shading normal
 export const uint NORMAL_MAPPED = 64u; // bump_texture is the shading normal
+export const uint SCATTERING_COAT = 128u; // a coat that scatters light inside
 
 // A surface's material. Textures are indices or NONE; where there is one, it takes the place of the value.
 struct Material {
     vec3 color;  // albedo; dielectric: transmittance of one crossing; metal: reflectance
     uint kind;   // DIFFUSE, CONDUCTOR, ..
-    vec3 eta;    // conductor: per channel; dielectric: inside over outside, in x
+    vec3 eta;    // conductor: per channel; dielectric: inside over outside, in x; scattering coat: coat_table.glsl
     float alpha_u; // roughness of GGX along the tangent; 0 is smooth
-    vec3 k;      // conductor: absorption coefficient per channel
+    vec3 k;      // conductor: absorption coefficient per channel; scattering coat: coat_table.glsl
     float alpha_v; // roughness across the tangent
-    vec3 second; // diffuse transmission: albedo on the other side
-    float amount; // mix: chance of the second material; diffuse transmission: factor of textures
+    vec3 second; // diffuse transmission: albedo on the other side; scattering coat: its inside's albedo
+    float amount; // mix: chance of the second material; diffuse transmission, coat: factor of textures; scattering
+                  // coat: mean cosine of the angle of scattering
     float coat_eta; // inside over outside
     float coat_thickness; // optical
     float coat_alpha_u; // roughness of the coat along the tangent
@@ -40,18 +42,27 @@ struct Material {
     uint second_texture;  // of second
     uint alpha_u_texture; // of alpha_u
     uint alpha_v_texture; // of alpha_v
-    uint amount_texture;  // of amount
+    uint amount_texture;  // of amount; coat: of coat_thickness
     uint coat_u_texture;  // of coat_alpha_u
     uint coat_v_texture;  // of coat_alpha_v
     uint flags;           // HAS_LAMBERTIAN | ..
-    uint first;         // mix: index of the first material; measured: first of its elements in texture_texels
-    uint second_part;   // mix: index of the second material; measured: 1 if it is anisotropic
+    uint first;         // mix: index of the first material; measured: first of its elements in texture_texels;
+                        // scattering coat: texture of amount
+    uint second_part;   // mix: index of the second material; measured: 1 if it is anisotropic; coat: first element
+                        // of its table
     uint alpha_texture; // how much of the surface is there, or NONE: all
     uint bump_texture;  // where DISPLACED or NORMAL_MAPPED
     float bump_scale;   // render units of a unit of the height
     uint pad0;
     uint pad1;
 };
+
+// Tables of coats by their thickness: the first entry is for 0.
+export const uint COAT_FINEST = 8u;   // the second entry is for a thickness of 2^-COAT_FINEST
+export const uint COAT_OCTAVES = 12u; // from there to the last entry
+export const uint COAT_STEPS = 4u;    // entries in each octave
+export const uint COAT_ALBEDOS = 12u; // by a textured albedo
+export const uint COAT_PHASES = 13u;  // by a textured mean cosine of the angle of scattering
 
 // Kinds of nodes of a texture. Some give a value,
 export const uint TEXTURE_CONSTANT = 0u;  // the first of its values

@@ -35,7 +35,7 @@ SCENE_BUFFER(derived, NewtonStart, newton_starts)
 // Materials: the scene's, then those of surfaces that are not all there.
 SCENE_TEXELS(materials, Material, materials)
 SCENE_TEXELS(materials, TextureNode, texture_nodes) // each after the nodes that it is made of
-SCENE_TEXELS(materials, uvec4, texture_texels) // texels of images: two in each, of four half floats; tables of noise and of measured materials
+SCENE_TEXELS(materials, uvec4, texture_texels) // texels of images: two in each, of four half floats; tables of noise, of coats and of measured materials
 // Media: the first is the vacuum. None where nothing absorbs light on its way.
 SCENE_TEXELS(media, Medium, media)
 SCENE_TEXELS(media, MediumInterface, medium_interfaces) // of each material

@@ -5,11 +5,14 @@ use std::f64::consts::PI;
 use glam::{DVec2, DVec3};
 use obvhs::aabb::Aabb;
 
+use super::light_image::portal::PlacedPortal;
 use super::light_range::set_reach;
 use super::media::packed_medium;
 use super::{Packer, RenderSpace, light_image, mean};
 use crate::gpu_scene::alias;
-use crate::kernels::{self, AREA, AliasEntry, DISTANT, GONIOMETRIC, INFINITE, NONE, POINT, PROJECTION, SKY, SPOT};
+use crate::kernels::{
+    self, AREA, AliasEntry, DISTANT, GONIOMETRIC, INFINITE, NONE, POINT, PORTAL, PROJECTION, SKY, SPOT,
+};
 use crate::scene::{AreaLight, Light, LightImage, Rgb, Scene};
 
 /// Returns the name of a kind of light, as the kernels number it.
@@ -23,6 +26,7 @@ pub(crate) fn light_kind(kind: u32) -> &'static str {
         SKY => "sky",
         GONIOMETRIC => "goniometric",
         PROJECTION => "projection",
+        PORTAL => "portal",
         _ => "other",
     }
 }
@@ -79,7 +83,15 @@ impl Packer {
                 let light = kernels::Light { position: place(*position), primitive, ..light_of(PROJECTION, intensity) };
                 (light, mean(intensity * colour) * 4.0 * half_extent.element_product())
             }
-            Light::Sky { image, radiance } => {
+            Light::Sky { image, radiance, portal: Some(portal) } => {
+                let portal = PlacedPortal::new(portal, &render_from_world);
+                let (packed, colour) = portal.pack(image, &mut self.light_texels);
+                self.light_images.push(packed);
+                let primitive = self.light_images.len() as u32 - 1;
+                let light = kernels::Light { primitive, ..light_of(PORTAL, *radiance) };
+                (light, mean(*radiance * colour) * sphere * portal.area())
+            }
+            Light::Sky { image, radiance, portal: None } => {
                 let (primitive, colour) = self.add_light_image(image, None);
                 let light = kernels::Light { primitive, ..light_of(SKY, *radiance) };
                 (light, mean(*radiance * colour) * sphere * space.mean_shown())

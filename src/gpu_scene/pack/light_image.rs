@@ -1,5 +1,7 @@
 //! Packing of images of lights, with tables that choose texels by power.
 
+pub mod portal;
+
 use glam::DVec2;
 
 use super::mean;
@@ -10,6 +12,18 @@ use crate::scene::{LightImage, Rgb, window_cosine};
 /// Appends an image's rows and texels to `texels`, and returns the packed image and the weighted mean of
 /// the texels' colours. A projector has a window, whose texels are weighted by solid angle.
 pub fn pack(image: &LightImage, window: Option<DVec2>, texels: &mut Vec<LightTexel>) -> (kernels::LightImage, Rgb) {
+    let weight = |place| window.map_or(1.0, |half_extent| window_cosine(half_extent, place).powi(3));
+    let (packed, average) = pack_weighed(image, weight, texels);
+    let half_extent = window.unwrap_or_default().as_vec2().to_array();
+    (kernels::LightImage { half_extent, ..packed }, average)
+}
+
+/// Appends an image whose texels are chosen by their colour times a weight at their centre, in [0, 1]².
+pub fn pack_weighed(
+    image: &LightImage,
+    weight: impl Fn(DVec2) -> f64,
+    texels: &mut Vec<LightTexel>,
+) -> (kernels::LightImage, Rgb) {
     let (width, height) = (image.pixels.width, image.pixels.height);
     let size = DVec2::new(width.into(), height.into());
     let first = texels.len();
@@ -20,8 +34,7 @@ pub fn pack(image: &LightImage, window: Option<DVec2>, texels: &mut Vec<LightTex
     for (y, row) in image.pixels.pixels.chunks_exact(width as usize).enumerate() {
         let weighed = |(x, pixel): (usize, &[f32; 3])| {
             let place = (DVec2::new(x as f64, y as f64) + 0.5) / size;
-            let weight = window.map_or(1.0, |half_extent| window_cosine(half_extent, place).powi(3));
-            weight * Rgb::from(pixel.map(f64::from))
+            weight(place) * Rgb::from(pixel.map(f64::from))
         };
         let colours: Vec<Rgb> = row.iter().enumerate().map(weighed).collect();
         let weights: Vec<f64> = colours.iter().copied().map(mean).collect();
@@ -42,7 +55,7 @@ pub fn pack(image: &LightImage, window: Option<DVec2>, texels: &mut Vec<LightTex
         width,
         z_axis: axes.z_axis.to_array(),
         height,
-        half_extent: window.unwrap_or_default().as_vec2().to_array(),
+        half_extent: [0.0; 2],
         average: mean(average) as f32,
         pad: 0.0,
     };

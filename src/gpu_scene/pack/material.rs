@@ -1,15 +1,21 @@
 //! Packing of materials.
 
+mod boundary;
+mod coat;
 mod measured;
+mod scattering;
+mod slab;
+
+use coat::Base;
 
 use super::PackError;
 use super::texture::PackedTextures;
 use crate::kernels::{
     self, BY_REFLECTANCE, COATED_CONDUCTOR, COATED_DIFFUSE, CONDUCTOR, DIELECTRIC, DIFFUSE, DIFFUSE_TRANSMISSION,
     DISPLACED, HAS_LAMBERTIAN, INTERFACE, MEASURED, MIX, MaterialFeatures, NONE, NORMAL_MAPPED, REMAPPED,
-    REMAPPED_COAT, THIN_DIELECTRIC,
+    REMAPPED_COAT, SCATTERING_COAT, THIN_DIELECTRIC,
 };
-use crate::scene::{Bump, Coat, Input, Material, Metal, Rgb, Roughness};
+use crate::scene::{Bump, Coat, Input, Material, Metal, Rgb, Roughness, Scattering};
 
 /// Maximum alpha: rougher surfaces look the same.
 const MOST_ALPHA: f64 = 100.0;
@@ -76,13 +82,13 @@ fn pack_material(material: &Material, textures: &mut PackedTextures) -> Result<k
         Material::CoatedDiffuse { reflectance, coat } => {
             let base = kernels::Material { kind: COATED_DIFFUSE, flags: HAS_LAMBERTIAN, ..zero };
             let base = with_color(base, reflectance, textures)?;
-            with_coat(base, coat, sent_back_diffusely(coat), textures)?
+            with_coat(base, coat, Base::Lambertian, textures)?
         }
         Material::CoatedConductor { metal, roughness, coat } => {
             let base = with_metal(kernels::Material { kind: COATED_CONDUCTOR, ..zero }, metal, textures)?;
             let base = with_roughness(base, roughness, textures)?;
-            let sent_back = sent_back_by_facets(coat, f64::from(base.alpha_u.max(base.alpha_v)));
-            with_coat(base, coat, sent_back, textures)?
+            let alpha = base.alpha_u.max(base.alpha_v);
+            with_coat(base, coat, Base::Facets { alpha: alpha.into() }, textures)?
         }
         Material::Measured(measured) => kernels::Material {
             kind: MEASURED,
@@ -159,20 +165,27 @@ fn with_roughness(
 fn with_coat(
     material: kernels::Material,
     coat: &Coat,
-    sent_back: f64,
+    base: Base,
     textures: &mut PackedTextures,
 ) -> Result<kernels::Material, PackError> {
     let ([coat_alpha_u, coat_alpha_v], [coat_u_texture, coat_v_texture]) = roughness_of(&coat.roughness, textures)?;
-    Ok(kernels::Material {
-        coat_eta: coat.eta as f32,
-        coat_thickness: coat.thickness as f32,
-        coat_alpha_u,
-        coat_alpha_v,
-        coat_u_texture,
-        coat_v_texture,
-        coat_sent_back: sent_back as f32,
-        flags: material.flags | if coat.roughness.remap { REMAPPED_COAT } else { 0 },
-        ..material
+    let flags = material.flags | if coat.roughness.remap { REMAPPED_COAT } else { 0 };
+    let coat_eta = coat.eta as f32;
+    let material =
+        kernels::Material { coat_eta, coat_alpha_u, coat_alpha_v, coat_u_texture, coat_v_texture, flags, ..material };
+    if let Some(scattering) = &coat.scattering {
+        return with_scattering(material, coat, scattering, textures);
+    }
+    Ok(match textures.number(&coat.thickness)? {
+        (amount_texture, None) => {
+            let second_part = textures.table(base.key(coat.eta), || base.table(coat.eta).collect());
+            kernels::Material { amount_texture, amount: coat.absorbed as f32, second_part, ..material }
+        }
+        (_, Some(thickness)) => {
+            let thickness = thickness * coat.absorbed;
+            let sent_back = base.sent_back(coat.eta, thickness) as f32;
+            kernels::Material { coat_thickness: thickness as f32, coat_sent_back: sent_back, ..material }
+        }
     })
 }
 
@@ -195,44 +208,29 @@ pub(super) fn has_bumps(materials: &[kernels::Material]) -> bool {
     materials.iter().any(|material| material.flags & (DISPLACED | NORMAL_MAPPED) != 0)
 }
 
-/// Returns the reflectance of a boundary between dielectrics for unpolarised light; `eta` is the index of
-/// the far side over that of the near side.
-fn fresnel(cos_i: f64, eta: f64) -> f64 {
-    let sin2_t = (1.0 - cos_i * cos_i) / (eta * eta);
-    if sin2_t >= 1.0 {
-        return 1.0;
-    }
-    let cos_t = (1.0 - sin2_t).sqrt();
-    let parallel = (eta * cos_i - cos_t) / (eta * cos_i + cos_t);
-    let perpendicular = (cos_i - eta * cos_t) / (cos_i + eta * cos_t);
-    0.5 * (parallel * parallel + perpendicular * perpendicular)
-}
-
-const STEPS: u32 = 512;
-
-/// Returns the mean of `value` over quantiles in [0, 1], by the midpoint rule.
-fn mean_over(value: impl Fn(f64) -> f64) -> f64 {
-    (0..STEPS).map(|i| value((f64::from(i) + 0.5) / f64::from(STEPS))).sum::<f64>() / f64::from(STEPS)
-}
-
-/// Returns the fraction of the light from a Lambertian surface that its coat reflects back to it.
-fn sent_back_diffusely(coat: &Coat) -> f64 {
-    mean_over(|quantile| {
-        let cos = quantile.sqrt();
-        fresnel(cos, 1.0 / coat.eta) * (-2.0 * coat.thickness / cos).exp()
-    })
-}
-
-/// Returns the fraction of the light from microfacets, lit perpendicularly, that their coat reflects back
-/// (Walter and others 2007, eq. 35).
-fn sent_back_by_facets(coat: &Coat, alpha: f64) -> f64 {
-    mean_over(|quantile| {
-        let cos2 = (1.0 - quantile) / (1.0 - quantile + alpha * alpha * quantile);
-        let cos = 2.0 * cos2 - 1.0; // of twice the facet's angle
-        if cos <= 0.0 {
-            return 0.0;
-        }
-        fresnel(cos, 1.0 / coat.eta) * (-coat.thickness * (1.0 + 1.0 / cos)).exp()
+fn with_scattering(
+    material: kernels::Material,
+    coat: &Coat,
+    scattering: &Scattering,
+    textures: &mut PackedTextures,
+) -> Result<kernels::Material, PackError> {
+    let (amount_texture, thickness) = textures.number(&coat.thickness)?;
+    let (second_texture, second) = textures.color(&scattering.albedo)?;
+    let (first, g) = textures.number(&scattering.g)?;
+    // Tables know one alpha: textured boundaries pass light as smooth ones do.
+    let is_textured = material.coat_u_texture != NONE || material.coat_v_texture != NONE;
+    let alpha = if is_textured { 0.0 } else { f64::from(material.coat_alpha_u * material.coat_alpha_v).sqrt() };
+    let key = scattering::key(coat, alpha, scattering);
+    Ok(kernels::Material {
+        amount_texture,
+        coat_thickness: thickness.unwrap_or_default() as f32,
+        second_texture,
+        second,
+        first,
+        amount: g.unwrap_or_default() as f32,
+        second_part: textures.table(key, || scattering::table(coat, alpha, scattering)),
+        flags: material.flags | SCATTERING_COAT,
+        ..material
     })
 }
 
@@ -243,6 +241,8 @@ pub(super) fn specialize(materials: &[kernels::Material]) -> MaterialFeatures {
     let has_conductors = has(CONDUCTOR) || has(COATED_CONDUCTOR);
     let has_dielectrics = has(DIELECTRIC);
     let has_thin = has(THIN_DIELECTRIC);
+    let is_textured_coat = |m: &kernels::Material| m.coat_eta > 0.0 && m.amount_texture != NONE;
+    let is_scattering = |m: &kernels::Material| m.flags & SCATTERING_COAT != 0;
     let is_rough = |m: &kernels::Material| m.alpha_u > 0.0 || m.coat_alpha_u > 0.0;
     let is_anisotropic = |m: &kernels::Material| {
         [(m.alpha_u, m.alpha_v), (m.coat_alpha_u, m.coat_alpha_v)].iter().any(|(u, v)| u != v)
@@ -260,6 +260,8 @@ pub(super) fn specialize(materials: &[kernels::Material]) -> MaterialFeatures {
         has_measured: has(MEASURED),
         has_layers: has_coats || has(DIFFUSE_TRANSMISSION) || has(MIX),
         has_specular: has_conductors || has_dielectrics || has_coats || has_thin || has(MEASURED),
+        has_textured_coats: materials.iter().any(is_textured_coat),
+        has_scattering_coats: materials.iter().any(is_scattering),
         has_rough: materials.iter().any(is_rough),
         has_anisotropic: materials.iter().any(is_anisotropic),
         has_bumps: has_bumps(materials),
@@ -271,28 +273,6 @@ pub(super) fn specialize(materials: &[kernels::Material]) -> MaterialFeatures {
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    fn coat(eta: f64, thickness: f64) -> Coat {
-        Coat { eta, thickness, roughness: Roughness::SMOOTH }
-    }
-
-    /// Checks the loss of Lambertian light at a boundary: the mean over the outside of 1 - F is eta² times
-    /// the mean over the inside, because both are the same beams.
-    #[test]
-    fn a_coat_sends_back_what_reciprocity_says() {
-        for eta in [1.0, 1.33, 1.5, 2.5] {
-            let outside = mean_over(|quantile| fresnel(quantile.sqrt(), eta));
-            let inside = sent_back_diffusely(&coat(eta, 0.0));
-            assert!(((1.0 - inside) * eta * eta - (1.0 - outside)).abs() < 0.01, "{eta}: {inside} {outside}");
-        }
-    }
-
-    #[test]
-    fn smooth_facets_send_back_the_reflectance_straight_up() {
-        assert!((sent_back_by_facets(&coat(1.5, 0.0), 0.0) - 0.04).abs() < 1e-12);
-        let dim = sent_back_by_facets(&coat(1.5, 0.5), 0.0);
-        assert!((dim - 0.04 * (-1.0_f64).exp()).abs() < 1e-12);
-    }
 
     #[test]
     fn small_roughness_is_none_and_perceptual_values_are_squares() {

@@ -67,6 +67,8 @@ pub(super) struct PackedTextures {
     noise_table: Option<u32>,
     /// First element of the table of each measured material, by its address.
     measured: HashMap<*const Measured, u32>,
+    /// First element of each table of coats, by what it is computed from.
+    coat_tables: HashMap<Vec<u64>, u32>,
 }
 
 impl PackedTextures {
@@ -170,6 +172,16 @@ impl PackedTextures {
         *self.measured.entry(Arc::as_ptr(measured)).or_insert_with(|| {
             let first = self.texels.len() as u32;
             self.texels.extend(table(measured));
+            first
+        })
+    }
+
+    /// Returns the first element of a coat's table, and adds the table if it is not packed yet.
+    pub fn table(&mut self, key: Vec<u64>, make: impl FnOnce() -> Vec<[u32; 4]>) -> u32 {
+        let texels = &mut self.texels;
+        *self.coat_tables.entry(key).or_insert_with(|| {
+            let first = texels.len() as u32;
+            texels.extend(make());
             first
         })
     }

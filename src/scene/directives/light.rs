@@ -19,7 +19,7 @@ use crate::scene::directives::transform;
 use crate::scene::format::error::{Location, SceneError};
 use crate::scene::format::kind::Kind;
 use crate::scene::format::params::ParamList;
-use crate::scene::format::registry::{Family, ParamSpec, full, ignored, later, supported};
+use crate::scene::format::registry::{Family, ParamSpec, full, ignored, supported};
 use crate::scene::model::{AreaLight, EmissionImage, Light, Rgb};
 
 const COLOUR: &[Kind] = &[Kind::Rgb, Kind::Spectrum, Kind::Blackbody];
@@ -49,17 +49,7 @@ pub(in crate::scene) const FAMILY: Family = Family {
             ],
         ),
         supported("distant", &[full("L", COLOUR), SCALE, ILLUMINANCE, FROM, TO]),
-        supported(
-            "infinite",
-            &[
-                full("L", COLOUR),
-                SCALE,
-                ILLUMINANCE,
-                FILENAME,
-                // A portal hides the parts of the image that are not visible through it.
-                later("portal", &[Kind::Point3]),
-            ],
-        ),
+        supported("infinite", &[full("L", COLOUR), SCALE, ILLUMINANCE, FILENAME, full("portal", &[Kind::Point3])]),
         supported("goniometric", &[full("I", COLOUR), SCALE, POWER, FILENAME]),
         supported("projection", &[SCALE, POWER, full("fov", &[Kind::Float]), FILENAME]),
     ],
@@ -105,6 +95,9 @@ pub(in crate::scene) fn light(
                 irradiance: emitted(params, "L")? * positive(params, "illuminance")?.unwrap_or(1.0),
             }
         }
+        "infinite" if params.get("filename").is_none() && params.get("portal").is_some() => {
+            light_image::even_sky(params, world_from_light, location)?
+        }
         "infinite" if params.get("filename").is_none() => Light::Infinite {
             // A constant sky of radiance 1 gives a patch that faces up an irradiance of π.
             radiance: emitted(params, "L")? * positive(params, "illuminance")?.map_or(1.0, |e| e / PI),
@@ -138,7 +131,7 @@ pub(in crate::scene) fn emission(light: &Light) -> Rgb {
         Light::Goniometric { image, intensity, .. } | Light::Projection { image, intensity, .. } => {
             *intensity * light_image::brightest(&image.pixels)
         }
-        Light::Sky { image, radiance } => *radiance * light_image::brightest(&image.pixels),
+        Light::Sky { image, radiance, .. } => *radiance * light_image::brightest(&image.pixels),
     }
 }
 

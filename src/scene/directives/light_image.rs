@@ -10,6 +10,7 @@
 //! luminance (goniometric lights are grey: by the mean of channels).
 
 mod longitudes;
+mod portal;
 
 use std::f64::consts::{PI, TAU};
 use std::path::Path;
@@ -110,7 +111,28 @@ pub(in crate::scene) fn sky(
         let facing = mean(&pixels, |place| equal_area::direction(place).z.max(0.0));
         radiance *= over(illuminance, TAU * facing);
     }
-    Ok(Light::Sky { image: oriented(pixels, world_from_light.matrix3, location)?, radiance })
+    let image = oriented(pixels, world_from_light.matrix3, location)?;
+    Ok(Light::Sky { image, radiance, portal: portal::portal(params)? })
+}
+
+/// Returns a sky of the same radiance everywhere, which is seen through a portal. As in pbrt, an `illuminance` is
+/// computed as that of an image.
+pub(in crate::scene) fn even_sky(
+    params: &ParamList,
+    world_from_light: DAffine3,
+    location: &Location,
+) -> Result<Light, SceneError> {
+    let even = Image { pixels: vec![[1.0; 3]], ..Image::new(1, 1) };
+    let sky = sky(Arc::new(even), params, world_from_light, location)?;
+    let (scaled, scale) = (emitted(params, "L")?, params.not_negative("scale", 1.0)?);
+    let colour = if scale > 0.0 { scaled / scale } else { Rgb::ZERO };
+    let luminance = if params.get("illuminance").is_some() { colour.dot(Rgb::from(LUMINANCE)) } else { 1.0 };
+    Ok(match sky {
+        Light::Sky { image, radiance, portal } => {
+            Light::Sky { image, radiance: radiance * colour * over(1.0, luminance), portal }
+        }
+        other => other,
+    })
 }
 
 /// Returns a light whose intensity in each direction is given by an image.

@@ -6,7 +6,7 @@ use crate::scene::format::error::{Location, SceneError};
 use crate::scene::format::kind::Kind;
 use crate::scene::format::params::{Param, ParamList};
 use crate::scene::format::registry::{Family, ParamSpec, full, ignored, not_yet, supported};
-use crate::scene::model::{Coat, Input, Material, Metal, Rgb, Roughness};
+use crate::scene::model::{Coat, Input, Material, Metal, Rgb, Roughness, Scattering};
 use crate::scene::spectrum::{Spectrum, conductor, conductor_from_reflectance, copper, optional};
 
 const FLOAT: &[Kind] = &[Kind::Float];
@@ -20,9 +20,10 @@ const U_ROUGHNESS: ParamSpec = full("uroughness", NUMBER);
 const V_ROUGHNESS: ParamSpec = full("vroughness", NUMBER);
 const REMAP_ROUGHNESS: ParamSpec = full("remaproughness", &[Kind::Bool]);
 const REFLECTANCE: ParamSpec = full("reflectance", TEXTURED);
-/// Coats are computed in closed form; the little light that they scatter inside continues straight.
 const ALBEDO: ParamSpec = full("albedo", TEXTURED);
-const PHASE: ParamSpec = ignored("g", NUMBER);
+const PHASE: ParamSpec = full("g", NUMBER);
+/// Over a metal, the little light that a coat scatters goes straight on.
+const PHASE_OVER_METAL: ParamSpec = ignored("g", NUMBER);
 const THICKNESS: ParamSpec = full("thickness", NUMBER);
 const LAYER_DEPTH: ParamSpec = ignored("maxdepth", &[Kind::Integer]);
 const LAYER_SAMPLES: ParamSpec = ignored("nsamples", &[Kind::Integer]);
@@ -99,7 +100,7 @@ pub(in crate::scene) const FAMILY: Family = Family {
                 REMAP_ROUGHNESS,
                 THICKNESS,
                 ALBEDO,
-                PHASE,
+                PHASE_OVER_METAL,
                 LAYER_DEPTH,
                 LAYER_SAMPLES,
                 DISPLACEMENT,
@@ -157,10 +158,11 @@ fn even_material(
         },
         "coateddiffuse" => Material::CoatedDiffuse {
             reflectance: color("reflectance", 0.5)?,
-            coat: coat((params, location), "eta", roughness("")?, textures, &mut warnings)?,
+            coat: coat((params, location), ("eta", false), roughness("")?, textures, &mut warnings)?,
         },
         "coatedconductor" => {
-            let coat = coat((params, location), "interface.eta", roughness("interface.")?, textures, &mut warnings)?;
+            let coat =
+                coat((params, location), ("interface.eta", true), roughness("interface.")?, textures, &mut warnings)?;
             let metal = metal(params, ["conductor.eta", "conductor.k"], coat.eta, textures, location)?;
             Material::CoatedConductor { metal, roughness: roughness("conductor.")?, coat }
         }
@@ -286,43 +288,84 @@ fn dielectric(params: &ParamList, roughness: Roughness) -> Result<Material, Scen
     Ok(Material::Dielectric { eta, transmittance, roughness })
 }
 
-/// Maximum fraction of light that a coat may scatter: its albedo times its optical thickness. Up to this
+/// Maximum fraction of light that the coat of a metal may scatter: its albedo times its optical thickness. Up to this
 /// bound the direction of the scattered light matters little.
 const MOST_SCATTERED: f64 = 0.1;
 
-/// Returns a coat. Textures of its thickness and albedo are replaced by their means.
+/// Returns a coat.
 fn coat(
     (params, location): (&ParamList, &Location),
-    eta: &str,
+    (eta, over_metal): (&str, bool),
     roughness: Roughness,
     textures: &Textures,
     warnings: &mut Vec<String>,
 ) -> Result<Coat, SceneError> {
-    let mut mean_of = |name: &str, mean: Option<Rgb>| {
-        if let (Some(param), Some(mean)) = (params.get(name), mean) {
-            let mean = mean.element_sum() / 3.0;
-            warnings.push(format!("{param} is rendered as its mean, {mean:.4}: coats are the same everywhere inside"));
-        }
-    };
     let thickness = number(params, "thickness", textures, 0.01)?;
-    let (mean, is_texture) = textures.mean_number(thickness, location)?;
-    mean_of("thickness", is_texture.then_some(Rgb::splat(mean)));
-    if let Some(param) = params.get("thickness").filter(|_| mean < 0.0) {
+    if let (Some(param), Input::Constant(value)) = (params.get("thickness"), thickness)
+        && value < 0.0
+    {
         return Err(param.bad_value("0 or a number above it"));
     }
-    let albedo = params.get("albedo").map_or(Ok(Input::Constant(Rgb::ZERO)), |param| textures.color(param))?;
-    let (albedo, is_texture) = textures.mean_color(albedo, location)?;
-    mean_of("albedo", is_texture.then_some(albedo));
-    // `g` has no effect, but a texture that it names must exist.
-    number(params, "g", textures, 0.0)?;
-    let scattered = mean * albedo.element_sum() / 3.0;
-    if let Some(param) = params.get("albedo").filter(|_| scattered > 0.0) {
-        if scattered > MOST_SCATTERED {
-            let what =
-                format!("{param} that scatters {scattered:.2} of the light in a coat, by thickness times albedo,");
-            return Err(param.location.unsupported(&what, &format!("coats that scatter up to {MOST_SCATTERED}")));
+    let scattering = scattering(params, textures)?;
+    let eta = index(params, eta)?;
+    let albedo = params.get("albedo").filter(|_| scattering.is_some());
+    // Over a metal, what is scattered has no closed form.
+    Ok(match albedo {
+        Some(param) if over_metal => {
+            let absorbed = 1.0 - straight_on(param, thickness, textures, location, warnings)?;
+            Coat { eta, thickness, absorbed, scattering: None, roughness }
         }
+        _ => Coat { eta, thickness, absorbed: 1.0, scattering, roughness },
+    })
+}
+
+/// Returns the scattering inside of a coat; `None` if its albedo is 0.
+fn scattering(params: &ParamList, textures: &Textures) -> Result<Option<Scattering>, SceneError> {
+    let g = number(params, "g", textures, 0.0)?;
+    if let (Some(param), Input::Constant(value)) = (params.get("g"), g)
+        && !(-1.0..=1.0).contains(&value)
+    {
+        return Err(param.bad_value("a number from -1 to 1"));
+    }
+    let Some(param) = params.get("albedo") else {
+        return Ok(None);
+    };
+    let albedo = textures.color(param)?;
+    if let Input::Constant(value) = albedo {
+        if value.min_element() < 0.0 || value.max_element() > 1.0 {
+            return Err(param.bad_value("channels from 0 to 1"));
+        }
+        if value == Rgb::ZERO {
+            return Ok(None);
+        }
+    }
+    Ok(Some(Scattering { albedo, g }))
+}
+
+/// Returns the mean of the albedo of a metal's coat: the share of the extinguished light that goes straight on.
+fn straight_on(
+    param: &Param,
+    thickness: Input<f64>,
+    textures: &Textures,
+    location: &Location,
+    warnings: &mut Vec<String>,
+) -> Result<f64, SceneError> {
+    let (albedo, is_texture) = textures.mean_color(textures.color(param)?, location)?;
+    let mean = albedo.element_sum() / 3.0;
+    let (thickness, _) = textures.mean_number(thickness, location)?;
+    let scattered = mean * thickness;
+    if scattered > MOST_SCATTERED {
+        let what = format!(
+            "{param} that scatters {scattered:.2} of the light in the coat of a metal, by thickness times albedo,"
+        );
+        let instead = format!("coats of metals that scatter up to {MOST_SCATTERED}, and any coat of \"coateddiffuse\"");
+        return Err(param.location.unsupported(&what, &instead));
+    }
+    if is_texture {
+        warnings.push(format!("{param} is rendered as its mean, {mean:.4}: coats scatter the same everywhere"));
+    }
+    if scattered > 0.0 {
         warnings.push(format!("light that {param} scatters inside the coat is taken to go straight on"));
     }
-    Ok(Coat { eta: index(params, eta)?, thickness: mean - scattered, roughness })
+    Ok(mean)
 }

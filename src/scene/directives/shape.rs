@@ -39,7 +39,8 @@ pub(in crate::scene) const FAMILY: Family = Family {
                 full("P", &[Kind::Point3]),
                 full("N", &[Kind::Normal]),
                 full("uv", &[Kind::Point2]),
-                later("emissionfilename", &[Kind::String]),
+                // A hint where to sample the patch as a light, whose radiance it does not change.
+                ignored("emissionfilename", &[Kind::String]),
                 ignored("faceIndices", &[Kind::Integer]),
                 ALPHA,
             ],

@@ -17,6 +17,16 @@ pub struct LightImage {
     pub world_from_image: DMat3,
 }
 
+/// A rectangle through which alone a sky is seen, in world space. It is seen from the side to which
+/// `edges[1]` x `edges[0]` points.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Portal {
+    /// A corner.
+    pub corner: DVec3,
+    /// The edges at the corner, perpendicular to each other.
+    pub edges: [DVec3; 2],
+}
+
 /// A light that is not a surface.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Light {
@@ -76,6 +86,8 @@ pub enum Light {
         image: LightImage,
         /// Radiance before the image's factor, W/(m² sr); scale and illuminance included.
         radiance: Rgb,
+        /// The window through which alone the sky is seen.
+        portal: Option<Portal>,
     },
     /// The same radiance from every direction.
     Infinite {

@@ -55,8 +55,13 @@ pub enum Metal {
 pub struct Coat {
     /// Index of refraction of the coat over the index outside.
     pub eta: f64,
-    /// Optical thickness: light that crosses the coat perpendicularly is multiplied by exp(-thickness).
-    pub thickness: f64,
+    /// Thickness in mean free paths, 0 or more; negative values of a texture are clamped.
+    pub thickness: Input<f64>,
+    /// Share of the extinguished light that is absorbed, 0 to 1; the rest goes straight on. Light that crosses
+    /// the coat perpendicularly is multiplied by exp(-thickness * absorbed).
+    pub absorbed: f64,
+    /// Scattering inside, if there is any; then `absorbed` is 1, and is not used.
+    pub scattering: Option<Scattering>,
     /// Roughness of the coat's outer surface.
     pub roughness: Roughness,
 }
@@ -70,6 +75,15 @@ pub enum Bump {
     /// The normal itself, of any length: the index of a texture. Its x is along the derivative of the position by
     /// u, its z along the surface's shading normal, and x, y, z are right-handed.
     NormalMap(usize),
+}
+
+/// The scattering inside of a coat, by Henyey and Greenstein's phase function.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Scattering {
+    /// Share of the extinguished light that is scattered, 0 to 1; values of a texture outside that range are clamped.
+    pub albedo: Input<Rgb>,
+    /// Mean cosine of the angle of scattering, -1 to 1; 0 scatters to all directions alike.
+    pub g: Input<f64>,
 }
 
 /// How a surface scatters light.

@@ -35,7 +35,7 @@ fn coats_have_the_defaults_of_pbrt() {
         panic!("not coated");
     };
     assert_eq!(reflectance, Input::Constant(Rgb::splat(0.5)));
-    assert_eq!((coat.eta, coat.thickness), (1.5, 0.01));
+    assert_eq!((coat.eta, coat.thickness, coat.absorbed), (1.5, Input::Constant(0.01), 1.0));
     let text = "Material \"coatedconductor\" \"rgb reflectance\" .5 .5 .5";
     assert!(materials(text).is_err(), "three numbers need brackets");
     let text = "Material \"coatedconductor\" \"rgb conductor.eta\" [3 3 3] \"rgb conductor.k\" [6 6 6]
@@ -90,6 +90,8 @@ fn bad_materials_say_why() {
         ("Material \"conductor\" \"float roughness\" -1".to_string(), "expected 0 or a number above it"),
         ("Material \"thindielectric\" \"float eta\" 0".to_string(), "expected an index of refraction"),
         ("Material \"coateddiffuse\" \"float thickness\" -1".to_string(), "expected 0 or a number above it"),
+        ("Material \"coateddiffuse\" \"float g\" 1.5".to_string(), "expected a number from -1 to 1"),
+        ("Material \"coateddiffuse\" \"rgb albedo\" [0 2 0]".to_string(), "expected channels from 0 to 1"),
         ("Material \"hair\"".to_string(), "is not supported yet"),
         ("Material \"measured\"".to_string(), "has no \"string filename\"; expected the name of a .bsdf file"),
     ] {

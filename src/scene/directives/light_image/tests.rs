@@ -3,7 +3,7 @@ use std::fs;
 use tempfile::TempDir;
 
 use super::*;
-use crate::scene::Scene;
+use crate::scene::{Portal, Scene};
 
 /// Returns a folder with a grey image in `image.pfm`; its rows are from bottom to top, as in every PFM.
 fn folder(width: u32, height: u32, values: &[f32]) -> TempDir {
@@ -31,7 +31,7 @@ fn assert_refused(folder: &TempDir, text: &str, place: &str, expected: &str) {
 #[test]
 fn a_sky_has_the_radiance_of_its_file_with_the_first_row_at_the_top() {
     let folder = folder(2, 2, &[1.0, 2.0, 3.0, -4.0]);
-    let Light::Sky { image, radiance } = light(&folder, "\"infinite\" \"float scale\" 3") else {
+    let Light::Sky { image, radiance, portal: None } = light(&folder, "\"infinite\" \"float scale\" 3") else {
         panic!("not a sky");
     };
     assert_eq!(radiance, Rgb::splat(3.0));
@@ -47,6 +47,33 @@ fn the_illuminance_of_a_sky_is_that_of_pbrt() {
         panic!("not a sky");
     };
     assert!((0.25 * radiance.x * PI / 14.0 - 1.0).abs() < 1e-3, "{radiance}");
+}
+
+#[test]
+fn portals_are_rectangles() {
+    let folder = folder(2, 2, &[1.0; 4]);
+    let square = "\"infinite\" \"point3 portal\" [0 0 0  0 0 2  3 0 2  3 0 0]";
+    let Light::Sky { portal: Some(portal), .. } = light(&folder, square) else {
+        panic!("not a portal");
+    };
+    assert_eq!(portal, Portal { corner: DVec3::ZERO, edges: [2.0 * DVec3::Z, 3.0 * DVec3::X] });
+    for points in [
+        "0 0 0  0 0 2  3 0 2",
+        "0 0 0  0 0 2  3 0 2  3 0 0  1 1 1",
+        "0 0 0  0 0 2  3 0 0  3 0 2",
+        "0 0 0  0 0 0  3 0 2  3 0 0",
+        "0 0 0  0 0 0  0 0 0  0 0 0",
+        "0 0 0  0 0 2  3 0.1 2  3 0 0",
+        "0 0 0  0 0 2  4 0 3  4 0 1",
+        "0 0 0  0 0 2  3e200 0 2  3e300 0 0",
+    ] {
+        let text = format!("WorldBegin\nLightSource \"infinite\" \"point3 portal\" [{points}]\nShape \"sphere\"");
+        let error = Scene::parse(&text, "t.pbrt", "").unwrap_err().to_string();
+        assert!(
+            error.contains("t.pbrt:2:24:") && error.contains("expected the four corners of a rectangle"),
+            "{error}"
+        );
+    }
 }
 
 #[test]

@@ -113,10 +113,13 @@ fn bad_patches_are_refused() {
         ("\"bilinearmesh\" \"point3 P\" [0 0 0 1 0 0 0 1 0]", "has 3 vertices and no \"integer indices\""),
         ("\"bilinearmesh\" \"point3 P\" [0 0 0] \"integer indices\" [0 0 0]", "has 3 values; expected 4 for each face"),
         ("\"bilinearmesh\" \"point3 P\" [0 0 0] \"integer indices\" [0 0 0 1]", "has 1 at position 3; expected 0 to 0"),
-        ("\"bilinearmesh\" \"string emissionfilename\" \"a.png\"", "not supported yet"),
     ] {
         assert_refused(shape, expected);
     }
+    // The image of an emitter is that of its light; pbrt samples the patch by the one that the shape names.
+    let hint = "Shape \"bilinearmesh\" \"point3 P\" [0 0 0 1 0 0 0 1 0 1 1 0] \"string emissionfilename\" \"a.png\"";
+    let scene = Scene::parse(&format!("WorldBegin\n{hint}"), "t", "").expect("a scene");
+    assert_eq!(scene.shapes.len(), 1);
     let light = "AreaLightSource \"diffuse\" \"float power\" 1 Shape";
     for shape in ["\"bilinearmesh\" \"point3 P\" [0 0 0 1 0 0 0 1 0 1 1 0]", "\"cylinder\" \"float phimax\" 9"] {
         let error = Scene::parse(&format!("WorldBegin\n{light} {shape}"), "t", "").unwrap_err().to_string();
