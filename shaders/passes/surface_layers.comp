@@ -18,6 +18,7 @@
 #include "kernel/invocation.glsl"
 #include "kernel/tile.glsl"
 #include "material/albedo.glsl"
+#include "material/bump.glsl"
 #include "material/material.glsl"
 #include "math/random.glsl"
 #include "scene/constants.glsl"
@@ -90,6 +91,7 @@ vec2 slopes(Work work, float t, vec3 n) {
 void add_surface(Work work, Hit hit) {
     Surface surface = surface_at(work.seen.ray, hit);
     Material material = material_at(surface);
+    apply_bumps(surface, material);
     vec3 wo = -work.seen.ray.direction;
     float weight = work.seen.weight;
     vec3 albedo = albedo_of(material, dot(wo, surface.shading_normal));

@@ -98,7 +98,7 @@ fn run_with(args: &RenderArgs, step: impl Fn(&mut Renderer) -> Result<(), Render
     if renderer.iterations() > 0 || outcome.is_ok() {
         let times = [load_time, render_time, start.elapsed()];
         written.note(write(args, &scene, &outputs, &mut renderer, &begin, times));
-        written.note(display.map_or(Ok(()), |display| display.finish(&mut renderer)));
+        written.note(display.map_or(Ok(()), |display| display.finish(&renderer)));
     }
     // The failure that stopped the render determines the result, even if outputs failed after it.
     let end = match outcome {

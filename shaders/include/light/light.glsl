@@ -194,7 +194,7 @@ LightSample sample_sky(Light sky, vec3 from, vec2 u) {
 LightSample sample_portal_sky(Light sky, vec3 from, vec2 u) {
     PortalSample found = sample_portal(light_images_at(sky.primitive), from, u);
     vec3 target = from + 2.0 * scene.radius * found.direction;
-    return LightSample(target, found.direction, sky.emission * found.color, sky.direct_pmf * found.pdf, true, true);
+    return LightSample(target, found.direction, sky.emission * found.color, sky.direct_pmf * found.pdf, true, true, true);
 }
 
 // Factor of a point light's intensity in direction w, per channel.

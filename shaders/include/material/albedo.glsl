@@ -16,6 +16,16 @@ vec3 coated_albedo(Material material, float cos_o, vec3 base) {
     return reflectance + coat_transmittance(material, cos_o) * leaving;
 }
 
+// Of a coat that scatters light inside: the integral over wi of A(wo) A(wi) cos / pi, by Gauss's rule over the square
+// of the cosine.
+vec3 scattering_albedo(Material material, float cos_o) {
+    float cos_t;
+    float reflectance = fresnel_dielectric(cos_o, material.coat_eta, cos_t);
+    vec3 mean = 5.0 / 18.0 * (scattering_coat(material, 0.3357106) + scattering_coat(material, 0.9419650))
+              + 8.0 / 18.0 * scattering_coat(material, 0.7071068);
+    return reflectance + scattering_coat(material, cos_o) * mean;
+}
+
 // The albedo of a material; cos_o is the cosine of wo and the shading normal, of any sign. Glass sends all on, less
 // what its colour takes.
 vec3 albedo_of(Material material, float cos_o) {
@@ -30,6 +40,11 @@ vec3 albedo_of(Material material, float cos_o) {
     }
     if (HAS_THIN && material.kind == THIN_DIELECTRIC) {
         return vec3(1.0);
+    }
+    if (HAS_SCATTERING_COATS) {
+        if ((material.flags & SCATTERING_COAT) != 0u) {
+            return scattering_albedo(material, cos_o);
+        }
     }
     if (HAS_COATS && material.kind == COATED_DIFFUSE) {
         return coated_albedo(material, cos_o, material.color);

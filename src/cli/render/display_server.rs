@@ -94,7 +94,7 @@ impl DisplayServer {
     ///
     /// # Errors
     /// The device fails.
-    pub fn show(&mut self, renderer: &mut Renderer) -> Result<(), Failure> {
+    pub fn show(&mut self, renderer: &Renderer) -> Result<(), Failure> {
         let start = Instant::now();
         if start < self.next || self.is_sending.load(Ordering::Acquire) {
             return Ok(());
@@ -104,8 +104,8 @@ impl DisplayServer {
         Ok(())
     }
 
-    fn send(&self, renderer: &mut Renderer) -> Result<(), Failure> {
-        let planes = planes(&renderer.estimate()?, &self.aovs, renderer)?;
+    fn send(&self, renderer: &Renderer) -> Result<(), Failure> {
+        let planes = planes(&renderer.estimate()?, &self.aovs)?;
         self.is_sending.store(true, Ordering::Release);
         // The thread receives as long as there is a sender.
         let _ = self.images.send(planes);
@@ -116,7 +116,7 @@ impl DisplayServer {
     ///
     /// # Errors
     /// The device fails.
-    pub fn finish(self, renderer: &mut Renderer) -> Result<(), Failure> {
+    pub fn finish(self, renderer: &Renderer) -> Result<(), Failure> {
         let sent = self.send(renderer);
         drop(self.images);
         // A panic of the thread is already on standard error.
@@ -126,11 +126,11 @@ impl DisplayServer {
 }
 
 /// Returns the image and the AOVs as they are in an EXR.
-fn planes(estimate: &Estimate, aovs: &[&'static Aov], renderer: &mut Renderer) -> Result<Planes, Failure> {
+fn planes(estimate: &Estimate, aovs: &[&'static Aov]) -> Result<Planes, Failure> {
     let Image { width, height, pixels } = estimate.image();
     let mut names = ["R", "G", "B"].map(str::to_owned).to_vec();
     let mut values: Vec<f32> = (0..3).flat_map(|channel| pixels.iter().map(move |pixel| pixel[channel])).collect();
-    for channel in aov::channels(aovs, estimate, Some(renderer))? {
+    for channel in aov::channels(aovs, estimate)? {
         names.push(channel.name);
         values.extend(channel.values);
     }
