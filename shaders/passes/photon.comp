@@ -150,13 +150,18 @@ float shading_factor_of_record(Surface surface, Material material, vec3 wo) {
 
 // Factor of the adjoint BSDF, by which a photon scatters (Veach 1997, equation 5.19). It is 0 on a
 // diffuse surface if the shading normal and the geometric normal disagree about the side, unless the shading
-// normal decides it.
+// normal decides it. There, cosines at that normal may be as small as those at the geometric normal: those of a
+// reflection cancel, so that the whole factor is bounded.
 float shading_factor_of_bounce(Surface surface, Material material, vec3 wo, vec3 wi) {
+    if (is_bent(material)) {
+        float under = abs(dot(wo, surface.normal) * dot(wi, surface.shading_normal));
+        return min(abs(dot(wo, surface.shading_normal) * dot(wi, surface.normal)) / max(under, 1.0e-20), MAX_COSINE_RATIO);
+    }
     float factor = cosine_ratio(wo, surface.shading_normal, surface.normal)
                  * cosine_ratio(wi, surface.normal, surface.shading_normal);
     bool agree_o = dot(wo, surface.shading_normal) * dot(wo, surface.normal) > 0.0;
     bool agree_i = dot(wi, surface.shading_normal) * dot(wi, surface.normal) > 0.0;
-    return is_specular(material) || is_bent(material) || (agree_o && agree_i) ? factor : 0.0;
+    return is_specular(material) || (agree_o && agree_i) ? factor : 0.0;
 }
 
 float largest_channel(vec3 weight) {
