@@ -5,7 +5,7 @@
 //! or far from the origin, renders alike. Radiance does not change under scaling; intensities scale with
 //! the square of length.
 
-// Circle: pack.rs <-> contact.rs <-> contact/finder.rs <-> contact/layer.rs <-> contact/near.rs <-> instance.rs <-> light_image.rs <-> light_image/portal.rs <-> material.rs <-> media.rs <-> newton.rs <-> quadric.rs <-> revolution.rs <-> space.rs <-> texture.rs: one file per family of arrays, each with its methods of the Packer that holds the arrays.
+// Circle: pack.rs <-> contact.rs <-> contact/finder.rs <-> contact/layer.rs <-> contact/near.rs <-> instance.rs <-> material.rs <-> media.rs <-> newton.rs <-> quadric.rs <-> revolution.rs <-> space.rs <-> texture.rs: one file per family of arrays, each with its methods of the Packer that holds the arrays.
 
 mod contact;
 mod instance;

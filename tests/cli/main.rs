@@ -3,6 +3,7 @@
 mod advise;
 mod aov;
 mod display_server;
+mod exporters;
 #[cfg(unix)]
 mod files;
 #[cfg(target_os = "linux")]
