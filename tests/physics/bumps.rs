@@ -50,13 +50,14 @@ fn a_bumped_pane_passes_as_much_light_either_way() {
     );
     // The floor's normal is between those of the pane and of the wall that is the lamp: all light comes within 65° of it.
     let tilted = |world: &str| format!("AttributeBegin\nRotate -45 0 1 0\n{world}AttributeEnd\n");
-    for (what, world, radius, angle, iterations) in [
-        ("water", format!("{above}{water}"), 1.0, 65.0, 2),
+    let cases = [
         ("slab", format!("{above}{slab}"), 1.0, 65.0, 2),
-        ("rough", format!("{above}{rough}"), 1.0, 65.0, 2),
         ("water at grazing angles", tilted(&format!("{grazing}{water}")), 0.5, 65.0, 6),
+        ("water", format!("{above}{water}"), 1.0, 65.0, 2),
+        ("rough", format!("{above}{rough}"), 1.0, 65.0, 2),
         ("slab at grazing angles", tilted(&format!("{grazing}{wide_slab}")), 0.5, 75.0, 6),
-    ] {
+    ];
+    for (what, world, radius, angle, iterations) in cases.into_iter().take(work(2, 5)) {
         let floor = Floor { radius, angle };
         let expected = floor_by_eye_paths(floor, &world, work(iterations, 4 * iterations));
         let measured = floor_by_photons(floor, &world, work(iterations / 2, 2 * iterations));
@@ -88,7 +89,7 @@ fn bumped_floors_are_lit_alike_by_eye_paths_and_photons() {
                 direct,
                 ..Options::default()
             };
-            mean(&support::render(&scene_text(&camera(view, 30.0), &world), &options, work(8, 24)).image)[0]
+            mean(&support::render(&scene_text(&camera(view, 30.0), &world), &options, work(4, 24)).image)[0]
         };
         let [eye, photons] = [DirectLight::Nee, DirectLight::Photons].map(by);
         println!("seen from {view}: {eye:.5} by eye paths, {photons:.5} by photons, {:.4}", photons / eye);

@@ -87,7 +87,7 @@ fn photons_leave_tables_as_they_leave_the_surface() {
     let lambert = lambertian(0.6).write();
     let diffuse = "Material \"diffuse\" \"rgb reflectance\" [.6 .6 .6]\n";
     assert_near("Lambertian", wall_lit_by(&lambert.material(), 0.0), wall_lit_by(diffuse, 0.0), 0.01);
-    for alpha in [[0.4; 2], [0.6, 0.3], [0.3, 0.6]] {
+    for alpha in [[0.3, 0.6], [0.4; 2], [0.6, 0.3]].into_iter().take(work(1, 3)) {
         let (metal, tables) = metal_and_tables(alpha);
         let expected = wall_lit_by(&metal, 0.0);
         assert_near(&format!("GGX {alpha:?}"), wall_lit_by(&tables.material(), 0.0), expected, 0.01);
