@@ -22,7 +22,8 @@ pub struct Code {
 }
 
 /// Once a device has this many pipelines, those that no pass uses are dropped before another is kept.
-const ENOUGH: usize = 1024;
+/// llvmpipe takes some 15 MB for one.
+const ENOUGH: usize = 192;
 
 /// What a pipeline is made from. The arrays of a kernel, and with them its layout, follow from its code.
 #[derive(Clone, PartialEq, Eq, Hash)]
