@@ -3,13 +3,24 @@
 use goblet::scene::{FAMILIES, Scene, Support};
 
 /// Directives, their types, a scene that has them, and a part of the advice.
-const REFUSED: [(&str, &str, &str, &str); 5] = [
+const REFUSED: [(&str, &str, &str, &str); 9] = [
     ("Camera", "realistic", "Camera \"realistic\" WorldBegin", "write \"perspective\" with the lens's \"float fov\""),
     ("Integrator", "function", "Integrator \"function\" WorldBegin", "write \"sppm\""),
     ("Material", "hair", "WorldBegin Material \"hair\" Shape \"disk\"", "write \"coatedconductor\" or"),
     ("Material", "subsurface", "WorldBegin Material \"subsurface\" Shape \"disk\"", "write \"coateddiffuse\" with"),
+    ("MakeNamedMedium", "cloud", CLOUD, "write \"homogeneous\" with"),
+    ("MakeNamedMedium", "nanovdb", GRID, "write \"homogeneous\" with"),
+    ("MakeNamedMedium", "rgbgrid", COLOURED_GRID, "write \"homogeneous\" with"),
+    ("MakeNamedMedium", "uniformgrid", UNIFORM_GRID, "write \"homogeneous\" with"),
     ("Shape", "curve", "WorldBegin Shape \"curve\"", "write \"plymesh\" with the curve as a strip"),
 ];
+
+const CLOUD: &str = "WorldBegin MakeNamedMedium \"m\" \"string type\" \"cloud\" MediumInterface \"m\" Shape \"disk\"";
+const GRID: &str = "WorldBegin MakeNamedMedium \"m\" \"string type\" \"nanovdb\" MediumInterface \"m\" Shape \"disk\"";
+const COLOURED_GRID: &str =
+    "WorldBegin MakeNamedMedium \"m\" \"string type\" \"rgbgrid\" MediumInterface \"m\" Shape \"disk\"";
+const UNIFORM_GRID: &str =
+    "WorldBegin MakeNamedMedium \"m\" \"string type\" \"uniformgrid\" MediumInterface \"m\" Shape \"disk\"";
 
 #[test]
 fn refused_types_say_what_to_write_instead() {

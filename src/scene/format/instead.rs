@@ -1,5 +1,9 @@
 //! What to write instead of a type that is not supported yet, for error messages.
 
+/// The end of the sentence for media that are not the same everywhere.
+const HOMOGENEOUS: &str = "; instead, write \"homogeneous\" with a \"rgb sigma_a\" and \"rgb sigma_s\" [ 0 0 0 ], inside \
+                           a shape of \"interface\" that is as large";
+
 /// Directives, their types, and the sentence's end.
 const INSTEAD: &[(&str, &str, &str)] = &[
     (
@@ -19,6 +23,10 @@ const INSTEAD: &[(&str, &str, &str)] = &[
         "; instead, write \"coateddiffuse\" with a \"rgb reflectance\" for a dense body, \"diffusetransmission\" for a \
          thin one, \"dielectric\" for a clear one",
     ),
+    ("MakeNamedMedium", "cloud", HOMOGENEOUS),
+    ("MakeNamedMedium", "nanovdb", HOMOGENEOUS),
+    ("MakeNamedMedium", "rgbgrid", HOMOGENEOUS),
+    ("MakeNamedMedium", "uniformgrid", HOMOGENEOUS),
     (
         "Shape",
         "curve",
