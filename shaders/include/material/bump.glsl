@@ -4,6 +4,7 @@
 // decides what a material does, also on which side of the surface light comes and goes; the geometric normal decides
 // where rays start and which medium they are in. Photons have the factors of the adjoint BSDF (Veach 1997, section
 // 5.3).
+#extension GL_EXT_control_flow_attributes : require
 #include "geometry/surface_point.glsl"
 #include "material/bsdf.glsl"
 #include "material/texture.glsl"
@@ -78,7 +79,7 @@ vec3 to_moderate_length(vec3 v) {
 void bend_by_displacement(inout Surface surface, Material material) {
     Derivatives by_uv = surface.by_uv;
     vec3 heights; // at the point, and a step along u and along v
-    for (uint i = 0u; i < 3u; i++) {
+    [[dont_unroll]] for (uint i = 0u; i < 3u; i++) { // the code of textures is large
         Surface at = surface;
         vec2 steps = BUMP_STEP * vec2(i == 1u ? 1.0 : 0.0, i == 2u ? 1.0 : 0.0);
         at.uv += steps;

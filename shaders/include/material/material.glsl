@@ -50,10 +50,14 @@ void apply_textures(inout Material material, Surface surface) {
         material.eta = vec3(1.0 / outside);
         material.k = 2.0 * sqrt(reflectance / (1.0 - reflectance)) / outside;
     }
-    if (HAS_DIFFUSE_TRANSMISSION && material.kind == DIFFUSE_TRANSMISSION) {
+    bool is_transmission = HAS_DIFFUSE_TRANSMISSION && material.kind == DIFFUSE_TRANSMISSION;
+    bool is_scattering_coat = HAS_SCATTERING_COATS && (material.flags & SCATTERING_COAT) != 0u;
+    if (is_transmission || is_scattering_coat) {
+        material.second = clamp(textured(material.second_texture, material.second, surface), 0.0, 1.0);
+    }
+    if (is_transmission) {
         material.color *= material.color_texture != NONE ? material.amount : 1.0;
-        vec3 second = clamp(textured(material.second_texture, material.second, surface), 0.0, 1.0);
-        material.second = second * (material.second_texture != NONE ? material.amount : 1.0);
+        material.second *= material.second_texture != NONE ? material.amount : 1.0;
     }
     if (HAS_TEXTURED_COATS) {
         if (material.coat_eta > 0.0 && material.amount_texture != NONE) {
@@ -65,11 +69,8 @@ void apply_textures(inout Material material, Surface surface) {
             }
         }
     }
-    if (HAS_SCATTERING_COATS) {
-        if ((material.flags & SCATTERING_COAT) != 0u) {
-            material.second = clamp(textured(material.second_texture, material.second, surface), 0.0, 1.0);
-            material.amount = textured(material.first, vec3(material.amount), surface).x;
-        }
+    if (is_scattering_coat) {
+        material.amount = textured(material.first, vec3(material.amount), surface).x;
     }
     if (HAS_ROUGH) {
         vec2 alpha = textured_alpha(material.alpha_u_texture, material.alpha_v_texture, alpha_of(material),
