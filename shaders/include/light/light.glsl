@@ -57,7 +57,10 @@ float spot_falloff(Light light, vec3 w) {
 // Radiance of a point of an area light, W/(m^2 sr).
 vec3 surface_radiance(Light light, Surface surface) {
     if (HAS_IMAGE_EMITTERS) {
-        return light.emission * textured(light.image, vec3(1.0), surface);
+        if (light.image != NONE) {
+            TextureNode image = texture_nodes_at(light.image); // never another texture
+            return light.emission * sample_image_texture(image, texture_coordinates(image, surface).xy);
+        }
     }
     return light.emission;
 }
