@@ -93,7 +93,7 @@ lay() {
     cp scenes/*.pbrt "$1/scenes/"
     cp -r tests/reference "$1/tests/"
     # The tests have the bounds: "cornell-caustic 0.00330".
-    sed -n 's/^ *assert_matches("\(.*\)", \([0-9.]*\));$/\1 \2/p' tests/physics/reference.rs >"$1/bounds"
+    sed -n 's/^ *assert_matches("\(.*\)", \([0-9.]*\), [0-9.]*);$/\1 \2/p' tests/physics/reference.rs >"$1/bounds"
     git describe --always --abbrev=9 --exclude='*' --dirty=+ >"$1/commit" 2>/dev/null || echo unknown >"$1/commit"
 }
 

@@ -44,8 +44,8 @@ FEATURES SceneFeatures {
     bool HAS_IMAGE_EMITTERS = true;     // area lights with a texture
     bool HAS_IMAGE_TEXTURES = true;     // textures that are images
     bool HAS_TEXTURE_TREES = true;      // textures of more than one node
-    bool HAS_NOISE = true;              // textures that sum octaves of noise
-    bool HAS_DOTS = true;               // textures of discs, of which noise says where they are
+    bool HAS_NOISE = false;             // textures that sum octaves of noise
+    bool HAS_DOTS = false;              // textures of discs, of which noise says where they are
     bool HAS_MEDIA = false;             // media that absorb light
     bool HAS_INTERFACES = false;        // surfaces that only bound media
     bool HAS_PASSABLE = true;           // surfaces that rays pass: cut away in part, or that only bound media
