@@ -11,7 +11,8 @@ use goblet::scene::{ImageTexture, Input, Mapping, Material, Rgb, Scene, Texture,
 
 use crate::fixture::{EPS, Fixture, Rng, double, single};
 use crate::generated::{
-    KIND_SHIFT, MapSurfaces, MappedPoint, MappedRay, REVOLUTION, RunTextures, TRIANGLE, TexturedPoint,
+    KIND_SHIFT, MapSurfaces, MappedPoint, MappedRay, REVOLUTION, RunTextures, SceneFeatures, Specialization, TRIANGLE,
+    TexturedPoint,
 };
 use crate::support::noise;
 use crate::world::World;
@@ -176,7 +177,10 @@ fn check(textures: &str, names: &[&str]) {
     let fixture = Fixture::new();
     let gpu = world.upload(&fixture);
     let (points, values) = (fixture.upload(&points), fixture.output::<[f32; 4]>(COUNT));
-    fixture.run(&RunTextures { scene: gpu.bindings(), points: &points, values: &values }, COUNT);
+    let declared = Specialization::DECLARED;
+    let features = SceneFeatures { has_noise: true, has_dots: true, ..declared.scene };
+    let kernel = RunTextures { scene: gpu.bindings(), points: &points, values: &values };
+    fixture.run_specialized(&kernel, &Specialization { scene: features, ..declared }, COUNT);
     let mut compared = 0;
     for (i, (found, expected)) in fixture.read(&values).iter().zip(&expected).enumerate() {
         let Some(expected) = expected else { continue };
