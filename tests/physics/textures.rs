@@ -58,6 +58,7 @@ fn paths_average_a_texture_that_is_finer_than_a_pixel() {
     let image = shot.take(&camera("0 0 1  0 0 0  0 1 0", 90.0), &world).image;
     let squares: f64 = image.pixels.iter().map(|pixel| (f64::from(pixel[0]) / expected - 1.0).powi(2)).sum();
     let error = squares / image.pixels.len() as f64;
+    println!("a texture in disorder after 64 iterations: relative squared error {error:.5}");
     assert!(error < 0.5 / 64.0, "{error}");
 }
 
