@@ -362,8 +362,8 @@ void store_place(uint number, Work work) {
     Path path = work.path;
     uint alive = (work.alive ? 1u : 0u) | (path.met_diffuse ? 2u : 0u);
     places.data[number] = PhotonPlace(path.ray.origin, path.medium_eta, path.ray.direction, path.depth, path.weight,
-                                      work.photon, state, (work.alive ? 1u : 0u) | (path.met_diffuse ? 2u : 0u),
-                                      begin_of(path.ray), contacts_of(path.ray), path.ray.medium, 0u, 0u, 0u);
+                                      work.photon, state, alive, begin_of(path.ray), contacts_of(path.ray),
+                                      path.ray.medium, 0u, 0u, 0u);
     atomicAdd(counters.value.unfinished, state == UNFINISHED ? 1u : 0u);
     atomicAdd(counters.value.stuck, state == STUCK ? 1u : 0u);
 }
