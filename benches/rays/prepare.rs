@@ -44,6 +44,7 @@ impl Prepared {
                     is_resumable: false,
                     is_queue: goblet::render::is_queue(device.info().kind, &packed.features),
                     gathers_caustics: false,
+                    sorts_rough: false,
                 },
                 ..Specialization::DECLARED
             },

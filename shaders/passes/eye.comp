@@ -4,12 +4,15 @@
 // Reads: the scene (set 0), camera, filter_table; places where it resumes.
 // Writes: visible_points, visible_throughputs (where the last path ended), visible_radiances (mean of
 //   all paths' emission and direct light, which are noisier than the photons' light and cheaper to
-//   sample; until all have ended, the sum), counters (atomic), places where IS_RESUMABLE.
+//   sample; until all have ended, the sum), rough_points where HAS_ROUGH_GATHER, counters (atomic), places where
+//   IS_RESUMABLE.
 // Units: lengths in render units, radiance in W/(m^2 sr); throughputs are the path's throughput times
 //   the BSDF, 1/sr.
 // Source: Hachisuka and Jensen, "Stochastic Progressive Photon Mapping", 2009, section 3.
 #version 460
+#include "camera/eye_state.glsl"
 #include "camera/kept.glsl"
+#include "camera/rough_gather.glsl"
 #include "camera/rough_path.glsl"
 #include "camera/sample.glsl"
 #include "camera/visible_end.glsl"
@@ -39,24 +42,6 @@
 #include "scene/materials.glsl"
 #include "scene/scene.glsl"
 
-// The path of an invocation that another dispatch goes on with: it has met no diffuse surface yet.
-struct EyePlace {
-    vec3 origin;        // of the path's next ray, render units
-    float medium_eta;   // refractive index of the medium that the path is in, over the camera's
-    vec3 direction;     // of that ray
-    float travelled;    // length of the path so far, render units
-    vec3 throughput;    // of the path so far
-    uint depth;         // segments of the path so far
-    vec3 radiance;      // emission met so far, W/(m^2 sr)
-    uint path;          // number of the path among those of its pixel
-    vec3 last_position; // of the RoughVertex
-    float last_pdf;     // of the RoughVertex
-    uint state;         // FINISHED, UNFINISHED or STUCK
-    float begin;        // of the ray: contact.glsl
-    uint contacts;      // of the ray: contact.glsl
-    uint medium;        // of the ray: index into media
-};
-
 UPDATED_BUFFER(EyePlace, places) // of invocations that go on
 
 layout(push_constant) uniform Push {
@@ -81,20 +66,6 @@ uint pair_of_bounce(uint depth) {
     }
     return PAIR_LOBE + depth;
 }
-
-// Least length of a path, in render units: a length of 0 stands for "no visible point".
-const float SHORTEST_PATH = 1.0e-12;
-
-// An eye path that has met no diffuse surface yet: the state from which it is continued.
-struct EyeState {
-    Ray ray;           // its next segment
-    vec3 throughput;
-    float medium_eta;  // refractive index of the medium that the path is in, over the camera's
-    float travelled;   // length of the path so far, render units
-    RoughVertex rough; // the vertex that the ray leaves, if that was rough
-    uint depth;        // segments so far
-    vec3 radiance;     // emission met so far, W/(m^2 sr)
-};
 
 bool is_finite(vec3 v) {
     return all(lessThan(abs(v), vec3(INFINITY_T)));
@@ -121,6 +92,7 @@ struct Work {
     bool is_immersed;    // it ended on a diffuse surface inside a dielectric
     vec3 rough_radiance; // from one light by way of a rough surface, unless it is blocked; W/(m^2 sr)
     Ray to_light;        // from there
+    RoughPoint rough_point; // HAS_ROUGH_GATHER: at the end of the segment, if the path's point moves there
     EyeState start;      // IS_RESUMABLE: the state before the last segment
     bool advanced;       // IS_RESUMABLE: this dispatch has finished a segment
 };
@@ -197,6 +169,12 @@ Scatter leave_specular(inout Work work, Surface surface, Material material, floa
         vec3 reflected = direct_light_on_rough(surface, material, wo, random_of(work), pair + 2u, work.to_light);
         work.rough_radiance = work.state.throughput * reflected;
         work.asks = work.rough_radiance != vec3(0.0) ? ASKS_ROUGH : FOLLOWS;
+    }
+    if (HAS_ROUGH_GATHER) {
+        float u = random_pair(random_of(work), pair).y;
+        vec3 throughput = work.state.throughput * (HAS_SIGNED_FILTER ? work.filter_weight : 1.0);
+        RoughPoint point = rough_point(surface, material, wo, throughput, max(work.state.travelled, SHORTEST_PATH));
+        choose_rough_point(work.rough_point, work.state.rough_met, point, is_rough(material), u);
     }
     work.state.rough = rough_vertex(surface, material, wo, scattered.wi);
     return scattered;
@@ -288,7 +266,7 @@ void begin_path(inout Work work) {
         camera_sample.ray.medium = scene.camera_medium;
     }
     work.filter_weight = camera_sample.weight;
-    work.state = EyeState(camera_sample.ray, vec3(1.0), 1.0, 0.0, no_rough_vertex(), 0u, vec3(0.0));
+    work.state = EyeState(camera_sample.ray, vec3(1.0), 1.0, 0.0, no_rough_vertex(), 0u, vec3(0.0), 0u);
     work.start = work.state;
     work.end.is_reached = false;
     work.asks = FOLLOWS;
@@ -352,6 +330,9 @@ void attenuate(inout Work work, Query query, Hit hit) {
 bool next_query(inout Work work, inout Query query, Hit hit) {
     Work next = work;
     next.state.ray = followed_ray(work, query);
+    if (HAS_ROUGH_GATHER) {
+        next.rough_point = no_rough_point();
+    }
     vec3 radiance;
     bool goes_on = false;
     bool ends = false;
@@ -389,6 +370,9 @@ bool next_query(inout Work work, inout Query query, Hit hit) {
             return true; // the driver ended this segment early: it does not count
         }
     }
+    if (HAS_ROUGH_GATHER) {
+        keep_rough_point(next.rough_point, work.pixel);
+    }
     if (ends) {
         add_path(next.kept, work.pixel, work.done, radiance);
     }
@@ -396,21 +380,11 @@ bool next_query(inout Work work, inout Query query, Hit hit) {
     return goes_on || begins;
 }
 
-EyeState state_of(EyePlace place) {
-    Ray ray = saved_ray(place.origin, place.direction, place.begin, place.contacts, place.medium);
-    RoughVertex rough = RoughVertex(place.last_position, place.last_pdf);
-    return EyeState(ray, place.throughput, place.medium_eta, place.travelled, rough, place.depth, place.radiance);
-}
-
-EyePlace place_of(EyeState state) {
-    return EyePlace(state.ray.origin, state.medium_eta, state.ray.direction, state.travelled, state.throughput, state.depth,
-                    state.radiance, 0u, state.rough.position, state.rough.pdf, FINISHED, begin_of(state.ray), contacts_of(state.ray), state.ray.medium);
-}
-
 // Leaves out a path that the driver cannot follow even where the invocation is alone.
 void cut_path(inout Work work) {
     add_path(work.kept, work.pixel, work.done, vec3(0.0));
     work.end.is_reached = false;
+    work.state.rough_met = 0u;
     work.start.depth = 0u;
     work.done++;
     work.advanced = true;
@@ -476,6 +450,9 @@ void main() {
         }
     }
     finish_pixel(work.kept, work.pixel, paths, work.end.is_reached);
+    if (HAS_ROUGH_GATHER) {
+        finish_rough_point(work.pixel, work.state.rough_met);
+    }
     if (IS_RESUMABLE) {
         return;
     }

@@ -8,6 +8,7 @@
 #include "lookup/grid.glsl"
 #include "lookup/records.glsl"
 #include "scene/constants.glsl"
+#include "scene/features.glsl"
 
 TEXELS(PhotonRecord, photons)
 VALUE(uint, max_radius2)
@@ -22,7 +23,11 @@ void main() {
         PhotonRecord photon = photons_at(i);
         ivec3 cell = cell_of(photon.position, inverse_size);
         uint slot = cell_hash(cell, grid_extent.value.cell_mask);
-        photon.cell = marked_cell(photon, cell_mark(cell));
+        if (SORTS_ROUGH) {
+            // `cell` is the photon's direction.
+        } else {
+            photon.cell = marked_cell(photon, cell_mark(cell));
+        }
         store_grid_photons(cells.data[slot].first + atomicAdd(cells.data[slot].count, 1u), photon);
     }
 }

@@ -10,9 +10,12 @@
 #include "kernel/complete.glsl"
 #include "kernel/counters.glsl"
 #include "kernel/invocation.glsl"
+#include "lookup/flux_counts.glsl"
 #include "lookup/flux_sums.glsl"
+#include "lookup/rough_flux.glsl"
 #include "math/sampling.glsl"
 #include "scene/constants.glsl"
+#include "scene/features.glsl"
 
 TEXELS(float, visible_radii2)
 TEXELS(vec4, visible_throughputs)
@@ -34,6 +37,10 @@ layout(push_constant) uniform Push {
     uint light_group;   // numbers of groups, or NONE
     uint caustic_group; // ..
     uint square_group;  // ..
+    float rough_scale;  // as update.comp has it
+    uint pad0;          // unused
+    uint pad1;          // unused
+    uint pad2;          // unused
 };
 
 Flux caustic_flux(uint pixel) {
@@ -56,15 +63,20 @@ void main() {
         per_flux = visible_throughputs_at(pixel).rgb * (flux_scale / radius2);
         density = float(count) / (PI * radius2) * per_photon;
     }
+    vec3 rough = vec3(0.0);
+    if (HAS_ROUGH_GATHER) {
+        rough = rough_scale * to_signed_floats(load_flux(pixel_count + pixel));
+    }
     if (light_group != NONE) {
         store_layer_values(light_group * pixel_count + pixel, vec4(direct, density));
     }
     if (caustic_group != NONE) {
         vec3 radiance = count > 0u ? per_flux * to_floats(caustic_flux(pixel)) : vec3(0.0);
-        store_layer_values(caustic_group * pixel_count + pixel, vec4(radiance, 0.0));
+        store_layer_values(caustic_group * pixel_count + pixel, vec4(radiance + rough, 0.0));
     }
     if (square_group != NONE) {
         vec3 radiance = count > 0u ? direct + per_flux * to_floats(load_flux(pixel)) : direct;
+        radiance += rough;
         vec3 balanced = vec3(dot(balance[0].xyz, radiance), dot(balance[1].xyz, radiance), dot(balance[2].xyz, radiance));
         store_layer_values(square_group * pixel_count + pixel, vec4(balanced * balanced, sqrt(radius2)));
     }

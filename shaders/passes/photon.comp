@@ -3,7 +3,7 @@
 // Invocations: `stride`; each traces every stride-th photon of the batch and begins the next one where
 //   a path ends, so that lanes stay busy (path regeneration).
 // Reads: the scene (set 0); places where it resumes.
-// Writes: photons, counters (atomic), places where IS_RESUMABLE.
+// Writes: photons, rough_photons where HAS_ROUGH_GATHER, counters (atomic), places where IS_RESUMABLE.
 // Units: lengths in render units; weights are flux over the mean flux of a photon, per channel.
 // Source: Jensen, "Global Illumination using Photon Maps", 1996.
 #version 460
@@ -19,6 +19,7 @@
 #include "light/emission.glsl"
 #include "lookup/caustic.glsl"
 #include "lookup/records.glsl"
+#include "lookup/rough.glsl"
 #include "material/bsdf.glsl"
 #include "material/bump.glsl"
 #include "material/layers.glsl"
@@ -39,7 +40,7 @@ struct PhotonPlace {
     vec3 weight;      // flux over the mean flux of a photon, per channel
     uint photon;      // number of the photon to begin next; the path is that of the one before
     uint state;       // FINISHED, UNFINISHED or STUCK
-    uint alive;       // 1 if there is a path; and 2 if it has met something diffuse
+    uint alive;       // 1 if there is a path; 2 if it has met something diffuse; 4 if a lobe was not smooth
     float begin;      // of the ray: contact.glsl
     uint contacts;    // of the ray: contact.glsl
     uint medium;      // of the ray: index into media
@@ -49,6 +50,7 @@ struct PhotonPlace {
 };
 
 STORED_TEXELS(PhotonRecord, photons)
+STORED_TEXELS(PhotonRecord, rough_photons) // on rough surfaces: rough.glsl
 UPDATED_BUFFER(PhotonPlace, places) // of invocations that go on
 
 layout(push_constant) uniform Push {
@@ -76,6 +78,7 @@ struct Path {
     float medium_eta; // refractive index of the medium that the path is in, over that where it began
     Random random;
     bool met_diffuse; // HAS_CAUSTIC_LAYER: a diffuse lobe has scattered it
+    bool met_rough;   // HAS_ROUGH_GATHER: a diffuse or rough lobe has scattered it
 };
 
 // Random numbers of a photon. The photons of all iterations of a stream are one sequence, whose strata
@@ -91,7 +94,7 @@ Random random_of(uint photon) {
 Path start_path(uint photon) {
     Random random = random_of(photon);
     Emission emission = emit(random);
-    return Path(emission.ray, emission.weight, 0u, 1.0, random, false);
+    return Path(emission.ray, emission.weight, 0u, 1.0, random, false, false);
 }
 
 // Stores a photon. `recorded` also counts photons past the end of the array, which tells the host that
@@ -100,6 +103,14 @@ void store_record(PhotonRecord photon) {
     uint slot = atomicAdd(counters.value.recorded, 1u);
     if (slot < capacity) {
         store_photons(slot, photon);
+    }
+}
+
+// The same for photons on rough surfaces.
+void store_rough_record(PhotonRecord photon) {
+    uint slot = atomicAdd(counters.value.recorded_rough, 1u);
+    if (slot < capacity) {
+        store_rough_photons(slot, photon);
     }
 }
 
@@ -118,6 +129,8 @@ struct Segment {
     bool is_immersed; // it met a diffuse surface inside a dielectric
     bool has_record;  // IS_RESUMABLE: it recorded a photon, stored once it is known to be complete
     PhotonRecord photon;
+    bool has_rough;   // the same for rough surfaces
+    PhotonRecord rough;
 };
 
 // Records a photon at a diffuse surface. `mark` is that of caustic.glsl.
@@ -129,6 +142,16 @@ void record_photon(inout Segment segment, Surface surface, Material material, ve
         segment.has_record = true;
     } else {
         store_record(photon);
+    }
+}
+
+// Records a photon at a rough surface.
+void record_rough(inout Segment segment, PhotonRecord photon) {
+    if (IS_RESUMABLE) {
+        segment.rough = photon;
+        segment.has_rough = true;
+    } else {
+        store_rough_record(photon);
     }
 }
 
@@ -179,6 +202,9 @@ bool bounce(inout Path path, Surface surface, Material material) {
     bool specular = is_specular(material);
     if (HAS_CAUSTIC_LAYER) {
         path.met_diffuse = path.met_diffuse || !specular;
+    }
+    if (HAS_ROUGH_GATHER) {
+        path.met_rough = path.met_rough || !specular || is_rough(material);
     }
     vec2 u_direction = specular && !is_rough(material) ? vec2(0.0) : random_pair(path.random, pair);
     Scatter scattered = scatter(material, wo, surface.shading_normal, surface.tangent, u.x, u_direction, FLUX);
@@ -238,6 +264,12 @@ uint advance(inout Path path, Hit hit, inout Segment segment) {
         uint mark = caustic_mark(path.depth > 0u && !path.met_diffuse);
         record_photon(segment, surface, material, wo, scattering_factor(material, cos_i, kept), mark);
     }
+    if (HAS_ROUGH_GATHER) {
+        if (path.depth > 0u && !path.met_rough && gathers_on_facets(material) && is_from_unmet_light(path.random)) {
+            float ratio = HAS_SHADING_NORMALS ? cosine_ratio(wo, surface.shading_normal, surface.normal) : 1.0;
+            record_rough(segment, rough_record(surface, wo, path.weight * ratio));
+        }
+    }
     path.depth++;
     if (path.depth >= scene.max_depth) {
         return TRUNCATED;
@@ -258,7 +290,8 @@ uint fate(Path path) {
 
 Path path_of(PhotonPlace place) {
     Ray ray = saved_ray(place.origin, place.direction, place.begin, place.contacts, place.medium);
-    return Path(ray, place.weight, place.depth, place.medium_eta, random_of(place.photon - stride), (place.alive & 2u) != 0u);
+    return Path(ray, place.weight, place.depth, place.medium_eta, random_of(place.photon - stride), (place.alive & 2u) != 0u,
+                (place.alive & 4u) != 0u);
 }
 
 // How many paths have ended in which way.
@@ -298,7 +331,8 @@ struct Work {
 // same path or, where that has ended, of the next photon's.
 bool next_query(inout Work work, inout Query query, Hit hit) {
     Work next = work;
-    Segment segment = Segment(ALIVE, false, false, PhotonRecord(vec3(0.0), 0u, vec3(0.0), 0u));
+    PhotonRecord none = PhotonRecord(vec3(0.0), 0u, vec3(0.0), 0u);
+    Segment segment = Segment(ALIVE, false, false, none, false, none);
     if (next.waits) {
         if (HAS_MEDIA) {
             next.path.weight *= transmittance_of(query, hit);
@@ -325,6 +359,9 @@ bool next_query(inout Work work, inout Query query, Hit hit) {
         }
         if (segment.has_record) {
             store_record(segment.photon);
+        }
+        if (segment.has_rough) {
+            store_rough_record(segment.rough);
         }
     }
     next.waits = next.alive;
@@ -360,7 +397,7 @@ void cut_path(inout Work work) {
 void store_place(uint number, Work work) {
     uint state = work.alive || work.photon < end ? (work.advanced ? UNFINISHED : STUCK) : FINISHED;
     Path path = work.path;
-    uint alive = (work.alive ? 1u : 0u) | (path.met_diffuse ? 2u : 0u);
+    uint alive = (work.alive ? 1u : 0u) | (path.met_diffuse ? 2u : 0u) | (path.met_rough ? 4u : 0u);
     places.data[number] = PhotonPlace(path.ray.origin, path.medium_eta, path.ray.direction, path.depth, path.weight,
                                       work.photon, state, alive, begin_of(path.ray), contacts_of(path.ray),
                                       path.ray.medium, 0u, 0u, 0u);
@@ -388,7 +425,7 @@ void main() {
         number /= spread;
     }
     works = works && offset + number < stride; // other invocations take all photons
-    Path none = Path(free_ray(vec3(0.0), vec3(0.0)), vec3(0.0), 0u, 1.0, Random(0u, 0u), false);
+    Path none = Path(free_ray(vec3(0.0), vec3(0.0)), vec3(0.0), 0u, 1.0, Random(0u, 0u), false, false);
     Work work = Work(none, false, false, first + offset + number, Ends(0u, 0u, 0u, 0u, 0u, 0u), 0u, 0u, false);
     if (IS_RESUMABLE) {
         if (works && resumed != 0u) {

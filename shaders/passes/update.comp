@@ -16,8 +16,10 @@
 #include "kernel/counters.glsl"
 #include "kernel/invocation.glsl"
 #include "lookup/flux.glsl"
+#include "lookup/flux_counts.glsl"
 #include "lookup/flux_sums.glsl"
 #include "lookup/records.glsl"
+#include "lookup/rough_flux.glsl"
 #include "lookup/shrink.glsl"
 #include "math/sum.glsl"
 #include "scene/constants.glsl"
@@ -40,9 +42,9 @@ layout(push_constant) uniform Push {
     float flux_scale;    // mean flux of a photon over pi and the unit of the sums
     uint half_of_rounds; // 0 or 1
     uint capacity;       // photons that a batch may record
+    float rough_scale;   // flux_scale over the squared radius of the largest disc of rough points
     uint pad0;           // unused
     uint pad1;           // unused
-    uint pad2;           // unused
 };
 
 // Reads the flux of a pixel and the count of its photons, and clears both.
@@ -55,6 +57,17 @@ vec3 take_flux(uint pixel, out uint count) {
         flux_counts.data[pixel] = 0u;
     }
     return flux;
+}
+
+// Reads what the rough point of a pixel has gathered, and clears it.
+vec3 take_rough_flux(uint pixel) {
+    uint place = pixel_count + pixel;
+    Flux flux = load_flux(place);
+    if ((flux.low | flux.high) == uvec3(0u)) {
+        return vec3(0.0);
+    }
+    store_flux(place, Flux(uvec3(0u), uvec3(0u)));
+    return to_signed_floats(flux);
 }
 
 uvec4 term_of(float radiance) {
@@ -75,6 +88,9 @@ void main() {
     if (count > 0u) {
         float radius2 = visible_radii2_at(pixel);
         radiance += visible_throughputs_at(pixel).rgb * flux * (flux_scale / radius2);
+    }
+    if (HAS_ROUGH_GATHER) {
+        radiance += rough_scale * take_rough_flux(pixel);
     }
     if (any(isnan(radiance))) {
         atomicAdd(counters.value.non_finite, 1u);

@@ -144,7 +144,7 @@ impl Contents {
         let resolved = options.resolve(scene, size)?;
         let view = pack_camera(&scene.camera, &scene.film, resolved.window.full, &packed.space.from_world());
         let Resolved { resolution, photons, max_depth, .. } = resolved;
-        let sizes = Sizes::new(resolution, photons, max_depth, LEAST_ROOM);
+        let sizes = Sizes::new(resolution, photons, max_depth, LEAST_ROOM, packed.features.has_rough_gather);
         let memory = MemoryNeed::new(&packed, &sizes, options.lookup, resolved.layers);
         Ok(Self {
             scene: count(scene),

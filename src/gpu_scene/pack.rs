@@ -32,7 +32,7 @@ use contact::Part;
 use instance::Placed;
 pub(crate) use light::light_kind;
 use light_range::sphere_of_reach;
-use material::{has_bumps, specialize};
+use material::{has_bumps, mark_facets, specialize};
 use media::packed_medium;
 pub use newton::{Envelopes, RevolutionSolver};
 pub use noise::PERMUTATION;
@@ -180,6 +180,10 @@ pub fn pack(scene: &Scene, packing: impl Into<Packing>) -> Result<PackedScene, P
     packer.textures = PackedTextures::new(scene, &packer.render_from_world);
     packer.dress(scene, &mut placed)?;
     packer.add_media(scene, &mut placed, space.scale);
+    packer.gathers_rough = scene.has_unmet_light_on_rough_surfaces();
+    if packer.gathers_rough {
+        mark_facets(&mut packer.materials);
+    }
     let bvh = packer.add_surfaces(&placed)?;
     let contacts = packer.find_contacts(&placed, &bvh);
     let wide = packer.widen(&bvh)?;
@@ -255,6 +259,8 @@ struct Packer {
     keeps_uvs: bool,
     /// Whether the current shape is a light that no ray meets, as pbrt's are whose alpha is 0.
     is_invisible: bool,
+    /// Whether photons are gathered on rough surfaces.
+    gathers_rough: bool,
     /// Whether any shape so far is such a light.
     has_invisible: bool,
     /// Power of each light, mean of channels, W at render scale.
@@ -431,6 +437,7 @@ impl Packer {
             has_media: !self.media.is_empty(),
             has_interfaces: self.has_interfaces(),
             has_passable: has_alpha || self.has_interfaces(),
+            has_rough_gather: self.gathers_rough,
             has_image_emitters: self.lights.iter().any(|light| light.image != NONE),
         }
     }

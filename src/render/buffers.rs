@@ -5,7 +5,7 @@ use goblet_host::{Device, DeviceKind, Extent, Frame, Texels};
 
 use crate::gpu_scene::camera::View;
 use crate::image::estimate::Sum;
-use crate::kernels::{Camera, Cell, Counters, PhotonRecord, PixelState, TILE, VisiblePoint};
+use crate::kernels::{Camera, Cell, Counters, PhotonRecord, PixelState, RoughPoint, TILE, VisiblePoint};
 
 /// The number of photons that one batch can record on any device, unless an iteration has fewer. With their copies in
 /// the grid and its cells they take 72 MiB.
@@ -85,23 +85,37 @@ pub struct Sizes {
     pub by_tile: u64,
     /// The largest number of photons that a batch can record.
     pub recorded: u64,
+    /// Whether as many may be recorded on rough surfaces, where each pixel has a point.
+    pub gathers_rough: bool,
 }
 
 impl Sizes {
     /// Returns the sizes for an image and an iteration. A path records at most one photon per segment; a batch has
     /// `room` for so many.
-    pub fn new(resolution: [u32; 2], photons_per_iteration: u64, max_depth: u32, room: u64) -> Self {
+    pub fn new(
+        resolution: [u32; 2],
+        photons_per_iteration: u64,
+        max_depth: u32,
+        room: u64,
+        gathers_rough: bool,
+    ) -> Self {
         let most = photons_per_iteration.saturating_mul(u64::from(max_depth)).min(room);
         Self {
             pixels: resolution.map(u64::from).iter().product(),
             by_tile: invocations_by_tile(resolution),
             recorded: most.max(u64::from(max_depth)),
+            gathers_rough,
         }
+    }
+
+    /// Returns a length of what there is for rough surfaces: 0 where no photon is recorded on them.
+    pub fn of_rough(&self, length: u64) -> u64 {
+        if self.gathers_rough { length } else { 0 }
     }
 
     /// Returns whether an image of this size fits in arrays of these sizes.
     pub fn fit(&self, resolution: [u32; 2]) -> bool {
-        let Self { pixels, by_tile, .. } = Self::new(resolution, 1, 1, 1);
+        let Self { pixels, by_tile, .. } = Self::new(resolution, 1, 1, 1, false);
         pixels <= self.pixels && by_tile <= self.by_tile
     }
 }
@@ -133,10 +147,16 @@ device_arrays! {
         /// Photons that this batch has recorded.
         photons: Texels<PhotonRecord>[sizes.recorded],
 
-        // Fixed-point sums of this iteration, two words per pixel, and the number of photons per pixel.
-        flux_red: Buffer<u32>[2 * sizes.pixels],
-        flux_green: Buffer<u32>[2 * sizes.pixels],
-        flux_blue: Buffer<u32>[2 * sizes.pixels],
+        /// Rough surfaces on eye paths of this round, by pixel.
+        rough_points: Texels<RoughPoint>[sizes.of_rough(sizes.pixels)],
+        /// Photons that this batch has recorded on rough surfaces.
+        rough_photons: Texels<PhotonRecord>[sizes.of_rough(sizes.recorded)],
+
+        // Fixed-point sums of this iteration, two words per pixel, and the number of photons per pixel. As many sums of
+        // rough points follow.
+        flux_red: Buffer<u32>[2 * (sizes.pixels + sizes.of_rough(sizes.pixels))],
+        flux_green: Buffer<u32>[2 * (sizes.pixels + sizes.of_rough(sizes.pixels))],
+        flux_blue: Buffer<u32>[2 * (sizes.pixels + sizes.of_rough(sizes.pixels))],
         flux_counts: Buffer<u32>[sizes.pixels],
 
         // Kept between iterations, by pixel.
@@ -178,6 +198,7 @@ impl Buffers {
         frame.clear_texels(&self.visible_points);
         frame.clear_texels(&self.visible_radii2);
         frame.clear_texels(&self.visible_throughputs);
+        frame.clear_texels(&self.rough_points);
         self.sums.iter().for_each(|sums| frame.clear_texels(sums));
         frame.run()
     }

@@ -10,7 +10,7 @@ use crate::kernels::Counters;
 pub struct Tally {
     /// Photon paths that were emitted.
     pub emitted: u64,
-    /// Photons that were recorded on diffuse surfaces; a path may record several.
+    /// Photons that were recorded on diffuse surfaces, or on rough ones; a path may record several.
     pub recorded: u64,
     /// Photon paths that were absorbed at a surface that records photons.
     pub deposited: u64,
@@ -101,7 +101,7 @@ impl Tally {
     pub(crate) fn add(&mut self, pass: Counted, counters: &Counters) {
         self.merge(&Self {
             emitted: counters.emitted.into(),
-            recorded: counters.recorded.into(),
+            recorded: u64::from(counters.recorded) + u64::from(counters.recorded_rough),
             deposited: counters.deposited.into(),
             absorbed: counters.absorbed.into(),
             escaped: counters.escaped.into(),

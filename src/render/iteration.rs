@@ -25,7 +25,7 @@ pub fn run(passes: &mut Passes, on: Stage<'_>, progress: &mut Progress) -> Resul
 
 /// Runs the next iteration pass by pass: the host reads the counters of each, and chooses the sizes of dispatches.
 fn in_pieces(passes: &mut Passes, on: Stage<'_>, progress: &mut Progress) -> Result<(), RenderError> {
-    let Passes { eye, radius, photon, lookup, update, layers } = passes;
+    let Passes { eye, radius, photon, lookup, rough, update, layers } = passes;
     let index = on.settings.sequence.index(progress.done);
 
     // Eye paths from each pixel to its visible point; a round of iterations shares them.
@@ -49,13 +49,20 @@ fn in_pieces(passes: &mut Passes, on: Stage<'_>, progress: &mut Progress) -> Res
     let mut first = 0;
     while first < photons {
         let end = progress.schedule.end(first, photons);
-        // Emit, trace, and record where a photon meets a diffuse surface.
+        // Emit, trace, and record where a photon meets a diffuse surface, or light that no ray meets a rough one.
         let Some(recorded) = photon.run(on, index, first..end, progress)? else {
             continue; // The records did not fit: the schedule now has smaller batches.
         };
         // Sort the records into cells, then sum the photons on the disc of each visible point.
-        lookup.index_photons(on, recorded)?; // grid_count, grid_reserve, grid_fill; nothing for a tree
-        lookup.gather(on, recorded, progress)?; // gather_grid or gather_tree
+        lookup.index_photons(on, recorded.diffuse)?; // grid_count, grid_reserve, grid_fill; nothing for a tree
+        let radii = progress.rough_radii(on.settings, index);
+        if let Some(rough) = rough {
+            rough.build(on, recorded.rough, &radii)?; // the same passes
+        }
+        lookup.gather(on, recorded.diffuse, progress)?; // gather_grid or gather_tree
+        if let Some(rough) = rough {
+            rough.gather(on, &radii, progress)?; // gather_rough
+        }
         first = end;
     }
 

@@ -4,12 +4,15 @@
 mod deposit;
 mod grid;
 pub mod kd_tree;
+mod photon_grid;
+mod rough;
 mod tree;
 
 use std::time::Duration;
 
 use goblet_host::{Device, Frame};
-use grid::{GridArrays, HashGrid};
+use grid::HashGrid;
+pub use rough::RoughGather;
 use tree::{KdTree, TreeArrays};
 
 use crate::kernels::Specialization;
@@ -55,7 +58,7 @@ impl Lookup {
     /// Returns the bytes that the index takes, without allocating it.
     pub fn bytes(kind: LookupKind, sizes: &Sizes) -> u64 {
         match kind {
-            LookupKind::HashGrid => GridArrays::bytes(sizes),
+            LookupKind::HashGrid => HashGrid::bytes(sizes),
             LookupKind::KdTree => TreeArrays::bytes(sizes),
         }
     }

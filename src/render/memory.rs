@@ -7,7 +7,7 @@ use crate::image::layers::Groups;
 use crate::render::buffers::{Buffers, Sizes};
 use crate::render::error::RenderError;
 use crate::render::layers::LayerArrays;
-use crate::render::lookup::Lookup;
+use crate::render::lookup::{Lookup, RoughGather};
 use crate::render::options::LookupKind;
 
 /// Device memory of a render, in bytes. A device rounds each array up.
@@ -23,7 +23,8 @@ impl MemoryNeed {
     /// Returns the memory of a render with these sizes.
     pub fn new(scene: &PackedScene, sizes: &Sizes, lookup: LookupKind, layers: Groups) -> Self {
         let layers = LayerArrays::bytes(layers, sizes.pixels);
-        let buffers = (Buffers::bytes(sizes) + Lookup::bytes(lookup, sizes)).saturating_add(layers);
+        let lookups = Lookup::bytes(lookup, sizes) + RoughGather::bytes(sizes);
+        let buffers = (Buffers::bytes(sizes) + lookups).saturating_add(layers);
         Self { scene: scene.arrays.bytes(), buffers }
     }
 

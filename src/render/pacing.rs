@@ -88,6 +88,8 @@ pub struct Paces {
     pub photon: Pace,
     /// The pass that adds photons to visible points.
     pub gather: Pace,
+    /// The pass that gathers photons on rough surfaces.
+    pub rough: Pace,
 }
 
 /// The sizes of photon batches and of dispatches. They do not change an image, so they may follow the clock.
@@ -116,7 +118,7 @@ impl Schedule {
         let target = if kind == DeviceKind::Cpu { TARGET_OF_CPU } else { TARGET };
         let pace = Pace::new(kind, responsive);
         Self {
-            paces: Paces { eye: pace, photon: pace, gather: pace },
+            paces: Paces { eye: pace, photon: pace, gather: pace, rough: pace },
             photons,
             max,
             fixed: asked.is_some(),

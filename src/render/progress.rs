@@ -3,7 +3,7 @@
 use crate::render::counters::Tally;
 use crate::render::error::RenderError;
 use crate::render::pacing::Schedule;
-use crate::render::radius::{FirstRadius, GlobalShrink};
+use crate::render::radius::{FirstRadius, GlobalShrink, RoughRadii};
 use crate::render::sequence::IterationIndex;
 use crate::render::settings::Settings;
 use crate::render::stage::Stage;
@@ -40,11 +40,22 @@ impl Progress {
     pub fn measure(&mut self, on: Stage<'_>) -> Result<(), RenderError> {
         let Settings { pixel_width, is_parallel, radius_per_length, .. } = *on.settings;
         let throughputs = on.device.read_first_texels(&on.buffers.visible_throughputs, on.settings.pixels())?;
+        let rough_count = if on.buffers.rough_points.is_empty() { 0 } else { on.settings.pixels() };
+        let rough_points = on.device.read_first_texels(&on.buffers.rough_points, rough_count)?;
         let lengths = throughputs.iter().map(|throughput| throughput[3]);
+        let lengths = lengths.chain(rough_points.iter().map(|point| point.path_length));
         let radius = self.first_radius.get_or_insert_with(|| FirstRadius::from_footprints(radius_per_length, lengths));
         let (luminance, radius) = (on.settings.luminance(), radius.least.into());
         self.response = Some(response(throughputs.into_iter(), luminance, pixel_width, is_parallel, radius));
         Ok(())
+    }
+
+    /// Returns the radii of rough points in an iteration.
+    pub fn rough_radii(&mut self, settings: &Settings, index: IterationIndex) -> RoughRadii {
+        // A long round has its own rough points.
+        let step = if settings.sequence.round_length > 1 { u64::from(index.step) } else { index.iteration };
+        // The eye pass has set a radius, unless there is no point to give it to.
+        RoughRadii::new(self.first_radius.unwrap_or_else(|| FirstRadius::constant(1.0)), self.shrink.at(step))
     }
 
     /// Counts an iteration as finished.

@@ -50,6 +50,34 @@ impl FirstRadius {
     }
 }
 
+/// The radii of rough points in an iteration. They shrink by the number of the iteration under every schedule: a pixel's
+/// rough points may lie on other surfaces in every iteration, so that the photons which one finds tell nothing of the
+/// next.
+#[derive(Clone, Copy, Debug)]
+pub struct RoughRadii {
+    first: FirstRadius,
+    /// The factor of squared radii.
+    shrink: f64,
+}
+
+impl RoughRadii {
+    /// Returns the radii whose squares are those of an initial radius times `shrink`.
+    pub fn new(first: FirstRadius, shrink: f64) -> Self {
+        Self { first, shrink }
+    }
+
+    /// Returns radius over path length, the smallest and the largest initial radius, and the factor of their squares.
+    pub fn values(&self) -> [f32; 4] {
+        let FirstRadius { per_length, least, most } = self.first;
+        [per_length, least, most, self.shrink as f32]
+    }
+
+    /// Returns the square of the largest radius, in square render units.
+    pub fn largest2(&self) -> f64 {
+        f64::from(self.first.most).powi(2) * self.shrink
+    }
+}
+
 named! {
     /// How radii shrink.
     pub enum RadiusSchedule = Adaptive {

@@ -27,7 +27,7 @@ pub(crate) fn specialization(
         camera: view.features(),
         render: options.features(resolved),
         device,
-        pass: PassFeatures { is_resumable: false, is_queue: false, gathers_caustics: false },
+        pass: PassFeatures { is_resumable: false, is_queue: false, gathers_caustics: false, sorts_rough: false },
     }
 }
 
@@ -47,7 +47,7 @@ pub fn specialized(
     let size = resolved.workgroup_size;
     let device_features = device_features(device, size);
     let is_queue = is_queue(device.kind, &packed.features);
-    let pass = PassFeatures { is_resumable: false, is_queue, gathers_caustics: false };
+    let pass = PassFeatures { is_resumable: false, is_queue, gathers_caustics: false, sorts_rough: false };
     let all = specialization(packed.features, packed.material_features, &view, options, &resolved, device_features);
     Ok((Specialization { pass, ..all }, size))
 }

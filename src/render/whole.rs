@@ -24,7 +24,7 @@ pub fn run(passes: &Passes, on: Stage<'_>, progress: &mut Progress) -> Result<bo
     on.may_go_on()?;
     let (counted, saved) = submit(passes, on, index, progress)?;
     let last = saved.last().expect("every iteration counts");
-    let overflows = u64::from(last.recorded) > on.buffers.photons.len();
+    let overflows = u64::from(last.recorded.max(last.recorded_rough)) > on.buffers.photons.len();
     if overflows || last.interrupted > 0 || last.unfinished > 0 {
         begin_again(on, progress, overflows)?;
         return Ok(false);
@@ -64,7 +64,7 @@ fn submit(
     index: IterationIndex,
     progress: &mut Progress,
 ) -> Result<(Vec<Counted>, Vec<Counters>), RenderError> {
-    let Passes { eye, radius, photon, lookup, update, layers } = passes;
+    let Passes { eye, radius, photon, lookup, rough, update, layers } = passes;
     let counters = &on.buffers.counters;
     let mut counted = Vec::new();
     let mut frame = on.device.frame()?;
@@ -86,11 +86,16 @@ fn submit(
         frame.save(counters);
         counted.push(Counted::Photon);
         grid.record_build(on, on.buffers.photons.len(), &mut frame);
+        if let Some(rough) = rough {
+            let radii = progress.rough_radii(on.settings, index);
+            rough.record_build(on, on.buffers.photons.len(), &radii, &mut frame);
+            rough.record_gather(on, &radii, &mut frame);
+        }
         grid.record_gather(on, &mut frame);
         frame.save(counters);
         counted.push(Counted::Gathering);
     }
-    update.record(on, index, layers.as_ref(), &mut frame);
+    update.record(on, index, layers.as_ref(), progress, &mut frame);
     frame.save(counters);
     counted.push(Counted::Update);
     Ok((counted, frame.run_saved()?))

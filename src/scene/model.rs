@@ -10,9 +10,9 @@ mod light;
 mod material;
 mod measured;
 mod medium;
-pub(in crate::scene) mod missing_light;
 mod plane;
 pub(in crate::scene) mod texture;
+mod unmet_light;
 
 use std::path::PathBuf;
 use std::sync::Arc;

@@ -17,6 +17,7 @@ struct Counters {
     uint unfinished;    // invocations that wait for another dispatch
     uint stuck;         // invocations that wait for a dispatch in which they are alone
     uint cut;           // paths ended because the driver cannot follow them
+    uint recorded_rough; // photons stored for the pass that gathers on rough surfaces
 };
 
 // All invocations add to them.

@@ -162,6 +162,16 @@ Emission emit(Random random) {
     return emission;
 }
 
+// Whether the light of a photon is one that no ray meets.
+bool is_from_unmet_light(Random random) {
+    if (HAS_HITTABLE_LIGHTS) {
+        Light light = sample_emitter(random_pair(random, 0u));
+        bool is_infinite = light.kind == INFINITE || light.kind == SKY || light.kind == PORTAL;
+        return light.kind == AREA ? light.reach2 == 0.0 : !is_infinite;
+    }
+    return true;
+}
+
 // Whether the first segment of a photon's path, of this length, ends before the portal of its light: such light is not
 // seen.
 bool ends_before_portal(Random random, Ray ray, float t) {

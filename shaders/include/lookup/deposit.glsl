@@ -1,5 +1,6 @@
 // Adds photons to the flux of visible points atomically.
 #include "kernel/counters.glsl"
+#include "lookup/flux_counts.glsl"
 #include "lookup/flux_sums.glsl"
 
 // What to add to the high word of a sum whose low word was `before`.

@@ -1,12 +1,12 @@
-// The flux of an iteration: fixed-point sums per pixel, and the number of photons in them. Each channel
-// has a buffer of its own, since a device may bind no more than 128 MiB.
+// The flux of an iteration: fixed-point sums per pixel. Each channel has a buffer of its own, since a device may bind no
+// more than 128 MiB. Where HAS_ROUGH_GATHER, as many sums of rough points follow those of visible points:
+// rough_flux.glsl.
 #include "lookup/flux.glsl"
 
 // Low and high word of each pixel.
 UPDATED_BUFFER(uint, flux_red)
 UPDATED_BUFFER(uint, flux_green)
 UPDATED_BUFFER(uint, flux_blue)
-UPDATED_BUFFER(uint, flux_counts)
 
 struct Flux {
     uvec3 low; // red, green, blue

@@ -1,5 +1,6 @@
 // Sums of the photons that a visible point gathers, in fixed point (flux.glsl).
 #include "kernel/counters.glsl"
+#include "lookup/flux_counts.glsl"
 #include "lookup/flux_sums.glsl"
 
 struct Gathered {

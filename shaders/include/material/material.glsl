@@ -94,7 +94,7 @@ float mix_amount(Material material, Surface surface) {
 Material material_at(Surface surface) {
     Material material = materials_at(surface.material);
     if (HAS_MIXES) {
-        uint flags = material.flags & HAS_LAMBERTIAN;
+        uint flags = material.flags & (HAS_LAMBERTIAN | HAS_FACETS);
         float u = hash_to_unit(surface.position);
         while (material.kind == MIX) {
             material = materials_at(draw_bernoulli(1.0 - mix_amount(material, surface), u) ? material.first : material.second_part);

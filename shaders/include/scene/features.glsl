@@ -49,6 +49,7 @@ FEATURES SceneFeatures {
     bool HAS_MEDIA = false;             // media that absorb light
     bool HAS_INTERFACES = false;        // surfaces that only bound media
     bool HAS_PASSABLE = true;           // surfaces that rays pass: cut away in part, or that only bound media
+    bool HAS_ROUGH_GATHER = false;      // rough surfaces that only photons bring the light of some lamp to: rough.glsl
 };
 
 // Of materials: src/gpu_scene/pack/material.rs.
@@ -99,4 +100,5 @@ FEATURES PassFeatures {
     bool IS_RESUMABLE = false;          // invocations go on in further dispatches: interruption.glsl
     bool IS_QUEUE = false;              // the lanes of a subgroup work together on a queue of rays: trace.glsl
     bool GATHERS_CAUSTICS = false;      // of photons, only those are gathered that are marked: caustic.glsl
+    bool SORTS_ROUGH = false;           // photons on rough surfaces are sorted: rough.glsl
 };

@@ -21,6 +21,7 @@ export const uint BEHIND = 16u;        // of a lobe: on the side away from wo
 export const uint DISPLACED = 32u;     // bump_texture is a height, which bends the shading normal
 export const uint NORMAL_MAPPED = 64u; // bump_texture is the shading normal
 export const uint SCATTERING_COAT = 128u; // a coat that scatters light inside
+export const uint HAS_FACETS = 256u;   // HAS_ROUGH_GATHER: some lobe is rough, so that photons are recorded for it
 
 // A surface's material. Textures are indices or NONE; where there is one, it takes the place of the value.
 struct Material {

@@ -12,7 +12,7 @@ use super::PackError;
 use super::texture::PackedTextures;
 use crate::kernels::{
     self, BY_REFLECTANCE, COATED_CONDUCTOR, COATED_DIFFUSE, CONDUCTOR, DIELECTRIC, DIFFUSE, DIFFUSE_TRANSMISSION,
-    DISPLACED, HAS_LAMBERTIAN, INTERFACE, MEASURED, MIX, MaterialFeatures, NONE, NORMAL_MAPPED, REMAPPED,
+    DISPLACED, HAS_FACETS, HAS_LAMBERTIAN, INTERFACE, MEASURED, MIX, MaterialFeatures, NONE, NORMAL_MAPPED, REMAPPED,
     REMAPPED_COAT, SCATTERING_COAT, THIN_DIELECTRIC,
 };
 use crate::scene::{Bump, Coat, Input, Material, Metal, Rgb, Roughness, Scattering};
@@ -232,6 +232,22 @@ fn with_scattering(
         flags: material.flags | SCATTERING_COAT,
         ..material
     })
+}
+
+/// Marks the materials with a rough lobe, and the mixes of them.
+pub(super) fn mark_facets(materials: &mut [kernels::Material]) {
+    for i in 0..materials.len() {
+        let material = &materials[i];
+        // The materials of a mix come before it.
+        let parts = [material.first, material.second_part].map(|part| part as usize);
+        let is_marked = |part: &usize| materials[*part].flags & HAS_FACETS != 0;
+        let has_facets = if material.kind == MIX {
+            parts.iter().any(is_marked)
+        } else {
+            material.alpha_u > 0.0 || material.coat_alpha_u > 0.0
+        };
+        materials[i].flags |= if has_facets { HAS_FACETS } else { 0 };
+    }
 }
 
 /// Returns the features that a scene's materials require of kernels.

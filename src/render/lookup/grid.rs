@@ -1,15 +1,11 @@
 //! The hash grid over photons.
 
-use std::mem::offset_of;
-
 use bytemuck::Zeroable;
 use goblet_host::{Buffer, Device, Frame, Pass};
 
 use super::deposit::{deposit, of_caustics};
-use crate::kernels::{
-    Cell, GatherGrid, GatherGridPush, GridCount, GridExtent, GridFill, GridPlace, GridReserve, GridSize, GridSizePush,
-    POINTS, PhotonRecord, Specialization,
-};
+use super::photon_grid::{PhotonGrid, PhotonGridArrays};
+use crate::kernels::{GatherGrid, GatherGridPush, GridPlace, GridSizePush, POINTS, Specialization};
 use crate::render::buffers::{Buffers, Sizes, device_arrays, invocations_by_tile};
 use crate::render::counters::Tally;
 use crate::render::error::RenderError;
@@ -18,29 +14,26 @@ use crate::render::pacing::Pace;
 use crate::render::stage::Stage;
 
 device_arrays! {
-    /// The grid's arrays, for the largest number of photons that a batch may record.
-    pub struct GridArrays(sizes) {
-        cells: Buffer<Cell>[sizes.recorded.next_power_of_two()],
-        grid_extent: Buffer<GridExtent>[1_u32],
-        grid_filled: Buffer<u32>[1_u32],
-        grid_photons: Texels<PhotonRecord>[sizes.recorded],
+    /// The arrays of the gather pass.
+    pub struct GatherArrays(sizes) {
         places: Buffer<GridPlace>[sizes.by_tile / u64::from(POINTS)],
     }
 }
 
-/// A hash grid, and the passes that build and use it.
+/// A hash grid, and the passes that use it.
 pub struct HashGrid {
-    arrays: GridArrays,
-    size: Pass<GridSizePush>,
-    count: Pass<()>,
-    reserve: Pass<()>,
-    fill: Pass<()>,
+    photons: PhotonGrid,
     gather: Pass<GatherGridPush>,
     /// The same for photons of caustics alone.
     gather_caustics: Option<Pass<GatherGridPush>>,
 }
 
 impl HashGrid {
+    /// Returns the bytes of the arrays, without allocating them.
+    pub fn bytes(sizes: &Sizes) -> u64 {
+        PhotonGridArrays::bytes(sizes) + GatherArrays::bytes(sizes)
+    }
+
     /// Compiles the passes and allocates the grid.
     ///
     /// # Errors
@@ -54,11 +47,9 @@ impl HashGrid {
     ) -> goblet_host::Result<Self> {
         let Buffers { photons, visible_points, visible_radii2, max_radius2, .. } = buffers;
         let Buffers { flux_red, flux_green, flux_blue, flux_counts, counters, .. } = buffers;
-        let arrays = GridArrays::allocate(device, sizes)?;
-        let GridArrays { cells, grid_extent, grid_filled, grid_photons, places } = &arrays;
-        macro_rules! pass {
-            ($($kernel:tt)*) => { device.pass(&$($kernel)*, specialization, workgroup_size)? };
-        }
+        let GatherArrays { places } = &GatherArrays::allocate(device, sizes)?;
+        let grid = PhotonGrid::new(device, (photons, max_radius2), (buffers, sizes), specialization, workgroup_size)?;
+        let PhotonGridArrays { cells, grid_extent, grid_photons, .. } = &grid.arrays;
         let gather = |[flux_red, flux_green, flux_blue, flux_counts]: [&Buffer<u32>; 4],
                       specialization: &Specialization| {
             let kernel = GatherGrid {
@@ -78,38 +69,26 @@ impl HashGrid {
             device.pass(&kernel, specialization, workgroup_size)
         };
         Ok(Self {
-            size: pass!(GridSize { counters, grid_extent }),
-            count: pass!(GridCount { photons, max_radius2, grid_extent, cells }),
-            reserve: pass!(GridReserve { grid_filled, cells, grid_extent }),
-            fill: pass!(GridFill { photons, max_radius2, grid_extent, cells, grid_photons }),
             gather: gather([flux_red, flux_green, flux_blue, flux_counts], specialization)?,
             gather_caustics: caustics
                 .map(|caustics| gather(caustics.each_ref(), &of_caustics(specialization)))
                 .transpose()?,
-            arrays,
+            photons: grid,
         })
     }
 
     /// Runs each pass once without work, because a driver may compile a kernel at its first dispatch.
     pub fn warm_up(&self, frame: &mut Frame<'_>) {
-        // No photon has room, so that the grid is empty.
-        frame.dispatch(&self.size, Zeroable::zeroed(), 1);
-        frame.dispatch(&self.count, (), 1);
-        frame.dispatch(&self.reserve, (), 1);
-        frame.dispatch(&self.fill, (), 1);
+        self.photons.warm_up(frame);
         self.gathers().for_each(|gather| frame.dispatch(gather, Zeroable::zeroed(), 1));
     }
 
     /// Records the commands that sort the photons of a batch into cells. The device has counted the photons;
     /// `most` is a bound of their number.
     pub fn record_build(&self, on: Stage<'_>, most: u64, frame: &mut Frame<'_>) {
-        let GridArrays { cells, grid_extent, grid_filled, .. } = &self.arrays;
-        frame.clear(grid_filled);
-        frame.clear_first(cells, most.next_power_of_two().min(cells.len()));
-        frame.dispatch(&self.size, GridSizePush { capacity: on.buffers.photons.len() as u32 }, 1);
-        frame.dispatch_indirect(&self.count, (), grid_extent, offset_of!(GridExtent, by_photon));
-        frame.dispatch_indirect(&self.reserve, (), grid_extent, offset_of!(GridExtent, by_cell));
-        frame.dispatch_indirect(&self.fill, (), grid_extent, offset_of!(GridExtent, by_photon));
+        // Only photons on rough surfaces are sorted by a radius that the host knows.
+        let push = GridSizePush { capacity: on.buffers.photons.len() as u32, radius2: 0.0 };
+        self.photons.record_build(push, most, frame);
     }
 
     /// Sorts the `recorded` photons of a batch into cells. The counters must be those of the photon pass.

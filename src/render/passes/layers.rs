@@ -152,7 +152,7 @@ impl LayerPasses {
     }
 
     /// Records the commands that find the light of an iteration by its ways, before the update pass clears its flux.
-    pub fn record_light(&self, on: Stage<'_>, frame: &mut Frame<'_>) {
+    pub fn record_light(&self, on: Stage<'_>, rough_scale: f32, frame: &mut Frame<'_>) {
         let settings = on.settings;
         let [light_group, caustic_group, square_group] =
             [Group::Light, Group::Caustic, Group::Square].map(|group| place(settings.layers.groups, group));
@@ -170,6 +170,10 @@ impl LayerPasses {
             light_group,
             caustic_group,
             square_group,
+            rough_scale,
+            pad0: 0,
+            pad1: 0,
+            pad2: 0,
         };
         frame.dispatch(&self.light, push, settings.pixels());
     }

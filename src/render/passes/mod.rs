@@ -22,7 +22,7 @@ use update::UpdatePass;
 use crate::kernels::{GpuScene, SceneFeatures, Specialization};
 use crate::render::buffers::{Buffers, Sizes};
 use crate::render::layers::LayerArrays;
-use crate::render::lookup::Lookup;
+use crate::render::lookup::{Lookup, RoughGather};
 use crate::render::options::LookupKind;
 
 /// Returns whether the lanes of a subgroup work together on a queue of rays, where paths are followed. A CPU
@@ -41,6 +41,8 @@ pub struct Passes {
     pub photon: PhotonPass,
     /// The index that photons and visible points are brought together by, and the gather pass.
     pub lookup: Lookup,
+    /// The photons on rough surfaces and what gathers them; `None` where none is recorded.
+    pub rough: Option<RoughGather>,
     /// The iteration's image into the mean.
     pub update: UpdatePass,
     /// The iteration's layers into theirs; `None` if none is asked for.
@@ -68,7 +70,11 @@ impl Passes {
         let eye = kernels.eye(device, buffers, false)?;
         let photon = kernels.photon(device, buffers, false)?;
         let caustics = layers.as_ref().and_then(LayerArrays::caustics);
+        let rough = specialization.scene.has_rough_gather;
+        let rough =
+            rough.then(|| RoughGather::new(device, &kernels.scene, (buffers, sizes), specialization, workgroup_size));
         let passes = Self {
+            rough: rough.transpose()?,
             radius: RadiusPass::new(device, buffers, specialization, workgroup_size)?,
             lookup: Lookup::new(device, (buffers, caustics), sizes, lookup, specialization, workgroup_size)?,
             update: UpdatePass::new(device, buffers, specialization, workgroup_size)?,
@@ -90,6 +96,9 @@ impl Passes {
         self.eye.warm_up(&mut frame);
         self.radius.warm_up(&mut frame);
         self.lookup.warm_up(&mut frame);
+        if let Some(rough) = &self.rough {
+            rough.warm_up(&mut frame);
+        }
         self.photon.warm_up(&mut frame);
         self.update.warm_up(&mut frame);
         if let Some(layers) = &self.layers {

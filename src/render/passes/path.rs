@@ -51,7 +51,7 @@ impl PathKernels {
         is_resumable: bool,
     ) -> goblet_host::Result<Compiling<EyePush>> {
         let Buffers { camera, filter_table, counters, .. } = buffers;
-        let Buffers { visible_points, visible_throughputs, visible_radiances, .. } = buffers;
+        let Buffers { visible_points, visible_throughputs, visible_radiances, rough_points, .. } = buffers;
         let places = &device.buffer("eye_places", if is_resumable { PLACES } else { 0 })?;
         let scene = self.scene.bindings();
         let kernel = Eye {
@@ -61,6 +61,7 @@ impl PathKernels {
             visible_points,
             visible_throughputs,
             visible_radiances,
+            rough_points,
             counters,
             places,
         };
@@ -77,16 +78,16 @@ impl PathKernels {
         buffers: &Buffers,
         is_resumable: bool,
     ) -> goblet_host::Result<Compiling<PhotonPush>> {
-        let Buffers { photons, counters, .. } = buffers;
+        let Buffers { photons, rough_photons, counters, .. } = buffers;
         let places = &device.buffer("photon_places", if is_resumable { PLACES } else { 0 })?;
-        let kernel = Photon { scene: self.scene.bindings(), photons, counters, places };
+        let kernel = Photon { scene: self.scene.bindings(), photons, rough_photons, counters, places };
         device.compile(&kernel, &self.specialization(is_resumable), self.workgroup_size)
     }
 
     /// Returns what a pass is specialised to.
     pub(super) fn specialization(&self, is_resumable: bool) -> Specialization {
         Specialization {
-            pass: PassFeatures { is_resumable, is_queue: self.is_queue, gathers_caustics: false },
+            pass: PassFeatures { is_resumable, is_queue: self.is_queue, ..self.specialization.pass },
             ..self.specialization
         }
     }

@@ -17,6 +17,15 @@ use crate::render::radius::RadiusSchedule;
 use crate::render::sequence::IterationIndex;
 use crate::render::stage::Stage;
 
+/// The number of photons that a batch has recorded.
+#[derive(Clone, Copy, Debug)]
+pub struct Recorded {
+    /// On diffuse surfaces.
+    pub diffuse: u32,
+    /// On rough surfaces.
+    pub rough: u32,
+}
+
 /// The photon pass.
 pub struct PhotonPass {
     pass: PathPass<PhotonPush>,
@@ -44,7 +53,7 @@ impl PhotonPass {
         index: IterationIndex,
         batch: Range<u64>,
         progress: &mut Progress,
-    ) -> Result<Option<u32>, RenderError> {
+    ) -> Result<Option<Recorded>, RenderError> {
         let count = batch.end - batch.start;
         let per_invocation = progress.schedule.per_invocation();
         let start = Instant::now();
@@ -52,13 +61,16 @@ impl PhotonPass {
         let invocations = count.div_ceil(per_invocation);
         let push = |start| push(on, index, &batch, per_invocation, start);
         let counters = self.pass.run(on, invocations, &mut progress.schedule.paces.photon, resumable, push)?;
-        if u64::from(counters.recorded) > on.buffers.photons.len() && progress.schedule.overflowed() {
+        if u64::from(counters.recorded.max(counters.recorded_rough)) > on.buffers.photons.len()
+            && progress.schedule.overflowed()
+        {
             return Ok(None);
         }
         progress.schedule.observe(count, start.elapsed());
         progress.tally.add(Counted::Photon, &counters);
-        Ok(Some(counters.recorded))
+        Ok(Some(Recorded { diffuse: counters.recorded, rough: counters.recorded_rough }))
     }
+
     /// Records the commands that trace all photons of an iteration in one dispatch.
     pub fn record(&self, on: Stage<'_>, index: IterationIndex, per_invocation: u64, frame: &mut Frame<'_>) {
         let batch = 0..on.settings.wanted_photons();

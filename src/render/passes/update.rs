@@ -61,19 +61,27 @@ impl UpdatePass {
         layers: Option<&LayerPasses>,
         progress: &mut Progress,
     ) -> Result<(), RenderError> {
-        let counters = on.run_counted(|frame| self.record(on, index, layers, frame))?;
+        let counters = on.run_counted(|frame| self.record(on, index, layers, progress, frame))?;
         progress.tally.add(Counted::Update, &counters);
         Ok(())
     }
 
     /// Records the commands that do so. The pass does nothing if the counters say that a pass before has not finished,
     /// or has recorded more photons than there is room for.
-    pub fn record(&self, on: Stage<'_>, index: IterationIndex, layers: Option<&LayerPasses>, frame: &mut Frame<'_>) {
+    pub fn record(
+        &self,
+        on: Stage<'_>,
+        index: IterationIndex,
+        layers: Option<&LayerPasses>,
+        progress: &mut Progress,
+        frame: &mut Frame<'_>,
+    ) {
         let settings = on.settings;
         let alpha = match settings.radius_schedule {
             RadiusSchedule::Adaptive => settings.alpha,
             RadiusSchedule::Global => 1.0,
         };
+        let rough_scale = (settings.flux_scale() / progress.rough_radii(settings, index).largest2()) as f32;
         let push = UpdatePush {
             luminance: settings.luminance().map(|weight| weight as f32),
             pixel_count: settings.pixels() as u32,
@@ -82,15 +90,15 @@ impl UpdatePass {
             flux_scale: settings.flux_scale() as f32,
             half_of_rounds: index.half,
             capacity: on.buffers.photons.len() as u32,
+            rough_scale,
             pad0: 0,
             pad1: 0,
-            pad2: 0,
         };
         if settings.contribution == Contribution::Photons {
             frame.clear_texels(&on.buffers.visible_radiances);
         }
         if let Some(layers) = layers {
-            layers.record_light(on, frame);
+            layers.record_light(on, rough_scale, frame);
         }
         frame.dispatch(&self.0, push, settings.pixels());
         if let Some(layers) = layers {

@@ -1,6 +1,5 @@
 //! Resolution of the scene after the last directive.
 
-use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use crate::scene::directives::material;
@@ -8,7 +7,6 @@ use crate::scene::directives::shape;
 use crate::scene::directives::state::{MAX_MIX_DEPTH, Made, MaterialRef, PendingShape, Saved, SceneBuilder, Used};
 use crate::scene::format::error::{Location, SceneError};
 use crate::scene::format::lexer::shorten;
-use crate::scene::model::missing_light;
 use crate::scene::model::{Input, Material, Scene, Shape};
 
 impl SceneBuilder {
@@ -47,7 +45,7 @@ impl SceneBuilder {
         let textures = textures.made;
         let (included, inputs) = (std::mem::take(&mut self.included), std::mem::take(&mut self.inputs));
         let budget = Arc::clone(&self.budget);
-        let mut scene = Scene {
+        Ok(Scene {
             camera,
             integrator,
             film,
@@ -64,15 +62,7 @@ impl SceneBuilder {
             warnings,
             ignored: self.ignored.lines(),
             budget,
-        };
-        scene.warnings.extend(missing_light::warning(&scene, &self.material_names()));
-        Ok(scene)
-    }
-
-    /// Returns the names of materials in use, by their index.
-    fn material_names(&self) -> BTreeMap<usize, Arc<str>> {
-        let index = |(name, slot): (&Arc<str>, &usize)| Some((self.slots[*slot].used?.index, Arc::clone(name)));
-        self.named.iter().filter_map(index).collect()
+        })
     }
 
     fn warn_of_nothing(&mut self, shapes: &[Shape], end: &Location) {

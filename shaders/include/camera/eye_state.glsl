@@ -1,0 +1,53 @@
+// The state of an eye path, and how it is kept in memory from one dispatch to the next.
+#include "camera/rough_path.glsl"
+#include "geometry/contact.glsl"
+#include "kernel/interruption.glsl"
+
+// Least length of a path, in render units: a length of 0 stands for "no visible point".
+const float SHORTEST_PATH = 1.0e-12;
+
+// An eye path that has met no diffuse surface yet: the state from which it is continued.
+struct EyeState {
+    Ray ray;           // its next segment
+    vec3 throughput;
+    float medium_eta;  // refractive index of the medium that the path is in, over the camera's
+    float travelled;   // length of the path so far, render units
+    RoughVertex rough; // the vertex that the ray leaves, if that was rough
+    uint depth;        // segments so far
+    vec3 radiance;     // emission met so far, W/(m^2 sr)
+    uint rough_met;    // HAS_ROUGH_GATHER: rough surfaces met so far
+};
+
+// The path of an invocation that another dispatch goes on with: it has met no diffuse surface yet.
+struct EyePlace {
+    vec3 origin;        // of the path's next ray, render units
+    float medium_eta;   // refractive index of the medium that the path is in, over the camera's
+    vec3 direction;     // of that ray
+    float travelled;    // length of the path so far, render units
+    vec3 throughput;    // of the path so far
+    uint depth;         // segments of the path so far
+    vec3 radiance;      // emission met so far, W/(m^2 sr)
+    uint path;          // number of the path among those of its pixel
+    vec3 last_position; // of the RoughVertex
+    float last_pdf;     // of the RoughVertex
+    uint state;         // FINISHED, UNFINISHED or STUCK
+    float begin;        // of the ray: contact.glsl
+    uint contacts;      // of the ray: contact.glsl
+    uint medium;        // of the ray: index into media
+    uint rough_met;     // rough surfaces that the path has met
+    uint pad0;
+    uint pad1;
+    uint pad2;
+};
+
+EyeState state_of(EyePlace place) {
+    Ray ray = saved_ray(place.origin, place.direction, place.begin, place.contacts, place.medium);
+    RoughVertex rough = RoughVertex(place.last_position, place.last_pdf);
+    return EyeState(ray, place.throughput, place.medium_eta, place.travelled, rough, place.depth, place.radiance, place.rough_met);
+}
+
+EyePlace place_of(EyeState state) {
+    return EyePlace(state.ray.origin, state.medium_eta, state.ray.direction, state.travelled, state.throughput, state.depth,
+                    state.radiance, 0u, state.rough.position, state.rough.pdf, FINISHED, begin_of(state.ray), contacts_of(state.ray), state.ray.medium,
+                    state.rough_met, 0u, 0u, 0u);
+}
