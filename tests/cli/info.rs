@@ -33,23 +33,21 @@ fn a_scene_is_described() {
     assert!(text.code == 0 && text.stdout.contains("\n  spheres: 1\n"), "{text:?}");
 }
 
-/// A lamp that is a point, a glass ball, and rough metal: said by every command, unless it is quiet.
+/// Photons are gathered on rough surfaces where only they bring light: here through glass onto metal.
 #[test]
-fn light_that_is_missing_on_rough_surfaces_is_said_beforehand() {
+fn what_rough_surfaces_gather_is_a_feature() {
     let bench = Bench::new();
-    bench.write("scene.pbrt", scene("Material \"diffuse\"", "Material \"conductor\" \"float roughness\" .3"));
-    let expected = "light of the point light at 0 1.5 -1 that comes by way of the dielectric of the shape at \
-                    scene.pbrt:12:1 is missing on the conductor of the shape at scene.pbrt:9:1";
-    let info = info(&bench, 0);
-    let warnings = info["warnings"].as_array().unwrap();
-    assert!(warnings.len() == 1 && warnings[0].as_str().unwrap().starts_with(expected), "{info:#}");
-    let arguments = ["--iterations", "1", "-o", "x.exr"];
-    let run = bench.rendered(&arguments);
-    assert!(run.stderr.contains(&format!("warning: {expected}")), "{run:?}");
-    assert_eq!(bench.rendered(&[&arguments[..], &["--quiet"]].concat()).stderr, "");
-    // Without the metal there is nothing to say.
-    bench.write("scene.pbrt", command::SCENE);
-    assert_eq!(bench.run(&["info", "scene.pbrt", "--json"]).stdout.matches("missing on").count(), 0);
+    let gathers = |text: String| {
+        bench.write("scene.pbrt", text);
+        let info = info(&bench, 0);
+        assert_eq!(info["warnings"], serde_json::json!([]));
+        info["specialization"].get("has_rough_gather").is_some()
+    };
+    let with_metal = scene("Material \"diffuse\"", "Material \"conductor\" \"float roughness\" .3");
+    assert!(gathers(with_metal.clone()));
+    assert!(!gathers(command::SCENE.to_owned()), "there is no rough surface");
+    let sky = "LightSource \"infinite\"";
+    assert!(!gathers(with_metal.replace(LIGHT, sky)), "rays meet the light");
 }
 
 /// One line for each parameter of a type, with the place of the first.

@@ -116,13 +116,14 @@ fn dispatches_have_an_invocation_for_each_photon_and_cell() {
         for recorded in [0, 1, 2, 3, 64, 65, 4096, 4097, 65_535 * 32, 65_535 * 32 + 1, 65_535 * 128 + 1, 1 << 24] {
             let counters = fixture.upload(&[Counters { recorded, ..Counters::zeroed() }]);
             let grid_extent = fixture.output::<GridExtent>(1);
-            let pass = GridSize { counters: &counters, grid_extent: &grid_extent };
+            let max_radius2 = &fixture.output::<u32>(1);
+            let pass = GridSize { counters: &counters, grid_extent: &grid_extent, max_radius2 };
             let pass = fixture.device().pass(&pass, &Specialization::DECLARED, workgroup_size).expect("a pass");
             for (capacity, found) in [(recorded, recorded), (recorded.wrapping_sub(1), recorded), (u32::MAX, recorded)]
             {
                 let found = if found > capacity { 0 } else { found };
                 let mut frame = fixture.device().frame().expect("a frame");
-                frame.dispatch(&pass, GridSizePush { capacity }, 1);
+                frame.dispatch(&pass, GridSizePush { capacity, radius2: 0.0 }, 1);
                 frame.run().expect("a run");
                 let extent = fixture.read(&grid_extent)[0];
                 let cells = found.next_power_of_two();

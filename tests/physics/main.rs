@@ -23,6 +23,7 @@ mod noise;
 mod portals;
 mod reference;
 mod revolution;
+mod rough_light;
 mod scattering_coat;
 mod shading;
 mod specular;
