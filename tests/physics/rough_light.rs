@@ -30,7 +30,7 @@ fn middle() -> String {
 }
 
 const SHOT: Shot =
-    Shot { resolution: [32; 2], photons: 1 << 16, iterations: 16, radius: 0.05, alpha: 1.0, depth: 6, eye_paths: 1 };
+    Shot { resolution: [32; 2], photons: 1 << 15, iterations: 8, radius: 0.05, alpha: 1.0, depth: 6, eye_paths: 1 };
 
 /// A rough floor under a bare lamp, and under a lamp in a bulb that does nothing. Photons on the discs of the floor: 2^16
 /// of them over a sphere about the lamp are 4000 per unit of area, so that the mean over the image has a noise of some
@@ -95,7 +95,7 @@ fn a_lens_lights_metal_as_it_does_if_rays_meet_the_lamp() {
         mean(&shot.take(&look, &(lamp_at("0 0 2", lamp, "") + ball + &square(3.0, 0.0))).image)
     };
     let by_photons = Shot { photons: 1 << 17, iterations: 8, resolution: [16; 2], depth: 8, ..SHOT };
-    let by_rays = Shot { photons: 1, iterations: 16, eye_paths: 512, ..by_photons };
+    let by_rays = Shot { photons: 1, iterations: 64, eye_paths: 64, ..by_photons };
     let met = see(&by_rays, &sphere_lamp(0.2, ""));
     assert_near("a lamp of alpha 0", see(&by_photons, &sphere_lamp(0.2, "\"float alpha\" 0")), met, 0.03);
     let small = see(&by_photons, &sphere_lamp(0.05, "\"float alpha\" 0"));
