@@ -38,7 +38,6 @@ struct RoughPlace {
 
 TEXELS(RoughPoint, rough_points)
 VALUE(GridExtent, grid_extent)
-VALUE(uint, max_radius2) // of all points; bits of a float
 BUFFER(Cell, cells)
 TEXELS(PhotonRecord, grid_photons)
 UPDATED_BUFFER(RoughPlace, places)
@@ -51,6 +50,7 @@ layout(push_constant) uniform Push {
     float least;      // least first radius, render units
     float most;       // largest first radius, render units
     float shrink;      // factor of the squared radius, the same for all points
+    float radius2;     // squared radius of the largest disc, by which the photons were sorted
 };
 
 // Photons that a lane looks at, at most, to find its next one before all lanes evaluate theirs.
@@ -149,7 +149,7 @@ void main() {
     if (resumed != 0u) {
         place = places.data[pixel];
     }
-    float inverse_size = 1.0 / cell_size(max_radius2.value);
+    float inverse_size = 1.0 / cell_size(floatBitsToUint(radius2));
     Point point = load_point(rough, inverse_size);
     uint count = rough.path_length > 0.0 ? uint(point.size.x * point.size.y * point.size.z) : 0u;
     Flux sum = Flux(uvec3(0u), uvec3(0u));

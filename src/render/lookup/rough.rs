@@ -51,7 +51,6 @@ impl RoughGather {
             scene,
             rough_points,
             grid_extent,
-            max_radius2,
             cells,
             grid_photons,
             counters,
@@ -109,6 +108,7 @@ impl RoughGather {
 
     fn push(on: Stage<'_>, radii: &RoughRadii, offset: u32, resumed: u32) -> GatherRoughPush {
         let [per_length, least, most, shrink] = radii.values();
-        GatherRoughPush { pixel_count: on.settings.pixels() as u32, resumed, offset, per_length, least, most, shrink }
+        let (pixel_count, radius2) = (on.settings.pixels() as u32, radii.largest2() as f32);
+        GatherRoughPush { pixel_count, resumed, offset, per_length, least, most, shrink, radius2 }
     }
 }
