@@ -5,7 +5,10 @@ use std::sync::Arc;
 use goblet::image::estimate::Estimate;
 use goblet::image::layers::{Group, Groups};
 use goblet::scene::Scene;
-use goblet::{ByPass, DirectLight, Integrator, LookupKind, Options, RadiusSchedule, Renderer, Submission};
+use goblet::{
+    ArrayKind, ByPass, DeviceOptions, DirectLight, Integrator, LookupKind, Options, RadiusSchedule, Renderer,
+    Submission, open_device,
+};
 use goblet_host::Device;
 
 use super::{Shot, assert_near, camera, scene_text, square};
@@ -124,6 +127,19 @@ fn render(device: &Arc<Device>, scene: &Scene, options: &Options, iterations: u3
 
 fn estimate(device: &Arc<Device>, options: &Options) -> Estimate {
     render(device, &room(), options, 4).estimate().expect("an estimate")
+}
+
+/// Arrays in buffers have guard zones, which no pass reads or writes.
+#[test]
+fn arrays_in_buffers_give_the_same_bits() {
+    let options = DeviceOptions { arrays: Some(ArrayKind::Buffers), ..support::device_options() };
+    let mut device = open_device(&options).expect("a device");
+    device.guard(u32::MAX).expect("guard zones");
+    let device = Arc::new(device);
+    let options = Options { layers: Groups::of(&Group::ALL), ..few() };
+    assert!(estimate(&device, &options) == estimate(&support::device(), &options));
+    assert_eq!(device.broken_guards(), Vec::<String>::new());
+    support::assert_silent(&device);
 }
 
 /// The radii of rough points do not follow the photons that they find, so that no choice of how photons are looked up
