@@ -5,7 +5,11 @@ use goblet_host::{Device, DeviceKind, Extent, Frame, Texels};
 
 use crate::gpu_scene::camera::View;
 use crate::image::estimate::Sum;
-use crate::kernels::{Camera, Cell, Counters, PhotonRecord, PixelState, TILE, VisiblePoint};
+use crate::kernels::{
+    Camera, Cell, Counters, EmissionNumbers, GuideLight, GuideNode, PhotonRecord, PixelState, TILE, VisiblePoint,
+};
+use crate::render::guide::PHOTONS_OF_ROUND;
+use crate::render::guide::tree::MOST_NODES;
 
 /// The number of photons that one batch can record on any device, unless an iteration has fewer. With their copies in
 /// the grid and its cells they take 72 MiB.
@@ -85,6 +89,8 @@ pub struct Sizes {
     pub by_tile: u64,
     /// The largest number of photons that a batch can record.
     pub recorded: u64,
+    /// The number of lights that a guide chooses from; 0 without a guide.
+    pub guided_lights: u64,
 }
 
 impl Sizes {
@@ -96,6 +102,7 @@ impl Sizes {
             pixels: resolution.map(u64::from).iter().product(),
             by_tile: invocations_by_tile(resolution),
             recorded: most.max(u64::from(max_depth)),
+            guided_lights: 0,
         }
     }
 
@@ -132,6 +139,11 @@ device_arrays! {
 
         /// Photons that this batch has recorded.
         photons: Texels<PhotonRecord>[sizes.recorded],
+
+        // Of guided emission.
+        guide_nodes: Texels<GuideNode>[if sizes.guided_lights > 0 { MOST_NODES as u64 } else { 0 }],
+        guide_lights: Texels<GuideLight>[sizes.guided_lights],
+        pilot_numbers: Texels<EmissionNumbers>[if sizes.guided_lights > 0 { PHOTONS_OF_ROUND } else { 0 }],
 
         // Fixed-point sums of this iteration, two words per pixel, and the number of photons per pixel.
         flux_red: Buffer<u32>[2 * sizes.pixels],

@@ -11,6 +11,7 @@ use crate::image::film::Window;
 use crate::image::layers::{Group, Groups};
 use crate::kernels::RenderFeatures;
 use crate::render::error::RenderError;
+use crate::render::guide::Guidance;
 use crate::render::radius::RadiusSchedule;
 use crate::render::sequence::{Sequence, Shard};
 use crate::scene::{self, Scene};
@@ -146,6 +147,8 @@ pub struct Options {
     pub radius_schedule: RadiusSchedule,
     /// How direct light is estimated.
     pub direct: DirectLight,
+    /// Whether photons begin where they bring light to what is seen.
+    pub guidance: Guidance,
     /// Which part of the light the image shows.
     pub contribution: Contribution,
     /// The layers that are summed besides the image, and besides those that a film asks for.
@@ -197,7 +200,11 @@ pub(crate) struct Resolved {
 impl Options {
     /// Returns how a scene is packed for a render with these options.
     pub(crate) fn packing(&self, scene: &Scene) -> Packing {
-        Packing { solver: self.revolution_solver, keeps_uvs: self.all_layers(scene).has(Group::Slope) }
+        Packing {
+            solver: self.revolution_solver,
+            keeps_uvs: self.all_layers(scene).has(Group::Slope),
+            is_guided: self.guidance != Guidance::Off,
+        }
     }
 
     /// Returns the layers with those that the film of a scene asks for.
@@ -215,6 +222,7 @@ impl Options {
             direct_nee: self.direct == DirectLight::Nee,
             low_discrepancy_pairs: self.sampler.low_discrepancy_pairs(),
             cell_scale: resolved.cell_scale as f32,
+            has_guide: self.guidance != Guidance::Off,
             has_caustic_layer: resolved.layers.has(Group::Caustic),
         }
     }

@@ -4,6 +4,7 @@ use glam::DMat3;
 
 use crate::image::film::{Window, balanced_luminance};
 use crate::image::layers::LayerForm;
+use crate::render::guide::Guidance;
 use crate::render::options::Contribution;
 use crate::render::radius::RadiusSchedule;
 use crate::render::sequence::{IterationIndex, Sequence, Shard};
@@ -19,6 +20,10 @@ pub struct Settings {
     pub photons: u64,
     /// Eye paths per pixel and iteration.
     pub eye_paths: u32,
+    /// Whether photons begin where they bring light to what is seen.
+    pub guidance: Guidance,
+    /// The largest number of segments of a path.
+    pub max_depth: u32,
     /// Share of an iteration's photons that a pixel keeps (Hachisuka 2008, eq. 5).
     pub alpha: f64,
     /// The schedule by which radii shrink.

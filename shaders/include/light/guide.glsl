@@ -15,7 +15,7 @@ struct GuideNode {
     float value; // inner node: chance of the lower part, in (0, 1); leaf: 1 over the density
 };
 
-export const uint GUIDE_LEAF = 6u;
+export const uint GUIDE_LEAF = 6u; // in place of the axis of an inner node: the node is a leaf
 
 // The numbers by which a photon begins, each in [0, 1).
 struct EmissionNumbers {

@@ -25,10 +25,11 @@ pub fn ordered(lights: &[Light]) -> Vec<GuideLight> {
 /// Returns the bits of a position in render units, in turns: 21 of each coordinate. Positions beyond the scene, which is
 /// within 2 of the origin, count as its edge.
 fn morton_code(position: [f32; 3]) -> u64 {
-    let bits = |coordinate: f32| ((f64::from(coordinate) / 4.0 + 0.5).clamp(0.0, 1.0) * f64::from((1 << 21) - 1)) as u64;
-    (0..21).flat_map(|bit| [0, 1, 2].map(|axis| (bit, axis))).fold(0, |code, (bit, axis)| {
-        code | (bits(position[axis]) >> bit & 1) << (3 * bit + axis)
-    })
+    let bits =
+        |coordinate: f32| ((f64::from(coordinate) / 4.0 + 0.5).clamp(0.0, 1.0) * f64::from((1 << 21) - 1)) as u64;
+    (0..21)
+        .flat_map(|bit| [0, 1, 2].map(|axis| (bit, axis)))
+        .fold(0, |code, (bit, axis)| code | (bits(position[axis]) >> bit & 1) << (3 * bit + axis))
 }
 
 #[cfg(test)]
@@ -43,8 +44,13 @@ mod tests {
             emission_pmf,
             ..bytemuck::Zeroable::zeroed()
         };
-        let lights =
-            [light(0.9, POINT, 0.25), light(-0.9, AREA, 0.25), light(0.91, SPOT, 0.25), light(0.0, 5, 0.25), light(0.0, POINT, 0.0)];
+        let lights = [
+            light(0.9, POINT, 0.25),
+            light(-0.9, AREA, 0.25),
+            light(0.91, SPOT, 0.25),
+            light(0.0, 5, 0.25),
+            light(0.0, POINT, 0.0),
+        ];
         let order = ordered(&lights);
         let found: Vec<(u32, f32)> = order.iter().map(|light| (light.light, light.end)).collect();
         assert_eq!(found, [(3, 0.25), (1, 0.5), (0, 0.75), (2, 1.0)]);

@@ -5,6 +5,9 @@ use std::collections::HashMap;
 use glam::{Vec2, Vec3};
 
 use crate::kernels::{PhotonRecord, VisiblePoint};
+use crate::render::buffers::Buffers;
+use crate::render::settings::Settings;
+use crate::render::stage::Stage;
 
 /// The most visible points that are looked at.
 const MOST_POINTS: u64 = 4096;
@@ -44,17 +47,18 @@ pub struct Brought {
     pub sample: u32,
     /// The point's index.
     pub point: u32,
-    /// Radiance at the point, mean of channels, for a photon whose weight is the power of all lights.
+    /// Radiance at the point over the flux of all lights, mean of channels, if all photons begin with density 1 and bring
+    /// as much; 1/(m² sr).
     pub radiance: f64,
 }
 
 /// The arrays of visible points of a round, by pixel.
-pub struct Pixels {
-    pub points: Vec<VisiblePoint>,
+struct Pixels {
+    points: Vec<VisiblePoint>,
     /// Throughput in 1/sr, and the length of the eye path: 0 if there is no visible point.
-    pub throughputs: Vec<[f32; 4]>,
+    throughputs: Vec<[f32; 4]>,
     /// Radiance that eye paths bring, W/(m² sr).
-    pub radiances: Vec<[f32; 4]>,
+    radiances: Vec<[f32; 4]>,
 }
 
 fn unpack_normal(packed: u32) -> Vec3 {
@@ -71,9 +75,24 @@ fn mean(color: Vec3) -> f64 {
 }
 
 impl Seen {
+    /// Takes some of the visible points that are on the device.
+    ///
+    /// # Errors
+    /// The device fails.
+    pub fn on_device(on: Stage<'_>) -> goblet_host::Result<Self> {
+        let Buffers { visible_points, visible_throughputs, visible_radiances, .. } = on.buffers;
+        let Settings { resolution, pixel_width, is_parallel, .. } = *on.settings;
+        let pixels = Pixels {
+            points: on.device.read_first_texels(visible_points, on.settings.pixels())?,
+            throughputs: on.device.read_first_texels(visible_throughputs, on.settings.pixels())?,
+            radiances: on.device.read_first_texels(visible_radiances, on.settings.pixels())?,
+        };
+        Ok(Self::new(resolution, &pixels, pixel_width, is_parallel))
+    }
+
     /// Takes some of the visible points, spread evenly over the image. `pixel_width` is the width of a pixel at distance
     /// 1, or at any distance if rays are parallel, in render units.
-    pub fn new(resolution: [u32; 2], pixels: &Pixels, pixel_width: f64, is_parallel: bool) -> Self {
+    fn new(resolution: [u32; 2], pixels: &Pixels, pixel_width: f64, is_parallel: bool) -> Self {
         let [width, height] = resolution.map(u64::from);
         let spacing = (width * height).div_ceil(MOST_POINTS).isqrt().max(1);
         let length = |pixel: usize| f64::from(pixels.throughputs[pixel][3]);
@@ -131,12 +150,11 @@ impl Seen {
         self.points.is_empty()
     }
 
-    /// Appends what a photon brings to each point on whose disc it lies. Returns whether it brings anything.
-    pub fn add_brought(&self, photon: &PhotonRecord, sample: u32, brought: &mut Vec<Brought>) -> bool {
+    /// Appends what a photon brings to each point on whose disc it lies. `density` is that by which it began.
+    pub fn add_brought(&self, photon: &PhotonRecord, sample: u32, density: f64, brought: &mut Vec<Brought>) {
         let position = Vec3::from(photon.position);
-        let Some(near) = self.cells.get(&cell_of(position, self.cell_size)) else { return false };
+        let Some(near) = self.cells.get(&cell_of(position, self.cell_size)) else { return };
         let normal = unpack_normal(photon.normal);
-        let before = brought.len();
         for index in near {
             let point = &self.points[*index as usize];
             let d = position - point.position;
@@ -144,21 +162,20 @@ impl Seen {
             let is_on_disc = d.length_squared() < point.radius2
                 && normal.dot(point.normal) > MIN_COSINE
                 && height * height < MAX_HEIGHT * MAX_HEIGHT * point.radius2;
-            let radiance = mean(point.response * Vec3::from(photon.weight));
+            let radiance = mean(point.response * Vec3::from(photon.weight)) * density;
             if is_on_disc && radiance > 0.0 && radiance.is_finite() {
                 brought.push(Brought { sample, point: *index, radiance });
             }
         }
-        brought.len() > before
     }
 
-    /// Returns for each point 1 over the square of its radiance, which is estimated from what `photons` photons have
-    /// brought. `power` is that of all lights. A relative error counts as much in dark points as in bright ones, down to a share of the mean.
-    pub fn importances(&self, brought: &[Brought], photons: usize, power: f64) -> Vec<f64> {
+    /// Returns for each point 1 over the square of its radiance, which is estimated from what photons of these weights
+    /// have brought. `power` is that of all lights, W. A relative error counts as much in dark points as in bright ones,
+    /// down to a share of the mean.
+    pub fn importances(&self, brought: &[Brought], weights: &[f64], power: f64) -> Vec<f64> {
         let mut radiances: Vec<f64> = self.points.iter().map(|point| point.direct).collect();
-        let per_photon = power / photons.max(1) as f64;
-        for Brought { point, radiance, .. } in brought {
-            radiances[*point as usize] += radiance * per_photon;
+        for Brought { sample, point, radiance } in brought {
+            radiances[*point as usize] += radiance * weights[*sample as usize] * power;
         }
         let mean = radiances.iter().sum::<f64>() / radiances.len().max(1) as f64;
         let dark = (DARK * mean).max(f64::MIN_POSITIVE.sqrt());
@@ -206,14 +223,18 @@ mod tests {
         assert_eq!(seen.points.len(), 2, "the third pixel has no visible point");
         let radius = 0.3_f64;
         let mut brought = Vec::new();
-        assert!(seen.add_brought(&photon_at(10.2, 0.0, 0), 7, &mut brought));
-        let expected = 0.5 / (std::f64::consts::PI * radius * radius);
-        assert!((brought[0].radiance / expected - 1.0).abs() < 1e-6 && brought[0].point == 1 && brought[0].sample == 7);
+        seen.add_brought(&photon_at(10.2, 0.0, 0), 1, 2.0, &mut brought);
+        // Of the mean of (0.5 x 3, 0, 0), twice.
+        let expected = 2.0 * 0.5 / (std::f64::consts::PI * radius * radius);
+        assert!((brought[0].radiance / expected - 1.0).abs() < 1e-6 && brought[0].point == 1 && brought[0].sample == 1);
         // Down is (0, 0, -1): the octahedron's corners, 32767 in both halves.
-        for (x, z, normal) in [(10.31, 0.0, 0), (10.0, 0.08, 0), (10.0, 0.0, 0x7fff_7fff), (5.0, 0.0, 0), (20.0, 0.0, 0)] {
-            assert!(!seen.add_brought(&photon_at(x, z, normal), 0, &mut brought), "{x} {z} {normal}");
+        for (x, z, normal) in
+            [(10.31, 0.0, 0), (10.0, 0.08, 0), (10.0, 0.0, 0x7fff_7fff), (5.0, 0.0, 0), (20.0, 0.0, 0)]
+        {
+            seen.add_brought(&photon_at(x, z, normal), 0, 1.0, &mut brought);
+            assert_eq!(brought.len(), 1, "{x} {z} {normal}");
         }
-        let [dark, bright] = seen.importances(&brought, 2, 1.0)[..] else { panic!("two points") };
+        let [dark, bright] = seen.importances(&brought, &[0.5, 0.5], 1.0)[..] else { panic!("two points") };
         assert!(dark > 10.0 * bright, "{dark} {bright}");
         assert!(seen.nearness(&photon_at(10.0, 0.0, 0)) > 2.0 * seen.nearness(&photon_at(5.0, 0.0, 0)));
     }

@@ -3,6 +3,7 @@
 use super::{Effect, Fallback, Kind, Needs, RenderOption};
 use crate::base::names::{Name, Named, named};
 use crate::gpu_scene::pack::{Envelopes, RevolutionSolver};
+use crate::render::guide::Guidance;
 use crate::render::options::values::{RADIUS, RESOLUTION, SECONDS, TARGET_ERROR};
 use crate::render::options::values::{radius, resolution, seconds, target_error};
 use crate::render::options::{
@@ -264,6 +265,22 @@ pub const OPTIONS: &[RenderOption] = &[
         help: "How light that comes straight from a light source is estimated",
         more: "",
         effect: Effect::Image("direct light", |options, _| options.direct.to_string()),
+        needs: Needs::Nothing,
+        is_knob: true,
+    },
+    RenderOption {
+        name: "guide",
+        placeholder: "WHETHER",
+        kind: Kind::Named {
+            names: Guidance::NAMES,
+            set: |request, name| name.parse().map(|value| request.options.guidance = value),
+        },
+        unit: "",
+        fallback: Fallback::Name(|| Guidance::default().name()),
+        group: ALGORITHM,
+        help: "Whether photons begin where they bring light to what is seen",
+        more: "A pilot of a few photons finds where. The image has the same expectation.",
+        effect: Effect::Image("guide", |options, _| options.guidance.to_string()),
         needs: Needs::Nothing,
         is_knob: true,
     },
