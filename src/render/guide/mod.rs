@@ -13,14 +13,17 @@
 //! "Practical path guiding for efficient light-transport simulation", 2017; Rath and others, "Variance-aware path
 //! guiding", 2020, for densities by squares; "EARS", 2022, for costs.
 
+mod cell;
 pub mod lights;
 mod pilot;
 mod seen;
 pub mod tree;
 
+use std::time::{Duration, Instant};
+
 use pilot::Pilot;
 use seen::Seen;
-use tree::Tree;
+use tree::{Caution, MOST_LEAVES, Tree};
 
 use crate::base::names::named;
 use crate::render::error::RenderError;
@@ -29,13 +32,15 @@ use crate::render::progress::Progress;
 use crate::render::stage::Stage;
 
 /// The rounds of a pilot; each begins where the rounds before it tell.
-const ROUNDS: u32 = 6;
+const ROUNDS: u32 = 12;
 /// The photons of a round.
-pub const PHOTONS_OF_ROUND: u64 = 1 << 14;
-/// The share of photons that begin as without a guide.
-const UNIFORM_SHARE: f64 = 0.1;
-/// The share in a pilot, which knows less.
-const UNIFORM_SHARE_OF_PILOT: f64 = 0.2;
+pub const PHOTONS_OF_ROUND: u64 = 1 << 13;
+/// How much the density of a render relies on the pilot.
+const CAUTION: Caution = Caution { uniform_share: 0.2, spread: 0.05, penalty: 3.0, leaves: MOST_LEAVES };
+/// How much a round of the pilot relies on those before it: one photon is enough to look for others around it.
+const CAUTION_OF_PILOT: Caution = Caution { uniform_share: 0.2, spread: 0.05, penalty: 0.2, leaves: 256 };
+/// The round after which `auto` ends a pilot that shows no gain.
+const ROUND_OF_DOUBT: u32 = 4;
 /// The least factor between the products of variance and time, without the guide and with it, for which `auto` takes
 /// the guide. The factor is of photons alone: eye paths have a share of the error and of the time.
 const WORTHWHILE: f64 = 1.5;
@@ -62,6 +67,8 @@ pub struct Guide {
     pub gain: f64,
     /// The share of photons that bring light to what is seen, without the guide and with it.
     pub reached: [f64; 2],
+    /// The time that the pilot took, with that of the host to learn.
+    pub time: Duration,
 }
 
 /// Whether an iteration has to learn the guide first.
@@ -74,9 +81,10 @@ pub fn is_missing(on: Stage<'_>, progress: &Progress) -> bool {
 /// # Errors
 /// The device fails, or the caller gives the iteration up.
 pub fn learn(photon: &mut PhotonPass, on: Stage<'_>, progress: &mut Progress) -> Result<(), RenderError> {
+    let start = Instant::now();
     let guide = if on.settings.photons_matter { find(photon, on, progress)? } else { Guide::none() };
     on.device.write_texels(&on.buffers.guide_nodes, &guide.tree.nodes)?;
-    progress.guide = Some(guide);
+    progress.guide = Some(Guide { time: start.elapsed(), ..guide });
     Ok(())
 }
 
@@ -85,24 +93,30 @@ fn find(photon: &mut PhotonPass, on: Stage<'_>, progress: &mut Progress) -> Resu
     if seen.is_empty() {
         return Ok(Guide::none());
     }
+    let power = on.settings.mean_power;
+    let is_worthwhile = |gain| on.settings.guidance == Guidance::On || gain > WORTHWHILE;
     let mut pilot = Pilot::default();
     let mut tree = Tree::uniform();
     for round in 0..ROUNDS {
         on.device.write_texels(&on.buffers.guide_nodes, &tree.nodes)?;
         pilot.follow(photon, on, round, progress)?;
         pilot.see(&seen, tree);
-        tree = Tree::learn(&pilot.samples(&seen, on.settings.mean_power), UNIFORM_SHARE_OF_PILOT);
+        let samples = pilot.samples(&seen, power);
+        if round == ROUND_OF_DOUBT && pilot.knows_enough() && !is_worthwhile(tree::gain_of_halves(&samples, CAUTION)) {
+            break;
+        }
+        tree = Tree::learn(&samples, CAUTION_OF_PILOT);
     }
-    let samples = pilot.samples(&seen, on.settings.mean_power);
-    let gain = tree::gain_of_halves(&samples, UNIFORM_SHARE);
-    let is_wanted = on.settings.guidance == Guidance::On || gain > WORTHWHILE;
-    let tree = if is_wanted { Tree::learn(&samples, UNIFORM_SHARE) } else { Tree::uniform() };
-    Ok(Guide { gain: if is_wanted { gain } else { 1.0 }, reached: pilot.reached(&samples, &tree), tree })
+    let samples = pilot.samples(&seen, power);
+    let gain = tree::gain_of_halves(&samples, CAUTION);
+    let (tree, gain) =
+        if is_worthwhile(gain) { (Tree::learn(&samples, CAUTION), gain) } else { (Tree::uniform(), 1.0) };
+    Ok(Guide { gain, reached: pilot.reached(&samples, &tree), tree, time: Duration::ZERO })
 }
 
 impl Guide {
     /// Photons that begin by the power of the lights alone.
     fn none() -> Self {
-        Self { tree: Tree::uniform(), gain: 1.0, reached: [0.0; 2] }
+        Self { tree: Tree::uniform(), gain: 1.0, reached: [0.0; 2], time: Duration::ZERO }
     }
 }

@@ -3,15 +3,19 @@
 use crate::kernels::{EmissionNumbers, PILOT_DIRECT, PhotonRecord};
 use crate::render::error::RenderError;
 use crate::render::guide::PHOTONS_OF_ROUND;
+use crate::render::guide::cell::Sample;
 use crate::render::guide::seen::{Brought, Seen};
-use crate::render::guide::tree::{Sample, Tree};
+use crate::render::guide::tree::Tree;
 use crate::render::passes::PhotonPass;
 use crate::render::progress::Progress;
 use crate::render::stage::Stage;
 
 /// The number of photons that bring light to what is seen, from which on the pilot goes by what photons bring alone. With
 /// fewer, it goes by how near they get as well.
-const ENOUGH: f64 = 32.0;
+const ENOUGH: usize = 32;
+
+/// The factor of nearness where eye paths find the light.
+const DIRECT_LEAD: f64 = 0.1;
 
 /// The photons of all rounds of a pilot so far.
 #[derive(Default)]
@@ -30,7 +34,7 @@ struct PilotPhoton {
     numbers: EmissionNumbers,
     /// The number of records of its path, and 1.
     cost: f64,
-    /// How near it gets to what is seen, times its flux at density 1.
+    /// How near it gets to what is seen, times its flux at density 1; 0 once the pilot knows enough.
     nearness: f64,
     /// The sum of the densities of all rounds so far at its numbers.
     densities: f64,
@@ -43,7 +47,13 @@ impl PilotPhoton {
     }
 }
 
-fn luminance(photon: &PhotonRecord) -> f64 {
+/// Returns what stands for the square of what a photon brings as long as few bring anything. In the plane, its root falls
+/// with the distance to what is seen so that the next round has as many photons in each octave of distances, and more.
+fn lead(photon: &PilotPhoton) -> f64 {
+    photon.nearness.powf(1.5)
+}
+
+fn mean_weight(photon: &PhotonRecord) -> f64 {
     photon.weight.iter().map(|weight| f64::from(*weight)).sum::<f64>() / 3.0
 }
 
@@ -81,6 +91,7 @@ impl Pilot {
 
     /// Finds what the photons of the last round bring. `tree` is the density by which they began.
     pub fn see(&mut self, seen: &Seen, tree: Tree) {
+        let knows_enough = self.knows_enough();
         for (index, record) in self.records.drain(..) {
             let photon = &mut self.photons[index as usize];
             let density = 1.0 / f64::from(photon.numbers.weight);
@@ -89,7 +100,12 @@ impl Pilot {
             if !is_finite {
                 continue;
             }
-            photon.nearness = photon.nearness.max(seen.nearness(&record) * luminance(&record) * density);
+            if !knows_enough {
+                // Eye paths find the light of a first surface: it only leads to where others are.
+                let lead = if record.cell & PILOT_DIRECT == 0 { 1.0 } else { DIRECT_LEAD };
+                let nearness = lead * seen.nearness(&record) * mean_weight(&record) * density;
+                photon.nearness = photon.nearness.max(nearness);
+            }
             if record.cell & PILOT_DIRECT == 0 {
                 seen.add_brought(&record, index, density, &mut self.brought);
             }
@@ -112,18 +128,17 @@ impl Pilot {
         let weights: Vec<f64> = self.photons.iter().map(weight).collect();
         let importances = seen.importances(&self.brought, &weights, power);
         let squares = self.squares(&importances);
-        let hits = squares.iter().filter(|square| **square > 0.0).count() as f64;
-        let of_nearness = (1.0 - hits / ENOUGH).max(0.0);
+        let of_nearness = (1.0 - self.hits() as f64 / ENOUGH as f64).max(0.0);
         let integral = |squares: &mut dyn Iterator<Item = f64>| -> f64 {
             let sum: f64 = squares.zip(&weights).map(|(square, weight)| square * weight).sum();
             if sum > 0.0 { 1.0 / sum } else { 0.0 }
         };
-        let near = of_nearness * integral(&mut self.photons.iter().map(|photon| photon.nearness.powi(2)));
+        let near = of_nearness * integral(&mut self.photons.iter().map(lead));
         let brought = (1.0 - of_nearness) * integral(&mut squares.iter().copied());
         let sample = |((photon, weight), square): ((&PilotPhoton, &f64), &f64)| Sample {
             numbers: photon.numbers(),
             weight: *weight,
-            square: brought * square + near * photon.nearness.powi(2),
+            square: brought * square + near * lead(photon),
             cost: photon.cost,
         };
         self.photons.iter().zip(&weights).zip(&squares).map(sample).collect()
@@ -142,6 +157,15 @@ impl Pilot {
             }
         }
         squares
+    }
+
+    /// Returns whether enough photons bring light to what is seen, so that the pilot goes by that alone.
+    pub fn knows_enough(&self) -> bool {
+        self.hits() >= ENOUGH
+    }
+
+    fn hits(&self) -> usize {
+        self.brought.chunk_by(|a, b| a.sample == b.sample).count()
     }
 
     /// Returns the shares of photons that bring light to what is seen: without a guide, and with the density of a tree.

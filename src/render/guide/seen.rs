@@ -12,7 +12,7 @@ use crate::render::stage::Stage;
 /// The most visible points that are looked at.
 const MOST_POINTS: u64 = 4096;
 /// The radius of a point's disc, in distances of neighbouring points in the image: the discs cover what is seen.
-const REACH: f64 = 0.75;
+const REACH: f64 = 1.5;
 /// The largest factor between a radius and the median radius.
 const SPREAD: f64 = 4.0;
 /// Radiance of a point, over the mean radiance, below which errors count no more than at that radiance.
