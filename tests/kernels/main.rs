@@ -14,6 +14,7 @@ mod fixture;
 mod flux;
 mod grid;
 mod guard;
+mod guide;
 mod instance;
 mod interruption;
 mod layers;

@@ -5,6 +5,7 @@
 // which the host learns (src/render/guide). An inner node splits its cell along one axis. Along it, the numbers go
 // through the inverse of a cumulative distribution, which keeps evenly spread numbers evenly spread.
 #include "math/random.glsl"
+#include "scene/constants.glsl"
 #include "scene/features.glsl"
 
 // A node of the tree. The root is the first.

@@ -221,7 +221,7 @@ mod tests {
         };
         let seen = Seen::new([3, 1], &pixels, 0.4, false);
         assert_eq!(seen.points.len(), 2, "the third pixel has no visible point");
-        let radius = 0.3_f64;
+        let radius = 0.6_f64;
         let mut brought = Vec::new();
         seen.add_brought(&photon_at(10.2, 0.0, 0), 1, 2.0, &mut brought);
         // Of the mean of (0.5 x 3, 0, 0), twice.
@@ -229,7 +229,7 @@ mod tests {
         assert!((brought[0].radiance / expected - 1.0).abs() < 1e-6 && brought[0].point == 1 && brought[0].sample == 1);
         // Down is (0, 0, -1): the octahedron's corners, 32767 in both halves.
         for (x, z, normal) in
-            [(10.31, 0.0, 0), (10.0, 0.08, 0), (10.0, 0.0, 0x7fff_7fff), (5.0, 0.0, 0), (20.0, 0.0, 0)]
+            [(10.61, 0.0, 0), (10.0, 0.16, 0), (10.0, 0.0, 0x7fff_7fff), (5.0, 0.0, 0), (20.0, 0.0, 0)]
         {
             seen.add_brought(&photon_at(x, z, normal), 0, 1.0, &mut brought);
             assert_eq!(brought.len(), 1, "{x} {z} {normal}");

@@ -1,6 +1,6 @@
 //! Stopped and resumed.
 
-use goblet::{DirectLight, Integrator, Options, RadiusSchedule};
+use goblet::{DirectLight, Guidance, Integrator, Options, RadiusSchedule};
 
 use super::{Case, advance, bits, energy, save};
 use crate::support;
@@ -20,6 +20,7 @@ fn cases() -> Vec<Case> {
         Case::new("sppm, global", global(&sppm)),
         Case::new("ppm, adaptive", ppm.clone()),
         Case::new("sppm, adaptive, automatic radius", sppm.clone()).with_automatic_radius(),
+        Case::new("guided", Options { guidance: Guidance::On, ..ppm.clone() }).with_automatic_radius(),
         Case::new("ppm, adaptive, automatic radius", ppm).with_automatic_radius(),
         Case::new("light by photons", Options { direct: DirectLight::Photons, ..sppm }),
     ]

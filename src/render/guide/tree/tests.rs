@@ -1,5 +1,8 @@
 use super::*;
 
+/// Hardly any caution, so that a test sees what is learned.
+const BOLD: Caution = Caution { uniform_share: 0.1, spread: 0.0, penalty: 1.0, leaves: MOST_LEAVES };
+
 /// Numbers that are evenly spread by a hash, each below 1.
 fn numbers(index: u32) -> [f32; AXES] {
     let hash = |x: u32| {
@@ -36,13 +39,13 @@ fn total(tree: &Tree) -> f64 {
 }
 
 /// Light that goes through a hundredth of the square: the best density is 100 there, and the mean over uniform samples of
-/// the square over the density falls to about a hundredth, less what the uniform share and the cells' edges take.
+/// the square over the density falls to about a hundredth, less what the uniform share and the margins take.
 #[test]
 fn a_tree_finds_the_middle() {
     let samples = samples(20_000, |numbers| f64::from(u8::from(is_in_the_middle(numbers))));
-    let tree = Tree::learn(&samples, 0.1);
+    let tree = Tree::learn(&samples, BOLD);
     let [inside, outside] = [0.5, 0.2].map(|place| tree.density(&[0.3, 0.3, place, place, 0.3, 0.3]));
-    assert!(inside > 30.0 && inside < 120.0 && outside >= 0.1 && outside < 0.5, "{inside} {outside}");
+    assert!((30.0..120.0).contains(&inside) && (0.1..0.5).contains(&outside), "{inside} {outside}");
     assert!(tree.gain(&samples) > 30.0, "{}", tree.gain(&samples));
     assert!((total(&tree) - 1.0).abs() < 1e-5, "{}", total(&tree));
 }
@@ -52,11 +55,11 @@ fn a_tree_finds_the_middle() {
 fn noise_is_not_learned() {
     let random = |numbers: &[f32; AXES]| f64::from((numbers.iter().sum::<f32>() * 1000.0).fract());
     for brings in [&(|_: &[f32; AXES]| 1.0) as &dyn Fn(&[f32; AXES]) -> f64, &random] {
-        let tree = Tree::learn(&samples(20_000, brings), 0.1);
+        let tree = Tree::learn(&samples(20_000, brings), BOLD);
         assert!(tree.nodes.len() < 20, "{} nodes", tree.nodes.len());
         assert!((tree.density(&[0.5; AXES]) - 1.0).abs() < 0.2);
     }
-    assert_eq!(Tree::learn(&samples(100, |_| 0.0), 0.1).nodes.len(), 1, "nothing is seen");
+    assert_eq!(Tree::learn(&samples(100, |_| 0.0), BOLD).nodes.len(), 1, "nothing is seen");
 }
 
 /// Where photons cost four times as much, half as many go.
@@ -64,7 +67,7 @@ fn noise_is_not_learned() {
 fn costly_photons_are_fewer() {
     let mut samples = samples(20_000, |_| 1.0);
     samples.iter_mut().filter(|sample| sample.numbers[0] < 0.5).for_each(|sample| sample.cost = 4.0);
-    let tree = Tree::learn(&samples, 0.0);
+    let tree = Tree::learn(&samples, Caution { uniform_share: 0.0, ..BOLD });
     let [costly, cheap] = [0.25, 0.75].map(|light| tree.density(&[light, 0.3, 0.3, 0.3, 0.3, 0.3]));
     assert!((costly / cheap - 0.5).abs() < 0.03, "{costly} {cheap}");
 }
@@ -73,7 +76,28 @@ fn costly_photons_are_fewer() {
 #[test]
 fn weights_are_bounded() {
     let samples = samples(20_000, |numbers| f64::from(numbers[0] * numbers[3]).powi(8));
-    let tree = Tree::learn(&samples, 0.25);
+    let tree = Tree::learn(&samples, Caution { uniform_share: 0.25, ..BOLD });
     let weights = tree.nodes.iter().filter(|node| node.axis == GUIDE_LEAF).map(|node| node.value);
     assert!(weights.fold(0.0, f32::max) <= 4.0001);
+}
+
+/// A part where no sample brings anything keeps a share of the chance of each cell around it, and the gain on samples
+/// that were not learned from is no less for it.
+#[test]
+fn a_cautious_tree_leaves_no_part_dark() {
+    let samples = samples(20_000, |numbers| f64::from(u8::from(is_in_the_middle(numbers))));
+    let caution = Caution { spread: 0.1, ..BOLD };
+    let outside = |caution| Tree::learn(&samples, caution).density(&[0.3, 0.3, 0.4, 0.5, 0.3, 0.3]);
+    assert!(outside(caution) > 1.5 * outside(BOLD), "{} {}", outside(caution), outside(BOLD));
+    assert!(gain_of_halves(&samples, caution) > 10.0, "{}", gain_of_halves(&samples, caution));
+}
+
+/// One photon in many thousand is enough to look around it.
+#[test]
+fn a_bold_tree_follows_one_sample() {
+    let place = numbers(77);
+    let samples = samples(20_000, |numbers| f64::from(u8::from(*numbers == place)));
+    let density = |penalty| Tree::learn(&samples, Caution { penalty, ..BOLD }).density(&place);
+    assert!(density(0.2) > 50.0, "{}", density(0.2));
+    assert!((density(3.0) - 1.0).abs() < 1e-6, "{}", density(3.0));
 }
