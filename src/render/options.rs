@@ -203,7 +203,7 @@ impl Options {
         Packing {
             solver: self.revolution_solver,
             keeps_uvs: self.all_layers(scene).has(Group::Slope),
-            is_guided: self.guidance != Guidance::Off,
+            is_guided: self.is_guided(),
         }
     }
 
@@ -211,6 +211,16 @@ impl Options {
     pub(crate) fn all_layers(&self, scene: &Scene) -> Groups {
         let of_film = if scene.film.gbuffer.is_some() { Groups::OF_GBUFFER } else { Groups::default() };
         self.layers.with(of_film)
+    }
+
+    /// Returns whether photons begin by a density that a pilot finds. In a window, `auto` takes none: the pilot would delay
+    /// the first picture after each move of the camera.
+    pub(crate) fn is_guided(&self) -> bool {
+        match self.guidance {
+            Guidance::Auto => !self.responsive,
+            Guidance::On => true,
+            Guidance::Off => false,
+        }
     }
 
     /// The workgroup sizes that kernels are built for.
@@ -222,7 +232,7 @@ impl Options {
             direct_nee: self.direct == DirectLight::Nee,
             low_discrepancy_pairs: self.sampler.low_discrepancy_pairs(),
             cell_scale: resolved.cell_scale as f32,
-            has_guide: self.guidance != Guidance::Off,
+            has_guide: self.is_guided(),
             has_caustic_layer: resolved.layers.has(Group::Caustic),
         }
     }

@@ -122,7 +122,7 @@ impl Base {
             window: resolved.window,
             photons: resolved.photons,
             eye_paths: resolved.eye_paths,
-            guidance: options.guidance,
+            guidance: if options.is_guided() { options.guidance } else { Guidance::Off },
             max_depth: resolved.max_depth,
             alpha: resolved.alpha,
             radius_schedule: options.radius_schedule,
@@ -202,8 +202,7 @@ impl Renderer {
         let compiled = base.compiled(&device, options, &resolved, &view);
         let info = device.info();
         let room = room_for_records(info.kind, info.memory.total_bytes, info.max_buffer_bytes);
-        let is_guided = options.guidance != Guidance::Off;
-        let guide_lights = if is_guided { guide::lights::ordered(&packed.arrays.lights) } else { Vec::new() };
+        let guide_lights = if options.is_guided() { guide::lights::ordered(&packed.arrays.lights) } else { Vec::new() };
         let sizes = Sizes {
             guided_lights: guide_lights.len() as u64,
             ..Sizes::new(resolved.resolution, resolved.photons, resolved.max_depth, room)

@@ -50,8 +50,10 @@ fn of(warped: &Warped) -> [f64; 6] {
     [light[0], light[1], position[0], position[1], direction[0], direction[1]].map(f64::from)
 }
 
-/// The volume and the chance of each leaf, and the corner and the extent of its cell.
-fn leaves(nodes: &[GuideNode]) -> Vec<(f64, f64, [f64; 6], [f64; 6], f32)> {
+/// The volume and the chance of a leaf, the corner and the extent of its cell, and its weight.
+type Leaf = (f64, f64, [f64; 6], [f64; 6], f32);
+
+fn leaves(nodes: &[GuideNode]) -> Vec<Leaf> {
     let mut open = vec![(0_usize, 1.0, [0.0; 6], [1.0; 6])];
     let mut leaves = Vec::new();
     while let Some((index, chance, corner, extent)) = open.pop() {

@@ -75,7 +75,12 @@ impl Integrals {
         Self { square: self.square + other.square, cost: self.cost + other.cost, second: self.second + other.second }
     }
 
-    /// Returns the mass that the best density gives to a leaf, up to a factor.
+    /// Returns the best density in a leaf, up to a factor.
+    pub fn best_density(self) -> f64 {
+        if self.cost > 0.0 { (self.square / self.cost).sqrt() } else { 0.0 }
+    }
+
+    /// Returns the root of what a leaf adds to the product of variance and time by the best density: its mass.
     pub fn mass(self) -> f64 {
         (self.square * self.cost).sqrt()
     }

@@ -136,17 +136,17 @@ fn leaf(weight: f32) -> GuideNode {
 /// cell's chance is spread over its volume, and a share of all over that of the root.
 fn chances(cells: &[Cell], caution: Caution) -> Vec<f64> {
     let inner = || cells.iter().enumerate().filter_map(|(index, cell)| cell.child.map(|child| (index, child)));
-    let mut masses: Vec<f64> = cells.iter().map(|cell| cell.integrals.mass()).collect();
+    let mut best: Vec<f64> = cells.iter().map(|cell| cell.volume() * cell.integrals.best_density()).collect();
     // Parts come after their cell.
     for (index, child) in inner().collect::<Vec<_>>().into_iter().rev() {
-        masses[index] = masses[child] + masses[child + 1];
+        best[index] = best[child] + best[child + 1];
     }
     let mut learned = vec![1.0; cells.len()];
     for (index, child) in inner() {
         for part in [child, child + 1] {
-            let of_mass = if masses[index] > 0.0 { masses[part] / masses[index] } else { 0.0 };
+            let of_best = if best[index] > 0.0 { best[part] / best[index] } else { 0.0 };
             let of_volume = cells[part].volume() / cells[index].volume();
-            learned[part] = learned[index] * (of_mass + caution.spread * (of_volume - of_mass));
+            learned[part] = learned[index] * (of_best + caution.spread * (of_volume - of_best));
         }
     }
     let mix = |(cell, learned): (&Cell, f64)| learned + caution.uniform_share * (cell.volume() - learned);

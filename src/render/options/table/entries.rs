@@ -279,8 +279,10 @@ pub const OPTIONS: &[RenderOption] = &[
         fallback: Fallback::Name(|| Guidance::default().name()),
         group: ALGORITHM,
         help: "Whether photons begin where they bring light to what is seen",
-        more: "A pilot of a few photons finds where. The image has the same expectation.",
-        effect: Effect::Image("guide", |options, _| options.guidance.to_string()),
+        more: "A pilot of a few photons finds where. The image has the same expectation. In a window, auto takes no guide.",
+        effect: Effect::Image("guide", |options, _| {
+            if options.is_guided() { options.guidance.to_string() } else { Guidance::Off.to_string() }
+        }),
         needs: Needs::Nothing,
         is_knob: true,
     },
