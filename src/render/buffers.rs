@@ -6,6 +6,7 @@ use goblet_host::{Device, DeviceKind, Extent, Frame, Texels};
 use crate::gpu_scene::camera::View;
 use crate::image::estimate::Sum;
 use crate::kernels::{Camera, Cell, Counters, PhotonRecord, PixelState, TILE, VisiblePoint};
+use crate::render::radius::RadiusSchedule;
 
 /// The number of photons that one batch can record on any device, unless an iteration has fewer. With their copies in
 /// the grid and its cells they take 72 MiB.
@@ -85,6 +86,8 @@ pub struct Sizes {
     pub by_tile: u64,
     /// The largest number of photons that a batch can record.
     pub recorded: u64,
+    /// The counts of photons that a pixel has.
+    pub counts: u64,
 }
 
 impl Sizes {
@@ -96,7 +99,13 @@ impl Sizes {
             pixels: resolution.map(u64::from).iter().product(),
             by_tile: invocations_by_tile(resolution),
             recorded: most.max(u64::from(max_depth)),
+            counts: 1,
         }
+    }
+
+    /// Returns the sizes for a schedule of radii.
+    pub fn with_schedule(self, schedule: RadiusSchedule) -> Self {
+        Self { counts: if schedule == RadiusSchedule::Data { 2 } else { 1 }, ..self }
     }
 
     /// Returns whether an image of this size fits in arrays of these sizes.
@@ -133,11 +142,12 @@ device_arrays! {
         /// Photons that this batch has recorded.
         photons: Texels<PhotonRecord>[sizes.recorded],
 
-        // Fixed-point sums of this iteration, two words per pixel, and the number of photons per pixel.
+        // Fixed-point sums of this iteration, two words per pixel, and the number of photons per pixel; with radii
+        // from the data, also of those on the inner half of the disc.
         flux_red: Buffer<u32>[2 * sizes.pixels],
         flux_green: Buffer<u32>[2 * sizes.pixels],
         flux_blue: Buffer<u32>[2 * sizes.pixels],
-        flux_counts: Buffer<u32>[sizes.pixels],
+        flux_counts: Buffer<u32>[sizes.counts * sizes.pixels],
 
         // Kept between iterations, by pixel.
         pixel_states: Texels<PixelState>[sizes.pixels],

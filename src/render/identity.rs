@@ -7,12 +7,14 @@ use bytemuck::Pod;
 use serde::{Deserialize, Serialize};
 use sha2::{Digest, Sha256};
 
+use crate::base::names::Named;
 use crate::gpu_scene::camera::View;
 use crate::gpu_scene::pack::PackedScene;
 use crate::image::film::CoordinateSystem;
 use crate::render::checkpoint::error::CheckpointError;
 use crate::render::options::table::{Effect, OPTIONS};
 use crate::render::options::{Contribution, Options, Resolved};
+use crate::render::radius::RadiusSchedule;
 use crate::scene::{Scene, shorten};
 
 /// Names and values: the text of options, and the digests of parts of the scene.
@@ -27,6 +29,9 @@ const DIGEST: &str = "sha256:";
 /// they determine render space: if they differ, other parts may differ for this reason alone.
 /// The media are present only if there are any.
 const PARTS: [&str; 5] = ["the shapes", "the materials", "the lights", "the camera", "the media"];
+
+/// The name of the radius schedule.
+pub(crate) const RADIUS_SCHEDULE: &str = "radius schedule";
 
 /// The name of the contribution, which is present only if the image does not show all light.
 const CONTRIBUTION: &str = "light";
@@ -95,6 +100,11 @@ impl Identity {
         if options.contribution != Contribution::All {
             self.0.insert(CONTRIBUTION.to_owned(), options.contribution.to_string());
         }
+    }
+
+    /// Returns whether radii shrink by this schedule.
+    pub(crate) fn has_schedule(&self, schedule: RadiusSchedule) -> bool {
+        self.0.get(RADIUS_SCHEDULE).is_some_and(|name| name == schedule.name())
     }
 
     /// Checks that a checkpoint with the identity `other` is of this render.

@@ -43,10 +43,21 @@ impl FirstRadius {
         Self { per_length: width as f32, least: (radius / SPREAD) as f32, most: (radius * SPREAD) as f32 }
     }
 
-    /// Returns the push constants of the radius pass for an iteration.
-    pub fn push(&self, pixel_count: u32, shrink: f64, first: bool) -> RadiusPush {
+    /// Returns the push constants of the radius pass for an iteration: the size of the image in pixels, the factor of
+    /// the squared radius that is the same for all of them, the number of the iteration among those that share the
+    /// pixels' statistics, from 0, and whether the statistics begin with it.
+    pub fn push(&self, [width, height]: [u32; 2], shrink: f64, step: u64, first: bool) -> RadiusPush {
         let Self { per_length, least, most } = *self;
-        RadiusPush { pixel_count, per_length, least, most, shrink: shrink as f32, first: first.into() }
+        RadiusPush {
+            pixel_count: width * height,
+            per_length,
+            least,
+            most,
+            shrink: shrink as f32,
+            first: first.into(),
+            width,
+            iterations: step as f32 + 1.0,
+        }
     }
 }
 
@@ -57,7 +68,18 @@ named! {
         Adaptive: "adaptive",
         /// By the number of the iteration, for all pixels alike: iterations are independent of each other
         Global: "global",
+        /// By the noise and the blur that the photons on and around each pixel's disc show
+        Data: "data",
     }
+}
+
+/// The number of iterations after which the sums of discs are halved (`shaders/include/lookup/data_radius.glsl`), so
+/// that no sum grows so large that an f32 would lose what an iteration adds: that is a 2^22nd part of it or more.
+const ITERATIONS_OF_SUMS: u64 = 1 << 20;
+
+/// Returns the share of the sums of discs that stays when iteration `step` is added to them, counted from 0.
+pub fn kept_of_sums(step: u64) -> f32 {
+    if step > 0 && step.is_multiple_of(ITERATIONS_OF_SUMS) { 0.5 } else { 1.0 }
 }
 
 /// The number of iterations after which [`GlobalShrink`] uses a series instead of a product. The series is

@@ -198,7 +198,8 @@ impl Renderer {
         let compiled = base.compiled(&device, options, &resolved, &view);
         let info = device.info();
         let room = room_for_records(info.kind, info.memory.total_bytes, info.max_buffer_bytes);
-        let sizes = Sizes::new(resolved.resolution, resolved.photons, resolved.max_depth, room);
+        let sizes = Sizes::new(resolved.resolution, resolved.photons, resolved.max_depth, room)
+            .with_schedule(options.radius_schedule);
         let memory = MemoryNeed::new(&packed, &sizes, compiled.lookup, resolved.layers);
         memory.check(&device)?;
         // Drivers and compilers abort the process if the host has no memory left.

@@ -3,6 +3,7 @@
 use super::{Effect, Fallback, Kind, Needs, RenderOption};
 use crate::base::names::{Name, Named, named};
 use crate::gpu_scene::pack::{Envelopes, RevolutionSolver};
+use crate::render::identity::RADIUS_SCHEDULE;
 use crate::render::options::values::{RADIUS, RESOLUTION, SECONDS, TARGET_ERROR};
 use crate::render::options::values::{radius, resolution, seconds, target_error};
 use crate::render::options::{
@@ -247,7 +248,7 @@ pub const OPTIONS: &[RenderOption] = &[
         group: ALGORITHM,
         help: "How radii shrink",
         more: "",
-        effect: Effect::Image("radius schedule", |options, _| options.radius_schedule.to_string()),
+        effect: Effect::Image(RADIUS_SCHEDULE, |options, _| options.radius_schedule.to_string()),
         needs: Needs::Nothing,
         is_knob: true,
     },
