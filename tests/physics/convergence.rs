@@ -137,7 +137,7 @@ fn assert_exponent(what: &str, measured: f64, theory: f64, tolerance: f64) {
 #[test]
 fn the_squared_error_of_the_caustic_falls_as_photons_to_the_minus_two_thirds() {
     let checkpoints = checkpoints();
-    for schedule in [RadiusSchedule::Adaptive, RadiusSchedule::Global] {
+    for schedule in [RadiusSchedule::Adaptive, RadiusSchedule::Global, RadiusSchedule::Data] {
         let errors = LAB.errors(&options(schedule, 2.0 / 3.0), checkpoints, SEEDS);
         println!("{errors:.6?}");
         let slope = exponent(checkpoints, errors.iter().map(|error| error.total));
