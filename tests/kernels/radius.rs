@@ -123,8 +123,8 @@ fn radii_stay_in_their_range() {
             assert_eq!(radii2(&[sums], 1, 0.5, iterations, false), [0.125 * factor], "{sums:?}, {iterations}");
         }
     }
-    // Nine times the pixel itself.
-    let best = (2.0 * 4.0 * 0.1 * 9.0 / (9.0 * 4.0) * 4.0 * 2.0_f64).powf(-1.0 / 3.0);
+    // Nine times the pixel itself: k^2 = 4 * 0.1 * 9 / (9 * 2^2), p = 9 / (9 * 2), in 2 iterations.
+    let best = (2.0 * 0.1 * 0.5 * 2.0_f64).powf(-1.0 / 3.0);
     assert!((f64::from(radii2(&[one], 1, 0.5, 2.0, false)[0]) / (0.125 * best) - 1.0).abs() < 1e-5);
     // The first iteration of a round forgets what was before.
     assert_eq!(radii2(&[edge], 1, 0.5, 1.0, true), [0.125]);
