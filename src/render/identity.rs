@@ -14,7 +14,7 @@ use crate::image::film::CoordinateSystem;
 use crate::render::checkpoint::error::CheckpointError;
 use crate::render::options::table::{Effect, OPTIONS};
 use crate::render::options::{Contribution, Options, Resolved};
-use crate::render::radius::RadiusSchedule;
+use crate::render::radius::{RADIUS_SCHEDULE, RadiusSchedule};
 use crate::scene::{Scene, shorten};
 
 /// Names and values: the text of options, and the digests of parts of the scene.
@@ -29,9 +29,6 @@ const DIGEST: &str = "sha256:";
 /// they determine render space: if they differ, other parts may differ for this reason alone.
 /// The media are present only if there are any.
 const PARTS: [&str; 5] = ["the shapes", "the materials", "the lights", "the camera", "the media"];
-
-/// The name of the radius schedule.
-pub(crate) const RADIUS_SCHEDULE: &str = "radius schedule";
 
 /// The name of the contribution, which is present only if the image does not show all light.
 const CONTRIBUTION: &str = "light";

@@ -61,6 +61,9 @@ impl FirstRadius {
     }
 }
 
+/// The name of the schedule in the identity of a render.
+pub(crate) const RADIUS_SCHEDULE: &str = "radius schedule";
+
 named! {
     /// How radii shrink.
     pub enum RadiusSchedule = Adaptive {

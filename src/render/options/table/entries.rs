@@ -3,14 +3,13 @@
 use super::{Effect, Fallback, Kind, Needs, RenderOption};
 use crate::base::names::{Name, Named, named};
 use crate::gpu_scene::pack::{Envelopes, RevolutionSolver};
-use crate::render::identity::RADIUS_SCHEDULE;
 use crate::render::options::values::{RADIUS, RESOLUTION, SECONDS, TARGET_ERROR};
 use crate::render::options::values::{radius, resolution, seconds, target_error};
 use crate::render::options::{
     DEFAULT_ALPHA, DEFAULT_CELL_SCALE, DEFAULT_EYE_PATHS, DEFAULT_ROUND, DEFAULT_WORKGROUP_SIZE, DirectLight,
     Integrator, LookupKind, MAX_PHOTONS, Options, Sampler,
 };
-use crate::render::radius::RadiusSchedule;
+use crate::render::radius::{RADIUS_SCHEDULE, RadiusSchedule};
 
 const QUALITY: &str = "Quality";
 const ALGORITHM: &str = "Algorithm";
