@@ -10,6 +10,7 @@ use crate::kernels::{
 };
 use crate::render::guide::PHOTONS_OF_ROUND;
 use crate::render::guide::tree::MOST_NODES;
+use crate::render::radius::RadiusSchedule;
 
 /// The number of photons that one batch can record on any device, unless an iteration has fewer. With their copies in
 /// the grid and its cells they take 72 MiB.
@@ -91,6 +92,8 @@ pub struct Sizes {
     pub recorded: u64,
     /// The number of lights that a guide chooses from; 0 without a guide.
     pub guided_lights: u64,
+    /// The counts of photons that a pixel has.
+    pub counts: u64,
 }
 
 impl Sizes {
@@ -103,7 +106,13 @@ impl Sizes {
             by_tile: invocations_by_tile(resolution),
             recorded: most.max(u64::from(max_depth)),
             guided_lights: 0,
+            counts: 1,
         }
+    }
+
+    /// Returns the sizes for a schedule of radii.
+    pub fn with_schedule(self, schedule: RadiusSchedule) -> Self {
+        Self { counts: if schedule == RadiusSchedule::Data { 2 } else { 1 }, ..self }
     }
 
     /// Returns whether an image of this size fits in arrays of these sizes.
@@ -145,11 +154,12 @@ device_arrays! {
         guide_lights: Texels<GuideLight>[sizes.guided_lights],
         pilot_numbers: Texels<EmissionNumbers>[if sizes.guided_lights > 0 { PHOTONS_OF_ROUND } else { 0 }],
 
-        // Fixed-point sums of this iteration, two words per pixel, and the number of photons per pixel.
+        // Fixed-point sums of this iteration, two words per pixel, and the number of photons per pixel; with radii
+        // from the data, also of those on the inner half of the disc.
         flux_red: Buffer<u32>[2 * sizes.pixels],
         flux_green: Buffer<u32>[2 * sizes.pixels],
         flux_blue: Buffer<u32>[2 * sizes.pixels],
-        flux_counts: Buffer<u32>[sizes.pixels],
+        flux_counts: Buffer<u32>[sizes.counts * sizes.pixels],
 
         // Kept between iterations, by pixel.
         pixel_states: Texels<PixelState>[sizes.pixels],

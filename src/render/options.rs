@@ -234,6 +234,7 @@ impl Options {
             cell_scale: resolved.cell_scale as f32,
             has_guide: self.is_guided(),
             has_caustic_layer: resolved.layers.has(Group::Caustic),
+            has_data_radii: self.radius_schedule == RadiusSchedule::Data,
         }
     }
 
@@ -338,7 +339,7 @@ impl Options {
         check(count <= Shard::MAX_COUNT, || format!("{count} shards: expected at most {}", Shard::MAX_COUNT))?;
         let independent = self.radius_schedule == RadiusSchedule::Global || self.integrator == Integrator::Ppm;
         check(count == 1 || independent, || {
-            "shards: expected the global radius schedule or the integrator ppm, since adaptive radii depend on all \
+            "shards: expected the global radius schedule or the integrator ppm, since other radii depend on all \
              iterations before"
                 .into()
         })?;

@@ -206,6 +206,7 @@ impl Renderer {
         let sizes = Sizes {
             guided_lights: guide_lights.len() as u64,
             ..Sizes::new(resolved.resolution, resolved.photons, resolved.max_depth, room)
+                .with_schedule(options.radius_schedule)
         };
         let memory = MemoryNeed::new(&packed, &sizes, compiled.lookup, resolved.layers);
         memory.check(&device)?;

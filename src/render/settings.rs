@@ -74,6 +74,12 @@ impl Settings {
         Sequence { shard: Shard::WHOLE, ..self.sequence }.index(0)
     }
 
+    /// Returns the place of an iteration among those that share the pixels' statistics, from 0: those of a round if
+    /// that has more than one, else all.
+    pub fn step(&self, index: IterationIndex) -> u64 {
+        if self.sequence.round_length > 1 { u64::from(index.step) } else { index.iteration }
+    }
+
     /// Returns the number of pixels of the image.
     pub fn pixels(&self) -> u64 {
         self.resolution.map(u64::from).iter().product()

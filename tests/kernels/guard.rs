@@ -42,9 +42,9 @@ fn broken_by_update(device: &Device) -> Vec<String> {
         flux_scale: 0.01,
         half_of_rounds: 1,
         capacity: 0,
+        kept: 1.0,
         pad0: 0,
         pad1: 0,
-        pad2: 0,
     };
     let mut frame = device.frame().expect("a frame");
     frame.clear(&counters);

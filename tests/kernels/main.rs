@@ -25,6 +25,7 @@ mod newton;
 mod noise;
 mod normal;
 mod quadric;
+mod radius;
 mod random;
 mod revolution;
 mod rough;

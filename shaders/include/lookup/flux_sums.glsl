@@ -1,12 +1,22 @@
 // The flux of an iteration: fixed-point sums per pixel, and the number of photons in them. Each channel
 // has a buffer of its own, since a device may bind no more than 128 MiB.
 #include "lookup/flux.glsl"
+#include "scene/features.glsl"
 
 // Low and high word of each pixel.
 UPDATED_BUFFER(uint, flux_red)
 UPDATED_BUFFER(uint, flux_green)
 UPDATED_BUFFER(uint, flux_blue)
 UPDATED_BUFFER(uint, flux_counts)
+
+// Where flux_counts has the number of a pixel's photons. With radii from the data, the number of those on the inner
+// half of the disc follows it.
+uint place_of_count(uint pixel) {
+    if (HAS_DATA_RADII) {
+        return 2u * pixel;
+    }
+    return pixel;
+}
 
 struct Flux {
     uvec3 low; // red, green, blue

@@ -112,7 +112,7 @@ fn push(on: Stage<'_>, index: IterationIndex, batch: &Range<u64>, per_invocation
     // iterations that share visible points, and whose radii depend on earlier ones, have a
     // sequence each.
     let (stream, iterations_before) = match on.settings.radius_schedule {
-        RadiusSchedule::Adaptive => (index.step, index.turn.into()),
+        RadiusSchedule::Adaptive | RadiusSchedule::Data => (index.step, index.turn.into()),
         RadiusSchedule::Global => (0, index.iteration_of_half),
     };
     let before = on.settings.photons.wrapping_mul(iterations_before);

@@ -11,7 +11,7 @@ use crate::render::counters::Counted;
 use crate::render::error::RenderError;
 use crate::render::options::Contribution;
 use crate::render::progress::Progress;
-use crate::render::radius::RadiusSchedule;
+use crate::render::radius::{RadiusSchedule, kept_of_sums};
 use crate::render::sequence::IterationIndex;
 use crate::render::stage::Stage;
 
@@ -72,7 +72,7 @@ impl UpdatePass {
         let settings = on.settings;
         let alpha = match settings.radius_schedule {
             RadiusSchedule::Adaptive => settings.alpha,
-            RadiusSchedule::Global => 1.0,
+            RadiusSchedule::Global | RadiusSchedule::Data => 1.0,
         };
         let push = UpdatePush {
             luminance: settings.luminance().map(|weight| weight as f32),
@@ -82,9 +82,9 @@ impl UpdatePass {
             flux_scale: settings.flux_scale() as f32,
             half_of_rounds: index.half,
             capacity: on.buffers.photons.len() as u32,
+            kept: kept_of_sums(settings.step(index)),
             pad0: 0,
             pad1: 0,
-            pad2: 0,
         };
         if settings.contribution == Contribution::Photons {
             frame.clear_texels(&on.buffers.visible_radiances);

@@ -15,7 +15,10 @@ fn cases() -> Vec<Case> {
     let sppm = Options::default();
     let ppm = Options { integrator: Integrator::Ppm, photons_per_round: Some(500 * ROUND), ..Options::default() };
     let global = |options: &Options| Options { radius_schedule: RadiusSchedule::Global, ..options.clone() };
+    let data = |options: &Options| Options { radius_schedule: RadiusSchedule::Data, ..options.clone() };
     vec![
+        Case::new("ppm, data", data(&ppm)),
+        Case::new("sppm, data", data(&sppm)).with_automatic_radius(),
         Case::new("ppm, global", global(&ppm)),
         Case::new("sppm, global", global(&sppm)),
         Case::new("ppm, adaptive", ppm.clone()),

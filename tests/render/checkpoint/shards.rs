@@ -244,7 +244,9 @@ fn the_environment_of_an_array_job_gives_the_shard() {
 }
 
 #[test]
-fn adaptive_radii_cannot_be_shared() {
-    let run = Bench::new().render(&["--shard", "0/2", "--checkpoint", "x"]);
-    run.assert_refused("sppm, adaptive", 2, &["expected the global radius schedule or the integrator ppm"]);
+fn radii_that_depend_on_photons_cannot_be_shared() {
+    for schedule in ["adaptive", "data"] {
+        let run = Bench::new().render(&["--radius-schedule", schedule, "--shard", "0/2", "--checkpoint", "x"]);
+        run.assert_refused(schedule, 2, &["expected the global radius schedule or the integrator ppm"]);
+    }
 }

@@ -10,7 +10,7 @@ use crate::render::options::{
     DEFAULT_ALPHA, DEFAULT_CELL_SCALE, DEFAULT_EYE_PATHS, DEFAULT_ROUND, DEFAULT_WORKGROUP_SIZE, DirectLight,
     Integrator, LookupKind, MAX_PHOTONS, Options, Sampler,
 };
-use crate::render::radius::RadiusSchedule;
+use crate::render::radius::{RADIUS_SCHEDULE, RadiusSchedule};
 
 const QUALITY: &str = "Quality";
 const ALGORITHM: &str = "Algorithm";
@@ -248,7 +248,7 @@ pub const OPTIONS: &[RenderOption] = &[
         group: ALGORITHM,
         help: "How radii shrink",
         more: "",
-        effect: Effect::Image("radius schedule", |options, _| options.radius_schedule.to_string()),
+        effect: Effect::Image(RADIUS_SCHEDULE, |options, _| options.radius_schedule.to_string()),
         needs: Needs::Nothing,
         is_knob: true,
     },
