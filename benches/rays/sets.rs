@@ -97,7 +97,9 @@ fn eye(device: &Device, scene: &Prepared, side: u32, count: u64) -> Result<Texel
 
 fn photon(device: &Device, scene: &Prepared, invocations: u64, count: u64) -> Result<Texels<TracedRay>> {
     let rays = device.texels("rays", count)?;
-    let kernel = FollowPhotons { scene: scene.gpu.bindings(), rays: &rays };
+    let (guide_nodes, guide_lights) = (device.texels("guide_nodes", 0)?, device.texels("guide_lights", 0)?);
+    let (guide_nodes, guide_lights) = (&guide_nodes, &guide_lights);
+    let kernel = FollowPhotons { scene: scene.gpu.bindings(), guide_nodes, guide_lights, rays: &rays };
     make(device, scene, &kernel, FollowPhotonsPush { count: count as u32 }, invocations)?;
     Ok(rays)
 }

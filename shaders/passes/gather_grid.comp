@@ -157,6 +157,9 @@ void gather_from_lanes(PhotonRecord photon, bool candidate, GatherPoint points[P
             bool hit = points[i].is_active && dot(d, d) < points[i].radius2
                     && is_on_disc(d, photon_normal, points[i].normal, points[i].radius2);
             gather_photon(sums[i], low, high, hit);
+            if (HAS_DATA_RADII) {
+                sums[i].inner += hit && is_inner(d, points[i].radius2) ? 1u : 0u;
+            }
         }
     }
 }

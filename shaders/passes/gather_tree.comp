@@ -83,7 +83,8 @@ void main() {
             next_node(place, d, point.owner >> AXIS_SHIFT, radius, node_count);
         }
         if (found && photon.is_gathered && is_on_disc(d, photon.normal, unpack_normal(point.normal), point.radius2)) {
-            deposit(point.owner & PIXEL_MASK, photon.red, photon.green, photon.blue);
+            bool inner = is_inner(d, point.radius2);
+            deposit(point.owner & PIXEL_MASK, photon.red, photon.green, photon.blue, inner);
         }
         if (place.node == 0u) {
             place = TreePlace(place.photon + stride, 1u, 0u);

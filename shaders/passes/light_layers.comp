@@ -55,7 +55,7 @@ void main() {
         return;
     }
     float radius2 = visible_radii2_at(pixel);
-    uint count = flux_counts.data[pixel];
+    uint count = flux_counts.data[place_of_count(pixel)];
     vec3 direct = per_unit * visible_radiances_at(pixel).rgb;
     vec3 per_flux = vec3(0.0);
     float density = 0.0;

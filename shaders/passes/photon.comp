@@ -3,7 +3,8 @@
 // Invocations: `stride`; each traces every stride-th photon of the batch and begins the next one where
 //   a path ends, so that lanes stay busy (path regeneration).
 // Reads: the scene (set 0); places where it resumes.
-// Writes: photons, rough_photons where HAS_ROUGH_GATHER, counters (atomic), places where IS_RESUMABLE.
+// Writes: photons, rough_photons where HAS_ROUGH_GATHER, counters (atomic), places where IS_RESUMABLE; in a pilot,
+//   pilot_numbers.
 // Units: lengths in render units; weights are flux over the mean flux of a photon, per channel.
 // Source: Jensen, "Global Illumination using Photon Maps", 1996.
 #version 460
@@ -17,6 +18,8 @@
 #include "kernel/interruption.glsl"
 #include "kernel/invocation.glsl"
 #include "light/emission.glsl"
+#include "light/guide.glsl"
+#include "light/pilot.glsl"
 #include "lookup/caustic.glsl"
 #include "lookup/records.glsl"
 #include "lookup/rough.glsl"
@@ -52,6 +55,7 @@ struct PhotonPlace {
 STORED_TEXELS(PhotonRecord, photons)
 STORED_TEXELS(PhotonRecord, rough_photons) // on rough surfaces: rough.glsl
 UPDATED_BUFFER(PhotonPlace, places) // of invocations that go on
+STORED_TEXELS(EmissionNumbers, pilot_numbers) // of the photons of a pilot
 
 layout(push_constant) uniform Push {
     uint before_low;     // photons of the stream before this iteration: low word
@@ -65,6 +69,7 @@ layout(push_constant) uniform Push {
     uint offset;         // first invocation of this dispatch
     uint resumed;        // 1 to go on from `places`; see interruption.glsl
     uint spread;         // one of `spread` invocations works; see interruption.glsl
+    uint is_pilot;       // 1 in a pilot, whose photons are recorded with their numbers, direct ones too
 };
 
 // Pairs of random numbers of a photon path. Emission takes the first three. Each bounce then takes a
@@ -93,7 +98,13 @@ Random random_of(uint photon) {
 
 Path start_path(uint photon) {
     Random random = random_of(photon);
-    Emission emission = emit(random);
+    EmissionNumbers numbers = emission_numbers(random);
+    if (HAS_GUIDE) {
+        if (is_pilot != 0u) {
+            store_pilot_numbers(photon, numbers);
+        }
+    }
+    Emission emission = emit(numbers);
     return Path(emission.ray, emission.weight, 0u, 1.0, random, false, false);
 }
 
@@ -133,7 +144,7 @@ struct Segment {
     PhotonRecord rough;
 };
 
-// Records a photon at a diffuse surface. `mark` is that of caustic.glsl.
+// Records a photon at a diffuse surface. `mark` is that of caustic.glsl or of pilot.glsl.
 void record_photon(inout Segment segment, Surface surface, Material material, vec3 wo, vec3 weight, uint mark) {
     vec3 facing = is_on_front(surface, material, wo) ? surface.normal : -surface.normal;
     PhotonRecord photon = PhotonRecord(surface.position, pack_normal(facing), weight, mark);
@@ -253,6 +264,9 @@ uint advance(inout Path path, Hit hit, inout Segment segment) {
         path.medium_eta = 1.0;
     }
     bool is_wanted = DIRECT_NEE ? path.depth > 0u : true;
+    if (HAS_GUIDE) {
+        is_wanted = is_wanted || is_pilot != 0u;
+    }
     float shading = 1.0;
     if (HAS_SHADING_NORMALS) {
         shading = shading_factor_of_record(surface, material, wo);
@@ -262,6 +276,9 @@ uint advance(inout Path path, Hit hit, inout Segment segment) {
         float cos_i = abs(dot(wo, surface.shading_normal));
         vec3 kept = path.weight * (transmittance_to_base(material, cos_i) * shading);
         uint mark = caustic_mark(path.depth > 0u && !path.met_diffuse);
+        if (HAS_GUIDE) {
+            mark = is_pilot != 0u ? pilot_mark(path.random.index, path.depth) : mark;
+        }
         record_photon(segment, surface, material, wo, scattering_factor(material, cos_i, kept), mark);
     }
     if (HAS_ROUGH_GATHER) {

@@ -15,6 +15,7 @@
 #include "kernel/complete.glsl"
 #include "kernel/counters.glsl"
 #include "kernel/invocation.glsl"
+#include "lookup/data_radius.glsl"
 #include "lookup/flux.glsl"
 #include "lookup/flux_counts.glsl"
 #include "lookup/flux_sums.glsl"
@@ -43,18 +44,19 @@ layout(push_constant) uniform Push {
     uint half_of_rounds; // 0 or 1
     uint capacity;       // photons that a batch may record
     float rough_scale;   // flux_scale over the squared radius of the largest disc of rough points
+    float kept;          // share of a pixel's sums of discs that stays: data_radius.glsl
     uint pad0;           // unused
-    uint pad1;           // unused
 };
 
 // Reads the flux of a pixel and the count of its photons, and clears both.
 vec3 take_flux(uint pixel, out uint count) {
-    count = flux_counts.data[pixel];
+    uint at = place_of_count(pixel);
+    count = flux_counts.data[at];
     vec3 flux = vec3(0.0);
     if (count > 0u) {
         flux = to_floats(load_flux(pixel));
         store_flux(pixel, Flux(uvec3(0u), uvec3(0u)));
-        flux_counts.data[pixel] = 0u;
+        flux_counts.data[at] = 0u;
     }
     return flux;
 }
@@ -68,6 +70,14 @@ vec3 take_rough_flux(uint pixel) {
     }
     store_flux(place, Flux(uvec3(0u), uvec3(0u)));
     return to_signed_floats(flux);
+}
+
+// Reads the number of a pixel's photons on the inner half of its disc, and clears it.
+uint take_inner(uint pixel) {
+    uint at = place_of_count(pixel) + 1u;
+    uint inner = flux_counts.data[at];
+    flux_counts.data[at] = 0u;
+    return inner;
 }
 
 uvec4 term_of(float radiance) {
@@ -111,7 +121,11 @@ void main() {
         store_sum_second(pixel, add_exactly(sum_second_at(pixel), term_of(bounded)));
     }
 
-    if (count > 0u) {
+    if (HAS_DATA_RADII) {
+        DiscSums sums = disc_sums(pixel_states_at(pixel));
+        add_disc(sums, count, take_inner(pixel), visible_radii2_at(pixel), kept);
+        store_pixel_states(pixel, state_of(sums));
+    } else if (count > 0u) {
         PixelState state = pixel_states_at(pixel);
         shrink_radius(state, count, alpha);
         store_pixel_states(pixel, state);

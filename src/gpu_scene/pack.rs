@@ -167,7 +167,7 @@ const MAX_FLAT_REVOLUTIONS: usize = 16;
 /// The scene is too large, has too many primitives, takes too much memory, or its lights are outside of
 /// fp32's range.
 pub fn pack(scene: &Scene, packing: impl Into<Packing>) -> Result<PackedScene, PackError> {
-    let Packing { solver, keeps_uvs } = packing.into();
+    let Packing { solver, keeps_uvs, is_guided } = packing.into();
     let mut placed = Placed::of(scene)?;
     let space = RenderSpace::of(&placed.bounds())?.unwrap_or_else(|| {
         // Only the sky is visible, and it looks the same from everywhere: render space may have any size.
@@ -175,7 +175,8 @@ pub fn pack(scene: &Scene, packing: impl Into<Packing>) -> Result<PackedScene, P
         let size = DVec3::splat(scene.integrator.radius.unwrap_or(1.0));
         RenderSpace::around(scene.camera.world_from_camera.translation, size)
     });
-    let mut packer = Packer { render_from_world: space.from_world(), solver, keeps_uvs, ..Packer::default() };
+    let render_from_world = space.from_world();
+    let mut packer = Packer { render_from_world, solver, keeps_uvs, is_guided, ..Packer::default() };
     packer.add_lights(scene, &space);
     packer.textures = PackedTextures::new(scene, &packer.render_from_world);
     packer.dress(scene, &mut placed)?;
@@ -232,6 +233,8 @@ pub fn pack(scene: &Scene, packing: impl Into<Packing>) -> Result<PackedScene, P
 struct Packer {
     render_from_world: DAffine3,
     solver: RevolutionSolver,
+    /// Whether images of lights have cumulative tables.
+    is_guided: bool,
     /// Ranges of the arrays that each shape was packed to, in the order of the shapes.
     parts: Vec<Part>,
     /// Boxes of the primitives that are in no hierarchy yet: the last ones of `references`.

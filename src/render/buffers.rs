@@ -5,7 +5,13 @@ use goblet_host::{Device, DeviceKind, Extent, Frame, Texels};
 
 use crate::gpu_scene::camera::View;
 use crate::image::estimate::Sum;
-use crate::kernels::{Camera, Cell, Counters, PhotonRecord, PixelState, RoughPoint, TILE, VisiblePoint};
+use crate::kernels::{
+    Camera, Cell, Counters, EmissionNumbers, GuideLight, GuideNode, PhotonRecord, PixelState, RoughPoint, TILE,
+    VisiblePoint,
+};
+use crate::render::guide::PHOTONS_OF_ROUND;
+use crate::render::guide::tree::MOST_NODES;
+use crate::render::radius::RadiusSchedule;
 
 /// The number of photons that one batch can record on any device, unless an iteration has fewer. With their copies in
 /// the grid and its cells they take 72 MiB.
@@ -87,6 +93,10 @@ pub struct Sizes {
     pub recorded: u64,
     /// Whether as many may be recorded on rough surfaces, where each pixel has a point.
     pub gathers_rough: bool,
+    /// The number of lights that a guide chooses from; 0 without a guide.
+    pub guided_lights: u64,
+    /// The counts of photons that a pixel has.
+    pub counts: u64,
 }
 
 impl Sizes {
@@ -105,12 +115,19 @@ impl Sizes {
             by_tile: invocations_by_tile(resolution),
             recorded: most.max(u64::from(max_depth)),
             gathers_rough,
+            guided_lights: 0,
+            counts: 1,
         }
     }
 
     /// Returns a length of what there is for rough surfaces: 0 where no photon is recorded on them.
     pub fn of_rough(&self, length: u64) -> u64 {
         if self.gathers_rough { length } else { 0 }
+    }
+
+    /// Returns the sizes for a schedule of radii.
+    pub fn with_schedule(self, schedule: RadiusSchedule) -> Self {
+        Self { counts: if schedule == RadiusSchedule::Data { 2 } else { 1 }, ..self }
     }
 
     /// Returns whether an image of this size fits in arrays of these sizes.
@@ -152,12 +169,17 @@ device_arrays! {
         /// Photons that this batch has recorded on rough surfaces.
         rough_photons: Texels<PhotonRecord>[sizes.of_rough(sizes.recorded)],
 
-        // Fixed-point sums of this iteration, two words per pixel, and the number of photons per pixel. As many sums of
-        // rough points follow.
+        // Of guided emission.
+        guide_nodes: Texels<GuideNode>[if sizes.guided_lights > 0 { MOST_NODES as u64 } else { 0 }],
+        guide_lights: Texels<GuideLight>[sizes.guided_lights],
+        pilot_numbers: Texels<EmissionNumbers>[if sizes.guided_lights > 0 { PHOTONS_OF_ROUND } else { 0 }],
+
+        // Fixed-point sums of this iteration, two words per pixel, and the number of photons per pixel; with radii
+        // from the data, also of those on the inner half of the disc. As many sums of rough points follow.
         flux_red: Buffer<u32>[2 * (sizes.pixels + sizes.of_rough(sizes.pixels))],
         flux_green: Buffer<u32>[2 * (sizes.pixels + sizes.of_rough(sizes.pixels))],
         flux_blue: Buffer<u32>[2 * (sizes.pixels + sizes.of_rough(sizes.pixels))],
-        flux_counts: Buffer<u32>[sizes.pixels],
+        flux_counts: Buffer<u32>[sizes.counts * sizes.pixels],
 
         // Kept between iterations, by pixel.
         pixel_states: Texels<PixelState>[sizes.pixels],

@@ -33,7 +33,7 @@ use crate::kernels::PixelState;
 use crate::render::counters::Tally;
 use crate::render::identity::Identity;
 use crate::render::options::MAX_SIDE;
-use crate::render::radius::FirstRadius;
+use crate::render::radius::{FirstRadius, RadiusSchedule};
 use crate::render::sequence::Shard;
 use crate::scene::shorten;
 
@@ -153,9 +153,15 @@ fn are_radii([per_length, least, most]: [f32; 3]) -> bool {
     (0.0..=MAX_RADIUS).contains(&per_length) && 0.0 < least && least <= most && most <= MAX_RADIUS
 }
 
-/// Returns whether the values of a pixel's state are in range.
-fn is_state(state: &PixelState) -> bool {
-    (0.0..=1.0).contains(&state.shrink) && state.rest.abs() <= 1.0
+/// Returns whether the values of a pixel's state are in range. With radii from the data it has sums of discs
+/// (`shaders/include/lookup/data_radius.glsl`).
+fn is_state(state: &PixelState, identity: &Identity) -> bool {
+    let PixelState { found_low, found_high, shrink, rest } = *state;
+    if !identity.has_schedule(RadiusSchedule::Data) {
+        return (0.0..=1.0).contains(&shrink) && rest.abs() <= 1.0;
+    }
+    let [found, excess] = [found_low, found_high].map(f32::from_bits);
+    [found, excess.abs(), shrink, rest].iter().all(|sum| (0.0..=f32::MAX).contains(sum)) && excess.abs() <= found
 }
 
 impl Checkpoint {
@@ -318,7 +324,7 @@ impl Checkpoint {
         let mut group = || Ok([sums()?, sums()?, sums()?, sums()?]);
         let layers = form.groups.iter().map(|_| group()).collect::<Result<_, CheckpointError>>()?;
         let states = if header.has_states { read_array(&mut source, pixels).map_err(torn)? } else { Vec::new() };
-        if !states.iter().all(is_state) {
+        if !states.iter().all(|state| is_state(state, &header.identity)) {
             return Err(CheckpointError::Format("what its pixels remember makes no sense".to_owned()));
         }
         // The checksum follows the last byte, and nothing follows the checksum.

@@ -7,12 +7,14 @@ use bytemuck::Pod;
 use serde::{Deserialize, Serialize};
 use sha2::{Digest, Sha256};
 
+use crate::base::names::Named;
 use crate::gpu_scene::camera::View;
 use crate::gpu_scene::pack::PackedScene;
 use crate::image::film::CoordinateSystem;
 use crate::render::checkpoint::error::CheckpointError;
 use crate::render::options::table::{Effect, OPTIONS};
 use crate::render::options::{Contribution, Options, Resolved};
+use crate::render::radius::{RADIUS_SCHEDULE, RadiusSchedule};
 use crate::scene::{Scene, shorten};
 
 /// Names and values: the text of options, and the digests of parts of the scene.
@@ -95,6 +97,11 @@ impl Identity {
         if options.contribution != Contribution::All {
             self.0.insert(CONTRIBUTION.to_owned(), options.contribution.to_string());
         }
+    }
+
+    /// Returns whether radii shrink by this schedule.
+    pub(crate) fn has_schedule(&self, schedule: RadiusSchedule) -> bool {
+        self.0.get(RADIUS_SCHEDULE).is_some_and(|name| name == schedule.name())
     }
 
     /// Checks that a checkpoint with the identity `other` is of this render.

@@ -5,6 +5,7 @@
 use std::time::Instant;
 
 use crate::render::error::RenderError;
+use crate::render::guide;
 use crate::render::passes::Passes;
 use crate::render::progress::Progress;
 use crate::render::stage::Stage;
@@ -27,6 +28,11 @@ pub fn run(passes: &mut Passes, on: Stage<'_>, progress: &mut Progress) -> Resul
 fn in_pieces(passes: &mut Passes, on: Stage<'_>, progress: &mut Progress) -> Result<(), RenderError> {
     let Passes { eye, radius, photon, lookup, rough, update, layers } = passes;
     let index = on.settings.sequence.index(progress.done);
+    if guide::is_missing(on, progress) && index.round != on.settings.first_index().round {
+        // Every shard, and a render that goes on, learns the guide from the same visible points.
+        eye.measure(on, progress)?;
+        guide::learn(photon, on, progress)?;
+    }
 
     // Eye paths from each pixel to its visible point; a round of iterations shares them.
     let is_new_round = progress.seen != Some(index.round);
@@ -35,6 +41,11 @@ fn in_pieces(passes: &mut Passes, on: Stage<'_>, progress: &mut Progress) -> Res
         if let Some(layers) = layers {
             layers.meet_surfaces(on, index, progress)?; // surface_layers, if layers of surfaces are asked for
         }
+    }
+
+    // A pilot finds where photons begin that bring light to what is seen.
+    if guide::is_missing(on, progress) {
+        guide::learn(photon, on, progress)?;
     }
 
     // The radius of each visible point in this iteration.

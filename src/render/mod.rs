@@ -7,6 +7,7 @@ pub mod checkpoint;
 pub(crate) mod counters;
 pub mod device;
 pub(crate) mod error;
+pub mod guide;
 pub(crate) mod identity;
 mod iteration;
 mod layers;

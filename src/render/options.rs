@@ -11,6 +11,7 @@ use crate::image::film::Window;
 use crate::image::layers::{Group, Groups};
 use crate::kernels::RenderFeatures;
 use crate::render::error::RenderError;
+use crate::render::guide::Guidance;
 use crate::render::radius::RadiusSchedule;
 use crate::render::sequence::{Sequence, Shard};
 use crate::scene::{self, Scene};
@@ -146,6 +147,8 @@ pub struct Options {
     pub radius_schedule: RadiusSchedule,
     /// How direct light is estimated.
     pub direct: DirectLight,
+    /// Whether photons begin where they bring light to what is seen.
+    pub guidance: Guidance,
     /// Which part of the light the image shows.
     pub contribution: Contribution,
     /// The layers that are summed besides the image, and besides those that a film asks for.
@@ -197,13 +200,27 @@ pub(crate) struct Resolved {
 impl Options {
     /// Returns how a scene is packed for a render with these options.
     pub(crate) fn packing(&self, scene: &Scene) -> Packing {
-        Packing { solver: self.revolution_solver, keeps_uvs: self.all_layers(scene).has(Group::Slope) }
+        Packing {
+            solver: self.revolution_solver,
+            keeps_uvs: self.all_layers(scene).has(Group::Slope),
+            is_guided: self.is_guided(),
+        }
     }
 
     /// Returns the layers with those that the film of a scene asks for.
     pub(crate) fn all_layers(&self, scene: &Scene) -> Groups {
         let of_film = if scene.film.gbuffer.is_some() { Groups::OF_GBUFFER } else { Groups::default() };
         self.layers.with(of_film)
+    }
+
+    /// Returns whether photons begin by a density that a pilot finds. In a window, `auto` takes none: the pilot would delay
+    /// the first picture after each move of the camera.
+    pub(crate) fn is_guided(&self) -> bool {
+        match self.guidance {
+            Guidance::Auto => !self.responsive,
+            Guidance::On => true,
+            Guidance::Off => false,
+        }
     }
 
     /// The workgroup sizes that kernels are built for.
@@ -215,7 +232,9 @@ impl Options {
             direct_nee: self.direct == DirectLight::Nee,
             low_discrepancy_pairs: self.sampler.low_discrepancy_pairs(),
             cell_scale: resolved.cell_scale as f32,
+            has_guide: self.is_guided(),
             has_caustic_layer: resolved.layers.has(Group::Caustic),
+            has_data_radii: self.radius_schedule == RadiusSchedule::Data,
         }
     }
 
@@ -320,7 +339,7 @@ impl Options {
         check(count <= Shard::MAX_COUNT, || format!("{count} shards: expected at most {}", Shard::MAX_COUNT))?;
         let independent = self.radius_schedule == RadiusSchedule::Global || self.integrator == Integrator::Ppm;
         check(count == 1 || independent, || {
-            "shards: expected the global radius schedule or the integrator ppm, since adaptive radii depend on all \
+            "shards: expected the global radius schedule or the integrator ppm, since other radii depend on all \
              iterations before"
                 .into()
         })?;

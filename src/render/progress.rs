@@ -2,6 +2,7 @@
 
 use crate::render::counters::Tally;
 use crate::render::error::RenderError;
+use crate::render::guide::Guide;
 use crate::render::pacing::Schedule;
 use crate::render::radius::{FirstRadius, GlobalShrink, RoughRadii};
 use crate::render::sequence::IterationIndex;
@@ -20,6 +21,8 @@ pub struct Progress {
     pub first_radius: Option<FirstRadius>,
     /// The [`response`] of the visible points of the first round of all shards; `None` until it is measured.
     pub response: Option<f64>,
+    /// The density by which photons begin; `None` until a pilot has found it, or if none is wanted.
+    pub guide: Option<Guide>,
     /// The round whose visible points are on the device.
     pub seen: Option<u32>,
     /// The factor by which the global schedule shrinks squared radii.

@@ -43,10 +43,21 @@ impl FirstRadius {
         Self { per_length: width as f32, least: (radius / SPREAD) as f32, most: (radius * SPREAD) as f32 }
     }
 
-    /// Returns the push constants of the radius pass for an iteration.
-    pub fn push(&self, pixel_count: u32, shrink: f64, first: bool) -> RadiusPush {
+    /// Returns the push constants of the radius pass for an iteration: the size of the image in pixels, the factor of
+    /// the squared radius that is the same for all of them, the number of the iteration among those that share the
+    /// pixels' statistics, from 0, and whether the statistics begin with it.
+    pub fn push(&self, [width, height]: [u32; 2], shrink: f64, step: u64, first: bool) -> RadiusPush {
         let Self { per_length, least, most } = *self;
-        RadiusPush { pixel_count, per_length, least, most, shrink: shrink as f32, first: first.into() }
+        RadiusPush {
+            pixel_count: width * height,
+            per_length,
+            least,
+            most,
+            shrink: shrink as f32,
+            first: first.into(),
+            width,
+            iterations: step as f32 + 1.0,
+        }
     }
 }
 
@@ -78,6 +89,9 @@ impl RoughRadii {
     }
 }
 
+/// The name of the schedule in the identity of a render.
+pub(crate) const RADIUS_SCHEDULE: &str = "radius schedule";
+
 named! {
     /// How radii shrink.
     pub enum RadiusSchedule = Adaptive {
@@ -85,7 +99,19 @@ named! {
         Adaptive: "adaptive",
         /// By the number of the iteration, for all pixels alike: iterations are independent of each other
         Global: "global",
+        /// By the noise and the blur that the photons on and around each pixel's disc show
+        Data: "data",
     }
+}
+
+/// The number of iterations after which the sums of discs are halved (`shaders/include/lookup/data_radius.glsl`). So
+/// a sum is at most 2^19 times what an iteration adds on average, and an f32, which rounds by a part in 2^24 or less,
+/// rounds that by a part in 32 at most, however long the render.
+const ITERATIONS_OF_SUMS: u64 = 1 << 18;
+
+/// Returns the share of the sums of discs that stays when iteration `step` is added to them, counted from 0.
+pub fn kept_of_sums(step: u64) -> f32 {
+    if step > 0 && step.is_multiple_of(ITERATIONS_OF_SUMS) { 0.5 } else { 1.0 }
 }
 
 /// The number of iterations after which [`GlobalShrink`] uses a series instead of a product. The series is
@@ -152,6 +178,19 @@ mod tests {
         }
         let slope = (shrink.at(1 << 40) / shrink.at(1 << 20)).log2() / 20.0;
         assert!((slope + 1.0 / 3.0).abs() < 1e-8, "{slope}");
+    }
+
+    #[test]
+    fn sums_of_discs_are_halved_before_they_lose_digits() {
+        let (mut sum, mut exact, mut halved) = (0.0_f32, 0.0_f64, 0);
+        for step in 0..3 * ITERATIONS_OF_SUMS {
+            let kept = kept_of_sums(step);
+            halved += u32::from(kept < 1.0);
+            sum = kept * sum + 0.1;
+            exact = f64::from(kept) * exact + f64::from(0.1_f32);
+        }
+        assert!(halved == 2 && (f64::from(sum) / exact - 1.0).abs() < 1.0 / 32.0, "{sum} {exact}");
+        assert!(sum < 2.0 * 0.1 * ITERATIONS_OF_SUMS as f32);
     }
 
     #[test]

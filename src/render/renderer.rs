@@ -22,6 +22,7 @@ use crate::render::checkpoint::{Checkpoint, CheckpointError, MadeBy};
 use crate::render::counters::Tally;
 use crate::render::device::device_features;
 use crate::render::error::RenderError;
+use crate::render::guide::{self, Guidance};
 use crate::render::identity::Identity;
 use crate::render::iteration;
 use crate::render::layers::LayerArrays;
@@ -121,6 +122,8 @@ impl Base {
             window: resolved.window,
             photons: resolved.photons,
             eye_paths: resolved.eye_paths,
+            guidance: if options.is_guided() { options.guidance } else { Guidance::Off },
+            max_depth: resolved.max_depth,
             alpha: resolved.alpha,
             radius_schedule: options.radius_schedule,
             pixel_width: view.pixel_width,
@@ -162,6 +165,7 @@ impl Base {
                 .map(|radius| FirstRadius::constant(radius * self.space.scale))
                 .or(view.is_parallel().then(|| FirstRadius::constant(resolved.radius_in_pixels * view.pixel_width))),
             response: None,
+            guide: None,
             seen: None,
             shrink: GlobalShrink::new(resolved.alpha),
             schedule: Schedule::new(
@@ -198,13 +202,13 @@ impl Renderer {
         let compiled = base.compiled(&device, options, &resolved, &view);
         let info = device.info();
         let room = room_for_records(info.kind, info.memory.total_bytes, info.max_buffer_bytes);
-        let sizes = Sizes::new(
-            resolved.resolution,
-            resolved.photons,
-            resolved.max_depth,
-            room,
-            packed.features.has_rough_gather,
-        );
+        let guide_lights = if options.is_guided() { guide::lights::ordered(&packed.arrays.lights) } else { Vec::new() };
+        let gathers_rough = packed.features.has_rough_gather;
+        let sizes = Sizes {
+            guided_lights: guide_lights.len() as u64,
+            ..Sizes::new(resolved.resolution, resolved.photons, resolved.max_depth, room, gathers_rough)
+                .with_schedule(options.radius_schedule)
+        };
         let memory = MemoryNeed::new(&packed, &sizes, compiled.lookup, resolved.layers);
         memory.check(&device)?;
         // Drivers and compilers abort the process if the host has no memory left.
@@ -213,6 +217,7 @@ impl Renderer {
         host_memory::check("a render of this size", on_host.saturating_add(of_file))?;
         let gpu_scene = packed.arrays.upload(&device, &packed.info(resolved.max_depth, resolved.seed))?;
         let buffers = Buffers::new(&device, &sizes, &view)?;
+        device.write_texels(&buffers.guide_lights, &guide_lights)?;
         let layers = LayerArrays::new(&device, resolved.layers, sizes.pixels)?;
         let build_time = start.elapsed();
 

@@ -4,6 +4,7 @@ use glam::DMat3;
 
 use crate::image::film::{Window, balanced_luminance};
 use crate::image::layers::LayerForm;
+use crate::render::guide::Guidance;
 use crate::render::options::Contribution;
 use crate::render::radius::RadiusSchedule;
 use crate::render::sequence::{IterationIndex, Sequence, Shard};
@@ -19,6 +20,10 @@ pub struct Settings {
     pub photons: u64,
     /// Eye paths per pixel and iteration.
     pub eye_paths: u32,
+    /// Whether photons begin where they bring light to what is seen.
+    pub guidance: Guidance,
+    /// The largest number of segments of a path.
+    pub max_depth: u32,
     /// Share of an iteration's photons that a pixel keeps (Hachisuka 2008, eq. 5).
     pub alpha: f64,
     /// The schedule by which radii shrink.
@@ -67,6 +72,12 @@ impl Settings {
     /// Returns the place of the first iteration of all shards.
     pub fn first_index(&self) -> IterationIndex {
         Sequence { shard: Shard::WHOLE, ..self.sequence }.index(0)
+    }
+
+    /// Returns the place of an iteration among those that share the pixels' statistics, from 0: those of a round if
+    /// that has more than one, else all.
+    pub fn step(&self, index: IterationIndex) -> u64 {
+        if self.sequence.round_length > 1 { u64::from(index.step) } else { index.iteration }
     }
 
     /// Returns the number of pixels of the image.

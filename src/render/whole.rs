@@ -6,6 +6,7 @@ use bytemuck::Zeroable;
 use crate::kernels::Counters;
 use crate::render::counters::{Counted, Tally, since};
 use crate::render::error::RenderError;
+use crate::render::guide;
 use crate::render::passes::{LayerPasses, Passes};
 use crate::render::progress::Progress;
 use crate::render::sequence::IterationIndex;
@@ -44,13 +45,14 @@ pub fn run(passes: &Passes, on: Stage<'_>, progress: &mut Progress) -> Result<bo
     Ok(true)
 }
 
-/// Whether one submission can hold the next iteration. A tree takes the host to build, and the first visible points are
-/// measured before there are radii.
+/// Whether one submission can hold the next iteration. A tree takes the host to build, the first visible points are
+/// measured before there are radii, and the host learns the guide.
 fn is_possible(passes: &Passes, on: Stage<'_>, index: IterationIndex, progress: &Progress) -> bool {
     let is_first = progress.response.is_none() && index.round == on.settings.first_index().round;
     progress.schedule.is_whole(on.settings.wanted_photons())
         && progress.first_radius.is_some()
         && !is_first
+        && !guide::is_missing(on, progress)
         && passes.lookup.grid().is_some()
         && !passes.eye.is_resumable()
         && !passes.photon.is_resumable()

@@ -2,7 +2,7 @@
 
 use bytemuck::Zeroable;
 use glam::DVec3;
-use goblet::kernels::{Counters, PhotonRecord, VisiblePoint};
+use goblet::kernels::{Counters, PhotonRecord, RenderFeatures, Specialization, VisiblePoint};
 use goblet_host::{Buffer, Frame};
 
 use crate::fixture::{Fixture, Rng, double};
@@ -52,6 +52,11 @@ impl Flux {
         Self::of(fixture, [(); 3].map(|()| vec![[0; 2]; pixels]))
     }
 
+    /// With room for the photons on the inner halves of discs.
+    pub fn with_inner(fixture: &Fixture, pixels: usize) -> Self {
+        Self { counts: fixture.upload(&vec![0; 2 * pixels]), ..Self::new(fixture, pixels) }
+    }
+
     /// Of these low and high words by channel, and no photons yet.
     pub fn of(fixture: &Fixture, channels: [Vec<[u32; 2]>; 3]) -> Self {
         let counts = fixture.upload(&vec![0; channels[0].len()]);
@@ -84,12 +89,24 @@ impl Flux {
     /// Photons of each point, whose flux must be theirs.
     pub fn counts(&self, fixture: &Fixture) -> Vec<u32> {
         let (sums, counts) = (self.sums(fixture), fixture.read(&self.counts));
+        let counts: Vec<u32> = counts.into_iter().step_by(self.counts.len() as usize / sums[0].len()).collect();
         for (point, count) in counts.iter().enumerate() {
             let unit = u64::from(*count) << 28;
             assert_eq!(sums.each_ref().map(|sums| sums[point]), [unit, 2 * unit, unit / 2], "flux of point {point}");
         }
         counts
     }
+
+    /// Photons on the inner half of each point's disc.
+    pub fn inner(&self, fixture: &Fixture) -> Vec<u32> {
+        fixture.read(&self.counts).into_iter().skip(1).step_by(2).collect()
+    }
+}
+
+/// What kernels are for radii from the data: they count photons on the inner halves of discs.
+pub fn with_data_radii() -> Specialization {
+    let declared = Specialization::DECLARED;
+    Specialization { render: RenderFeatures { has_data_radii: true, ..declared.render }, ..declared }
 }
 
 /// The octahedral map of `shaders/include/geometry/normal.glsl` in f64.
@@ -102,14 +119,14 @@ fn unpack_normal(packed: u32) -> DVec3 {
     DVec3::new(x, y, z).normalize()
 }
 
-/// How many photons are on the point's disc, at least and at most: those within a part in
-/// a million of an edge may go either way.
-fn count_all(point: &Disc, photons: &[Disc]) -> [u32; 2] {
+/// How many photons are on the point's disc and within a share of its radius, at least and at most: those within a
+/// part in a million of an edge may go either way.
+fn count_all(point: &Disc, photons: &[Disc], share: f64) -> [u32; 2] {
     const EDGE: f64 = 1e-6;
     let (p, n, radius) = (double(point.position), unpack_normal(point.normal), f64::from(point.radius));
     let inside_by = |photon: &Disc| {
         let d = double(photon.position) - p;
-        let within = 1.0 - d.length() / radius;
+        let within = share - d.length() / radius;
         let flat = 0.25 - d.dot(n).abs() / radius;
         within.min(flat).min(n.dot(unpack_normal(photon.normal)) - 0.5)
     };
@@ -118,9 +135,14 @@ fn count_all(point: &Disc, photons: &[Disc]) -> [u32; 2] {
 }
 
 pub fn assert_counts(points: &[Disc], photons: &[Disc], counts: &[u32]) {
+    assert_counts_within(points, photons, counts, 1.0);
+}
+
+/// The same for photons within a share of the radius.
+pub fn assert_counts_within(points: &[Disc], photons: &[Disc], counts: &[u32], share: f64) {
     let (mut fewest, mut most) = (0, 0);
     for (index, (point, count)) in points.iter().zip(counts).enumerate() {
-        let [least, greatest] = count_all(point, photons);
+        let [least, greatest] = count_all(point, photons, share);
         assert!((least..=greatest).contains(count), "point {index} has {count} photons of {least} to {greatest}");
         (fewest, most) = (fewest + least, most + greatest);
     }

@@ -19,7 +19,8 @@ fn emit(world: &World) -> Vec<Emitted> {
     let fixture = Fixture::new();
     let world = world.upload(&fixture);
     let emitted = fixture.output(COUNT);
-    fixture.run(&EmitPhotons { scene: world.bindings(), emitted: &emitted }, COUNT);
+    let (guide_nodes, guide_lights) = (&fixture.output_texels(0), &fixture.output_texels(0));
+    fixture.run(&EmitPhotons { scene: world.bindings(), guide_nodes, guide_lights, emitted: &emitted }, COUNT);
     fixture.read(&emitted)
 }
 
@@ -145,7 +146,9 @@ fn quantiles_of_smoothstep_are_right() {
     let fixture = Fixture::new();
     let world = World::default().upload(&fixture);
     let (inputs, quantiles) = (fixture.upload(&uniforms), fixture.output(uniforms.len()));
-    let kernel = InvertSmoothstep { scene: world.bindings(), uniforms: &inputs, quantiles: &quantiles };
+    let (guide_nodes, guide_lights) = (&fixture.output_texels(0), &fixture.output_texels(0));
+    let scene = world.bindings();
+    let kernel = InvertSmoothstep { scene, guide_nodes, guide_lights, uniforms: &inputs, quantiles: &quantiles };
     fixture.run(&kernel, uniforms.len());
     for (u, x) in uniforms.iter().zip(fixture.read(&quantiles)) {
         let (u, x) = (f64::from(*u), f64::from(x));

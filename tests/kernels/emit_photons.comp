@@ -21,6 +21,6 @@ void main() {
     if (i >= emitted.data.length()) {
         return;
     }
-    Emission emission = emit(Random(scene.seed, i));
+    Emission emission = emit(emission_numbers(Random(scene.seed, i)));
     emitted.data[i] = Emitted(emission.ray.origin, 0.0, emission.ray.direction, 0.0, emission.weight, 0.0);
 }

@@ -73,7 +73,7 @@ bool next_query(inout Work work, inout Query query, Hit hit) {
     }
     if (!work.alive) {
         work.random = Random(~scene.seed, work.photon);
-        Emission emission = emit(work.random);
+        Emission emission = emit(emission_numbers(work.random));
         work.ray = emission.ray;
         work.weight = emission.weight;
         work.depth = 0u;

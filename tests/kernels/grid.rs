@@ -6,7 +6,7 @@ use goblet::kernels::{
     Specialization,
 };
 
-use crate::discs::{self, Disc, Flux, assert_counts, scattered};
+use crate::discs::{self, Disc, Flux, assert_counts, assert_counts_within, scattered};
 use crate::fixture::{Fixture, Rng};
 
 /// What came of it.
@@ -19,6 +19,22 @@ struct Gathered {
 /// Sends photons of weight 1 to the points of an image, by a table of `cells` cells.
 fn accumulate(points: &[Disc], width: u32, photons: &[Disc], cells: u32, workgroup_size: u32) -> Gathered {
     let fixture = Fixture::new();
+    let flux = Flux::new(&fixture, points.len());
+    let sizes = (cells, workgroup_size);
+    let dispatches = gather(&fixture, &flux, points, width, photons, sizes, &Specialization::DECLARED);
+    Gathered { counts: flux.counts(&fixture), dispatches }
+}
+
+/// Adds to the flux, and returns the number of dispatches.
+fn gather(
+    fixture: &Fixture,
+    flux: &Flux,
+    points: &[Disc],
+    width: u32,
+    photons: &[Disc],
+    (cells, workgroup_size): (u32, u32),
+    specialization: &Specialization,
+) -> u32 {
     let device = fixture.device();
     let height = points.len() as u32 / width;
     let recorded = photons.len() as u32;
@@ -28,11 +44,10 @@ fn accumulate(points: &[Disc], width: u32, photons: &[Disc], cells: u32, workgro
     let max_radius2 = fixture.upload(&[discs::max_radius2(points)]);
     let table = fixture.upload(&vec![Cell { first: 0, count: 0 }; cells as usize]);
     let grid_photons = device.texels("grid_photons", recorded.into()).expect("texels");
-    let flux = Flux::new(&fixture, points.len());
     let invocations = u64::from(width.next_multiple_of(8)) * u64::from(height.next_multiple_of(8)) / 2;
 
     macro_rules! pass {
-        ($($kernel:tt)*) => { device.pass(&$($kernel)*, &Specialization::DECLARED, workgroup_size).expect("a pass") };
+        ($($kernel:tt)*) => { device.pass(&$($kernel)*, specialization, workgroup_size).expect("a pass") };
     }
     let count = pass!(GridCount { photons: &records, max_radius2: &max_radius2, grid_extent, cells: &table });
     let reserve = pass!(GridReserve { grid_filled: &fixture.upload(&[0_u32]), cells: &table, grid_extent });
@@ -64,8 +79,7 @@ fn accumulate(points: &[Disc], width: u32, photons: &[Disc], cells: u32, workgro
     frame.dispatch(&fill, (), recorded.into());
     frame.run().expect("a run");
     let push = |resumed| GatherGridPush { width, height, resumed, offset: 0 };
-    let dispatches = flux.add_all(&fixture, |frame, resumed| frame.dispatch(&add, push(resumed), invocations));
-    Gathered { counts: flux.counts(&fixture), dispatches }
+    flux.add_all(fixture, |frame, resumed| frame.dispatch(&add, push(resumed), invocations))
 }
 
 /// Neighbouring pixels see points all over a room, of many sizes, and cells share a table that
@@ -84,6 +98,18 @@ fn points_find_every_photon_that_is_in_reach() {
             assert_counts(&points, &photons, &accumulate(&points, width, &photons, cells, workgroup_size).counts);
         }
     }
+}
+
+#[test]
+fn photons_on_inner_halves_are_counted() {
+    let mut rng = Rng(23);
+    let [points, photons] =
+        [(900, [0.05, 0.5]), (3001, [1.0, 1.0])].map(|(count, radii)| scattered(&mut rng, count, radii));
+    let fixture = Fixture::new();
+    let flux = Flux::with_inner(&fixture, points.len());
+    gather(&fixture, &flux, &points, 30, &photons, (4096, 64), &discs::with_data_radii());
+    assert_counts(&points, &photons, &flux.counts(&fixture));
+    assert_counts_within(&points, &photons, &flux.inner(&fixture), 0.5_f64.sqrt());
 }
 
 /// As at a focus, where all points have all photons: more than a driver lets one invocation go

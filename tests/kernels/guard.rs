@@ -43,8 +43,8 @@ fn broken_by_update(device: &Device) -> Vec<String> {
         half_of_rounds: 1,
         capacity: 0,
         rough_scale: 0.0,
+        kept: 1.0,
         pad0: 0,
-        pad1: 0,
     };
     let mut frame = device.frame().expect("a frame");
     frame.clear(&counters);

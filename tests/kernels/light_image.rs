@@ -4,10 +4,13 @@ use std::f64::consts::PI;
 
 use glam::{DMat3, DVec2, DVec3};
 use goblet::geometry::equal_area;
+use goblet::gpu_scene::pack::Packing;
 use goblet::image::film::Image;
 
 use crate::fixture::{Fixture, Rng, UNBOUNDED, double, single};
-use crate::generated::{EmitPhotons, Emitted, Escape, MeetSkies, NONE, Viewpoint};
+use crate::generated::{
+    EmitPhotons, Emitted, Escape, GUIDE_LEAF, GuideLight, GuideNode, MeetSkies, NONE, Specialization, Viewpoint,
+};
 use crate::light::see;
 use crate::statistics::{assert_near, assert_uniform, cells};
 use crate::support::ImageFile;
@@ -28,13 +31,18 @@ fn spots(width: u32, height: u32) -> Image {
 
 /// A light of an image under a transform that turns and mirrors, above a ball.
 fn world(light: &str, image: &Image) -> World {
+    world_for(light, image, false)
+}
+
+/// The same for emission with or without a guide.
+fn world_for(light: &str, image: &Image, is_guided: bool) -> World {
     let file = ImageFile::new(image);
     let text = format!(
         "WorldBegin\nShape \"sphere\"\nTranslate .3 .2 .1\nRotate 40 1 2 3\nScale -2 2 2\n\
          LightSource {light} \"string filename\" \"{}\"",
         file.path().display()
     );
-    World::parse(&text).0
+    World::parse_for(&text, Packing { is_guided, ..Packing::default() }).0
 }
 
 /// What the transform of [`world`] makes of the axes.
@@ -43,11 +51,18 @@ fn turned() -> DMat3 {
     turn * DMat3::from_diagonal(DVec3::new(-1.0, 1.0, 1.0))
 }
 
-fn emit(world: &World) -> Vec<Emitted> {
+/// Emits photons without a guide, and with one that changes no number.
+fn emit(world: &World, is_guided: bool) -> Vec<Emitted> {
     let fixture = Fixture::new();
     let world = world.upload(&fixture);
     let emitted = fixture.output(COUNT);
-    fixture.run(&EmitPhotons { scene: world.bindings(), emitted: &emitted }, COUNT);
+    let leaf = GuideNode { axis: GUIDE_LEAF, lower: 0, at: 0.0, value: 1.0 };
+    let light = GuideLight { end: 1.0, light: 0, pad0: 0, pad1: 0 };
+    let (guide_nodes, guide_lights) = (&fixture.upload_texels(&[leaf]), &fixture.upload_texels(&[light]));
+    let kernel = EmitPhotons { scene: world.bindings(), guide_nodes, guide_lights, emitted: &emitted };
+    let mut specialization = Specialization::DECLARED;
+    specialization.render.has_guide = is_guided;
+    fixture.run_specialized(&kernel, &specialization, COUNT);
     fixture.read(&emitted)
 }
 
@@ -100,45 +115,49 @@ fn through_window(place: DVec2, half: f64) -> DVec3 {
 #[test]
 fn a_sky_is_emitted_by_its_texels() {
     let image = spots(16, 16);
-    let world = world("\"infinite\" \"float scale\" 3", &image);
-    let emitted = emit(&world);
-    let to_image = turned().transpose();
-    let places: Vec<DVec2> =
-        emitted.iter().map(|photon| equal_area::place(to_image * -double(photon.direction))).collect();
-    assert_chosen(&image, |i| mean_of_channels(color(&image, i)), &places, "sky");
+    for is_guided in [false, true] {
+        let world = world_for("\"infinite\" \"float scale\" 3", &image, is_guided);
+        let emitted = emit(&world, is_guided);
+        let to_image = turned().transpose();
+        let places: Vec<DVec2> =
+            emitted.iter().map(|photon| equal_area::place(to_image * -double(photon.direction))).collect();
+        assert_chosen(&image, |i| mean_of_channels(color(&image, i)), &places, "sky");
 
-    let radius = f64::from(world.info.radius);
-    let average = image.pixels.iter().map(|pixel| double(*pixel)).sum::<DVec3>() / 256.0;
-    // Parallel light enters through the faces of the scene's box that it sees; the mean over all
-    // directions is a quarter of the box's surface (Cauchy).
-    let half = double(world.info.half_extent);
-    let faces = 4.0 * DVec3::new(half.y * half.z, half.z * half.x, half.x * half.y);
-    let mean_shown = 0.5 * faces.element_sum();
-    let power = 3.0 * average * 4.0 * PI * mean_shown;
-    assert_near(world.info.mean_power.into(), mean_of_channels(power), 1e-6, "power of a sky");
-    for (photon, place) in emitted.iter().zip(&places) {
-        let Some(index) = texel(&image, *place) else { continue };
-        // A photon has the texel's colour, and the power of what the box shows its direction.
-        let shown = faces.dot(double(photon.direction).abs());
-        let expected = color(&image, index) / mean_of_channels(color(&image, index)) * (shown / mean_shown);
-        assert!((double(photon.weight) - expected).length() < 1e-4, "{photon:?}: {expected}");
-        assert!((double(photon.origin).dot(double(photon.direction)) + radius).abs() < 1e-5, "{photon:?}");
+        let radius = f64::from(world.info.radius);
+        let average = image.pixels.iter().map(|pixel| double(*pixel)).sum::<DVec3>() / 256.0;
+        // Parallel light enters through the faces of the scene's box that it sees; the mean over all
+        // directions is a quarter of the box's surface (Cauchy).
+        let half = double(world.info.half_extent);
+        let faces = 4.0 * DVec3::new(half.y * half.z, half.z * half.x, half.x * half.y);
+        let mean_shown = 0.5 * faces.element_sum();
+        let power = 3.0 * average * 4.0 * PI * mean_shown;
+        assert_near(world.info.mean_power.into(), mean_of_channels(power), 1e-6, "power of a sky");
+        for (photon, place) in emitted.iter().zip(&places) {
+            let Some(index) = texel(&image, *place) else { continue };
+            // A photon has the texel's colour, and the power of what the box shows its direction.
+            let shown = faces.dot(double(photon.direction).abs());
+            let expected = color(&image, index) / mean_of_channels(color(&image, index)) * (shown / mean_shown);
+            assert!((double(photon.weight) - expected).length() < 1e-4, "{photon:?}: {expected}");
+            assert!((double(photon.origin).dot(double(photon.direction)) + radius).abs() < 1e-5, "{photon:?}");
+        }
     }
 }
 
 #[test]
 fn a_goniometric_light_has_its_poles_along_y_and_is_grey() {
     let image = spots(16, 16);
-    let world = world("\"goniometric\" \"rgb I\" [1 2 3] \"float power\" 5", &image);
-    let emitted = emit(&world);
-    let axes = turned();
-    let to_image = DMat3::from_cols(axes.x_axis, axes.z_axis, axes.y_axis).transpose();
-    let places: Vec<DVec2> =
-        emitted.iter().map(|photon| equal_area::place(to_image * double(photon.direction))).collect();
-    assert_chosen(&image, |i| mean_of_channels(color(&image, i)), &places, "goniometric light");
-    for photon in &emitted {
-        assert!((double(photon.weight) - DVec3::new(0.5, 1.0, 1.5)).length() < 1e-4, "{photon:?}");
-        assert!(photon.origin == emitted[0].origin);
+    for is_guided in [false, true] {
+        let world = world_for("\"goniometric\" \"rgb I\" [1 2 3] \"float power\" 5", &image, is_guided);
+        let emitted = emit(&world, is_guided);
+        let axes = turned();
+        let to_image = DMat3::from_cols(axes.x_axis, axes.z_axis, axes.y_axis).transpose();
+        let places: Vec<DVec2> =
+            emitted.iter().map(|photon| equal_area::place(to_image * double(photon.direction))).collect();
+        assert_chosen(&image, |i| mean_of_channels(color(&image, i)), &places, "goniometric light");
+        for photon in &emitted {
+            assert!((double(photon.weight) - DVec3::new(0.5, 1.0, 1.5)).length() < 1e-4, "{photon:?}");
+            assert!(photon.origin == emitted[0].origin);
+        }
     }
 }
 
@@ -146,7 +165,7 @@ fn a_goniometric_light_has_its_poles_along_y_and_is_grey() {
 fn a_projector_fills_its_window() {
     let image = spots(32, 16);
     let half = 35_f64.to_radians().tan();
-    let emitted = emit(&world("\"projection\" \"float fov\" 70", &image));
+    let emitted = emit(&world("\"projection\" \"float fov\" 70", &image), false);
     let axes = turned();
     let to_image = DMat3::from_cols(axes.x_axis, -axes.y_axis, axes.z_axis).transpose();
     let places: Vec<DVec2> = emitted

@@ -3,7 +3,7 @@
 use goblet::kernels::{GatherTree, GatherTreePush, Specialization, TreeFill, TreeFillPush};
 use goblet::render::lookup::kd_tree;
 
-use crate::discs::{self, Disc, Flux, assert_counts, scattered};
+use crate::discs::{self, Disc, Flux, assert_counts, assert_counts_within, scattered};
 use crate::fixture::{Fixture, Rng};
 
 /// What came of it.
@@ -16,6 +16,20 @@ struct Deposits {
 /// Sends photons of weight 1 to points, with `invocations` of them at once.
 fn accumulate(points: &[Disc], photons: &[Disc], invocations: u32) -> Deposits {
     let fixture = Fixture::new();
+    let flux = Flux::new(&fixture, points.len());
+    let dispatches = deposit(&fixture, &flux, points, photons, invocations, &Specialization::DECLARED);
+    Deposits { counts: flux.counts(&fixture), dispatches }
+}
+
+/// Adds to the flux, and returns the number of dispatches.
+fn deposit(
+    fixture: &Fixture,
+    flux: &Flux,
+    points: &[Disc],
+    photons: &[Disc],
+    invocations: u32,
+    specialization: &Specialization,
+) -> u32 {
     let device = fixture.device();
     let radii2 = discs::radii2(points);
     let nodes = kd_tree::build(points.iter().map(|point| point.position).zip(radii2.iter().copied()));
@@ -28,7 +42,6 @@ fn accumulate(points: &[Disc], photons: &[Disc], invocations: u32) -> Deposits {
         tree_nodes: &fixture.upload(&nodes),
         tree_points: &tree_points,
     };
-    let flux = Flux::new(&fixture, points.len());
     let add = GatherTree {
         photons: &fixture.upload_texels(&discs::records(photons)),
         max_radius2: &fixture.upload(&[discs::max_radius2(points)]),
@@ -41,14 +54,13 @@ fn accumulate(points: &[Disc], photons: &[Disc], invocations: u32) -> Deposits {
         places: &fixture.output(invocations as usize),
     };
     let fill = device.pass(&fill, &Specialization::DECLARED, 64).expect("a pass");
-    let add = device.pass(&add, &Specialization::DECLARED, 64).expect("a pass");
+    let add = device.pass(&add, specialization, 64).expect("a pass");
     let recorded = photons.len() as u32;
     let push = |resumed| GatherTreePush { recorded, stride: invocations, node_count, resumed, offset: 0 };
     let mut frame = device.frame().expect("a frame");
     frame.dispatch(&fill, TreeFillPush { node_count }, node_count.into());
     frame.run().expect("a run");
-    let dispatches = flux.add_all(&fixture, |frame, resumed| frame.dispatch(&add, push(resumed), invocations.into()));
-    Deposits { counts: flux.counts(&fixture), dispatches }
+    flux.add_all(fixture, |frame, resumed| frame.dispatch(&add, push(resumed), invocations.into()))
 }
 
 #[test]
@@ -64,6 +76,18 @@ fn photons_find_every_point_that_they_reach() {
             assert_counts(&points, &photons, &accumulate(&points, &photons, invocations).counts);
         }
     }
+}
+
+#[test]
+fn photons_on_inner_halves_are_counted() {
+    let mut rng = Rng(13);
+    let [points, photons] =
+        [(900, [0.05, 0.5]), (3001, [1.0, 1.0])].map(|(count, radii)| scattered(&mut rng, count, radii));
+    let fixture = Fixture::new();
+    let flux = Flux::with_inner(&fixture, points.len());
+    deposit(&fixture, &flux, &points, &photons, 3001, &discs::with_data_radii());
+    assert_counts(&points, &photons, &flux.counts(&fixture));
+    assert_counts_within(&points, &photons, &flux.inner(&fixture), 0.5_f64.sqrt());
 }
 
 /// As at a focus, where every node is in reach of every photon: more of them than a driver

@@ -157,8 +157,8 @@ fn sums_after(before: Counters, throughput: f32) -> ([Sum; 2], Counters) {
         half_of_rounds: 1,
         capacity: 7,
         rough_scale: 0.0,
+        kept: 1.0,
         pad0: 0,
-        pad1: 0,
     };
     fixture.device().write(&flux.counters, &[before]).expect("counters");
     let mut frame = fixture.device().frame().expect("a frame");

@@ -52,10 +52,10 @@ impl World {
         Self::parse_for(text, RevolutionSolver::default())
     }
 
-    /// The same for a solver of bodies of revolution.
-    pub fn parse_for(text: &str, solver: RevolutionSolver) -> (Self, pack::PackedScene) {
+    /// The same for a solver of bodies of revolution, or for another way to pack.
+    pub fn parse_for(text: &str, packing: impl Into<pack::Packing>) -> (Self, pack::PackedScene) {
         let scene = Scene::parse(text, "test.pbrt", support::root()).expect("a scene");
-        let packed = pack::pack(&scene, solver).expect("a packed scene");
+        let packed = pack::pack(&scene, packing).expect("a packed scene");
         let world = Self { info: packed.info(8, 1), arrays: packed.arrays.clone() };
         (world, packed)
     }

@@ -10,6 +10,7 @@ mod error_estimate;
 mod extremes;
 mod focus;
 mod gbuffer;
+mod guide;
 mod images;
 mod invisible;
 mod layers;

@@ -233,6 +233,7 @@ fn the_lookup_does_not_change_a_bit() {
     let cases = [
         ("adaptive radii", options()),
         ("global radii", Options { radius_schedule: RadiusSchedule::Global, ..options() }),
+        ("radii from the data", Options { radius_schedule: RadiusSchedule::Data, ..options() }),
         ("rounds", rounds),
         ("automatic radius", Options { radius: None, ..options() }),
         ("small radius", Options { radius: Some(1e-6), ..options() }),

@@ -71,6 +71,8 @@ fn rounds_schedules_and_shards_in_one_submission_have_the_same_bits() {
     for (name, options) in [
         ("rounds", Options { integrator: ppm, photons_per_round: Some(2042), ..small() }),
         ("global", Options { radius_schedule: global, ..small() }),
+        ("data", Options { radius_schedule: RadiusSchedule::Data, ..small() }),
+        ("data rounds", Options { integrator: ppm, radius_schedule: RadiusSchedule::Data, ..small() }),
         ("global rounds", Options { integrator: ppm, radius_schedule: global, ..small() }),
         ("a shard", Options { shard, radius_schedule: global, ..small() }),
         ("a shard with a radius", Options { shard, integrator: ppm, radius: Some(0.1), ..small() }),

@@ -3,6 +3,7 @@
 #include "geometry/quadric.glsl"
 #include "geometry/surface.glsl"
 #include "geometry/surface_point.glsl"
+#include "light/guide.glsl"
 #include "light/light.glsl"
 #include "light/light_image.glsl"
 #include "material/texture.glsl"
@@ -141,21 +142,26 @@ Emission emit_from(Light light, vec2 u_position, vec2 u_direction, float u_side)
     return Emission(free_ray(light.position, direction), light.emission * solid_angle);
 }
 
-// Samples a light by its power. u.y is not used.
-Light sample_emitter(vec2 u) {
+// Samples a light by its power.
+Light sample_emitter(float u) {
     uint count = scene.emission_count;
-    float scaled = u.x * float(count);
+    if (HAS_GUIDE) {
+        return lights_at(sample_guide_light(u, count));
+    }
+    float scaled = u * float(count);
     uint entry = min(uint(scaled), count - 1u);
     AliasEntry chosen = emission_table_at(entry);
     return lights_at(scaled - float(entry) < chosen.threshold ? chosen.keep : chosen.alias);
 }
 
-// Emits a photon by the first numbers of its path: samples a light by its power, a point and a direction.
-Emission emit(Random random) {
-    vec2 u_light = random_pair(random, 0u);
-    Light light = sample_emitter(u_light);
-    Emission emission = emit_from(light, random_pair(random, 1u), random_pair(random, 2u), u_light.y);
+// Emits a photon: samples a light by its power, a point and a direction.
+Emission emit(EmissionNumbers numbers) {
+    Light light = sample_emitter(numbers.light.x);
+    Emission emission = emit_from(light, numbers.position, numbers.direction, numbers.light.y);
     emission.weight /= light.emission_pmf * scene.mean_power;
+    if (HAS_GUIDE) {
+        emission.weight *= numbers.weight;
+    }
     if (HAS_MEDIA && light.kind != AREA) {
         emission.ray.medium = light.medium;
     }
@@ -165,7 +171,7 @@ Emission emit(Random random) {
 // Whether the light of a photon is one that no ray meets.
 bool is_from_unmet_light(Random random) {
     if (HAS_HITTABLE_LIGHTS) {
-        Light light = sample_emitter(random_pair(random, 0u));
+        Light light = sample_emitter(emission_numbers(random).light.x);
         bool is_infinite = light.kind == INFINITE || light.kind == SKY || light.kind == PORTAL;
         return light.kind == AREA ? light.reach2 == 0.0 : !is_infinite;
     }
@@ -175,7 +181,7 @@ bool is_from_unmet_light(Random random) {
 // Whether the first segment of a photon's path, of this length, ends before the portal of its light: such light is not
 // seen.
 bool ends_before_portal(Random random, Ray ray, float t) {
-    Light light = sample_emitter(random_pair(random, 0u));
+    Light light = sample_emitter(emission_numbers(random).light.x);
     if (light.kind == PORTAL) {
         Portal portal = portal_of(light_images_at(light.primitive));
         return t * dot(ray.direction, portal.normal) > dot(portal.corner - ray.origin, portal.normal);

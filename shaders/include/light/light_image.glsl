@@ -2,6 +2,7 @@
 // of src/geometry/equal_area.rs and src/scene/directives/light_image.rs.
 #include "math/equal_area.glsl"
 #include "math/sampling.glsl"
+#include "scene/features.glsl"
 #include "scene/lights.glsl"
 #include "scene/scene.glsl"
 
@@ -75,10 +76,38 @@ uint sample_alias_table(uint first, uint count, inout float u) {
     return keep ? entry : choice >> 16u;
 }
 
+// Chance of an entry of a cumulative table and of those before it.
+float cumulative_chance(uint first, uint entry) {
+    return float(light_texels_at(first + entry).choice) * (1.0 / 4294967296.0);
+}
+
+// Samples an entry of a cumulative table by u, which is uniform again afterwards. The entries rise with u.
+uint sample_cumulative_table(uint first, uint count, inout float u) {
+    uint entry = 0u;
+    for (uint last = count - 1u; entry < last;) {
+        uint middle = (entry + last) / 2u;
+        bool is_before = u >= cumulative_chance(first, middle);
+        entry = is_before ? middle + 1u : entry;
+        last = is_before ? last : middle;
+    }
+    float begin = entry > 0u ? cumulative_chance(first, entry - 1u) : 0.0;
+    float chance = cumulative_chance(first, entry) - begin;
+    u = clamp((u - begin) / max(chance, 1.0e-30), 0.0, 0.99999994);
+    return entry;
+}
+
+// Samples an entry of the table of a row, or of the rows. Guided emission needs neighbours to stay neighbours.
+uint sample_table(uint first, uint count, inout float u) {
+    if (HAS_GUIDE) {
+        return sample_cumulative_table(first, count, u);
+    }
+    return sample_alias_table(first, count, u);
+}
+
 // Samples a texel by its row and column. Returns a point in it; `middle` is its centre.
 vec2 sample_texel(LightImage image, vec2 u, out vec2 middle, out vec3 color) {
-    uint row = sample_alias_table(image.first, image.height, u.y);
-    uint column = sample_alias_table(image.first + image.height + row * image.width, image.width, u.x);
+    uint row = sample_table(image.first, image.height, u.y);
+    uint column = sample_table(image.first + image.height + row * image.width, image.width, u.x);
     vec2 corner = vec2(column, row);
     vec2 size = vec2(image.width, image.height);
     color = light_texels_at(image.first + image.height + row * image.width + column).color;

@@ -23,11 +23,17 @@ void check_sum(uint before, uint high) {
     } \
 }
 
-// Adds a photon to the flux of a pixel.
-void deposit(uint pixel, uvec2 red, uvec2 green, uvec2 blue) {
+// Adds a photon to the flux of a pixel; `inner` says whether it is on the inner half of the disc.
+void deposit(uint pixel, uvec2 red, uvec2 green, uvec2 blue, bool inner) {
     uint at = 2u * pixel;
     ADD_CHANNEL(flux_red, at, red)
     ADD_CHANNEL(flux_green, at, green)
     ADD_CHANNEL(flux_blue, at, blue)
-    atomicAdd(flux_counts.data[pixel], 1u);
+    uint count = place_of_count(pixel);
+    atomicAdd(flux_counts.data[count], 1u);
+    if (HAS_DATA_RADII) {
+        if (inner) {
+            atomicAdd(flux_counts.data[count + 1u], 1u);
+        }
+    }
 }

@@ -10,3 +10,8 @@ bool is_on_disc(vec3 d, vec3 photon_normal, vec3 n, float radius2) {
     float height = dot(d, n);
     return dot(n, photon_normal) > MIN_COSINE && height * height < MAX_HEIGHT * MAX_HEIGHT * radius2;
 }
+
+// Whether a photon on the disc of a visible point is on the inner half of the disc's area.
+bool is_inner(vec3 d, float radius2) {
+    return dot(d, d) < 0.5 * radius2;
+}

@@ -2,11 +2,21 @@
 // more than 128 MiB. Where HAS_ROUGH_GATHER, as many sums of rough points follow those of visible points:
 // rough_flux.glsl.
 #include "lookup/flux.glsl"
+#include "scene/features.glsl"
 
 // Low and high word of each pixel.
 UPDATED_BUFFER(uint, flux_red)
 UPDATED_BUFFER(uint, flux_green)
 UPDATED_BUFFER(uint, flux_blue)
+
+// Where flux_counts has the number of a pixel's photons. With radii from the data, the number of those on the inner
+// half of the disc follows it.
+uint place_of_count(uint pixel) {
+    if (HAS_DATA_RADII) {
+        return 2u * pixel;
+    }
+    return pixel;
+}
 
 struct Flux {
     uvec3 low; // red, green, blue

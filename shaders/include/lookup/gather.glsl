@@ -8,10 +8,11 @@ struct Gathered {
     uvec3 high;
     uint count; // number of photons
     uint bits;  // all bits that high words have had; if the top bit is set, a sum may have overflowed
+    uint inner; // number of photons on the inner half of the disc, for radii from the data
 };
 
 Gathered nothing_gathered() {
-    return Gathered(uvec3(0u), uvec3(0u), 0u, 0u);
+    return Gathered(uvec3(0u), uvec3(0u), 0u, 0u, 0u);
 }
 
 // Adds a photon if it is on the disc.
@@ -31,7 +32,11 @@ void add_to_pixel(Gathered sum, uint pixel) {
     uvec3 high = sum.high + mix(uvec3(0u), uvec3(1u), lessThan(low, sum.low));
     uvec3 total = before.high + high;
     store_flux(pixel, Flux(low, total));
-    flux_counts.data[pixel] += sum.count;
+    uint at = place_of_count(pixel);
+    flux_counts.data[at] += sum.count;
+    if (HAS_DATA_RADII) {
+        flux_counts.data[at + 1u] += sum.inner;
+    }
     if (sum.bits >= 0x80000000u || any(lessThan(total, high))) {
         atomicAdd(counters.value.saturated, 1u);
     }

@@ -14,7 +14,8 @@ struct PhotonRecord {
     uint cell;    // of the hash grid: cell_mark; and the mark of caustic.glsl
 };
 
-// What a pixel keeps between iterations, besides the image.
+// What a pixel keeps between iterations, besides the image. With radii from the data the words have another meaning:
+// DiscSums of data_radius.glsl.
 struct PixelState {
     uint found_low;  // low word of the number of photons found so far
     uint found_high; // high word of that number

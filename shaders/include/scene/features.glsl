@@ -85,7 +85,9 @@ FEATURES RenderFeatures {
     bool DIRECT_NEE = true;             // next-event estimation finds direct light, photons do not
     uint LOW_DISCREPANCY_PAIRS = 8u;    // pairs of random numbers of a path that are a sequence: random.glsl
     float CELL_SCALE = 1.0;             // width of a cell of the hash grid, in diameters of the largest disc
+    bool HAS_GUIDE = false;             // photons begin by a density that a pilot has learned: guide.glsl
     bool HAS_CAUSTIC_LAYER = false;     // photons that have met nothing diffuse are marked, and summed once more
+    bool HAS_DATA_RADII = false;        // photons on the inner halves of discs are counted, and radii follow: data_radius.glsl
 };
 
 // Of a device and its workgroups: src/render/device.rs.

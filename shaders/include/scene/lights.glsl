@@ -45,7 +45,8 @@ struct LightImage {
 // A texel of a light's image.
 struct LightTexel {
     vec3 color;  // linear RGB
-    uint choice; // an entry of its row's alias table: alias in the top half, below it threshold
+    uint choice; // an entry of its row's alias table: alias in the top half, below it threshold; with a guide, the
+                 // chance of this texel and those before it in the row, times 2^32
 };
 
 // One entry of an alias table (Vose 1991).

@@ -5,6 +5,7 @@ use std::f64::consts::PI;
 use glam::{DVec2, DVec3};
 use obvhs::aabb::Aabb;
 
+use super::light_image::Tables;
 use super::light_image::portal::PlacedPortal;
 use super::light_range::set_reach;
 use super::media::packed_medium;
@@ -85,7 +86,7 @@ impl Packer {
             }
             Light::Sky { image, radiance, portal: Some(portal) } => {
                 let portal = PlacedPortal::new(portal, &render_from_world);
-                let (packed, colour) = portal.pack(image, &mut self.light_texels);
+                let (packed, colour) = portal.pack(image, self.tables(), &mut self.light_texels);
                 self.light_images.push(packed);
                 let primitive = self.light_images.len() as u32 - 1;
                 let light = kernels::Light { primitive, ..light_of(PORTAL, *radiance) };
@@ -104,9 +105,13 @@ impl Packer {
         self.push_light(packed, power)
     }
 
+    fn tables(&self) -> Tables {
+        if self.is_guided { Tables::Cumulative } else { Tables::Alias }
+    }
+
     /// Adds an image, and returns its index and the mean colour by which the light's power is multiplied.
     fn add_light_image(&mut self, image: &LightImage, window: Option<DVec2>) -> (u32, Rgb) {
-        let (packed, colour) = light_image::pack(image, window, &mut self.light_texels);
+        let (packed, colour) = light_image::pack(image, window, self.tables(), &mut self.light_texels);
         self.light_images.push(packed);
         (self.light_images.len() as u32 - 1, colour)
     }

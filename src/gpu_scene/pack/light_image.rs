@@ -11,9 +11,14 @@ use crate::scene::{LightImage, Rgb, window_cosine};
 
 /// Appends an image's rows and texels to `texels`, and returns the packed image and the weighted mean of
 /// the texels' colours. A projector has a window, whose texels are weighted by solid angle.
-pub fn pack(image: &LightImage, window: Option<DVec2>, texels: &mut Vec<LightTexel>) -> (kernels::LightImage, Rgb) {
+pub fn pack(
+    image: &LightImage,
+    window: Option<DVec2>,
+    tables: Tables,
+    texels: &mut Vec<LightTexel>,
+) -> (kernels::LightImage, Rgb) {
     let weight = |place| window.map_or(1.0, |half_extent| window_cosine(half_extent, place).powi(3));
-    let (packed, average) = pack_weighed(image, weight, texels);
+    let (packed, average) = pack_weighed(image, weight, tables, texels);
     let half_extent = window.unwrap_or_default().as_vec2().to_array();
     (kernels::LightImage { half_extent, ..packed }, average)
 }
@@ -22,6 +27,7 @@ pub fn pack(image: &LightImage, window: Option<DVec2>, texels: &mut Vec<LightTex
 pub fn pack_weighed(
     image: &LightImage,
     weight: impl Fn(DVec2) -> f64,
+    tables: Tables,
     texels: &mut Vec<LightTexel>,
 ) -> (kernels::LightImage, Rgb) {
     let (width, height) = (image.pixels.width, image.pixels.height);
@@ -41,9 +47,9 @@ pub fn pack_weighed(
         sum += colours.iter().sum::<Rgb>();
         rows.push(weights.iter().sum());
         let texel = |(color, choice): (&[f32; 3], u32)| LightTexel { color: *color, choice };
-        texels.extend(row.iter().zip(choices(&weights)).map(texel));
+        texels.extend(row.iter().zip(tables.choices(&weights)).map(texel));
     }
-    for (texel, choice) in texels[first..].iter_mut().zip(choices(&rows)) {
+    for (texel, choice) in texels[first..].iter_mut().zip(tables.choices(&rows)) {
         texel.choice = choice;
     }
     let average = sum / size.element_product();
@@ -62,13 +68,62 @@ pub fn pack_weighed(
     (packed, average)
 }
 
-/// Returns an alias table with 32 bits per entry: the alias in the upper 16 bits, the threshold times 2^16
-/// in the lower ones. For long sides this rounding is smaller than that of random numbers of 24 bits.
-fn choices(weights: &[f64]) -> Vec<u32> {
+/// The tables that texels are chosen by.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Tables {
+    /// Alias tables, in constant time.
+    Alias,
+    /// Cumulative tables, with which neighbouring numbers choose neighbouring texels: guided emission learns from that.
+    Cumulative,
+}
+
+impl Tables {
+    /// Returns a table with 32 bits per entry. For long sides this rounding is smaller than that of random numbers of 24
+    /// bits.
+    fn choices(self, weights: &[f64]) -> Vec<u32> {
+        match self {
+            Self::Alias => alias_choices(weights),
+            Self::Cumulative => cumulative_choices(weights),
+        }
+    }
+}
+
+/// Returns an alias table: the alias in the upper 16 bits, the threshold times 2^16 in the lower ones.
+fn alias_choices(weights: &[f64]) -> Vec<u32> {
     let indices: Vec<u32> = (0..weights.len() as u32).collect();
     let table = alias::table(weights, &indices);
     if table.is_empty() {
         return vec![0; weights.len()];
     }
     table.iter().map(|entry| entry.alias << 16 | ((entry.threshold * 65536.0).round() as u32).min(65535)).collect()
+}
+
+/// Returns for each entry the chance of all entries up to it, times 2^32. That of the last entry with a weight, and of
+/// those after it, is the largest u32.
+fn cumulative_choices(weights: &[f64]) -> Vec<u32> {
+    let total: f64 = weights.iter().sum();
+    let mut sum = 0.0;
+    let mut choices: Vec<u32> = weights
+        .iter()
+        .map(|weight| {
+            sum += weight;
+            // The conversion saturates.
+            if total > 0.0 { (sum / total * 4_294_967_296.0).round() as u32 } else { 0 }
+        })
+        .collect();
+    if let Some(last) = weights.iter().rposition(|weight| *weight > 0.0) {
+        choices[last..].fill(u32::MAX);
+    }
+    choices
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn cumulative_tables_rise_to_one() {
+        assert_eq!(cumulative_choices(&[1.0, 0.0, 3.0, 0.0]), [1 << 30, 1 << 30, u32::MAX, u32::MAX]);
+        assert_eq!(cumulative_choices(&[0.0, 0.0]), [0, 0]);
+    }
 }

@@ -38,11 +38,13 @@ pub struct Packing {
     pub solver: RevolutionSolver,
     /// Whether triangles keep their texture coordinates, even if no texture needs them.
     pub keeps_uvs: bool,
+    /// Whether photons begin by a learned density, for which images of lights have other tables.
+    pub is_guided: bool,
 }
 
 impl From<RevolutionSolver> for Packing {
     fn from(solver: RevolutionSolver) -> Self {
-        Self { solver, keeps_uvs: false }
+        Self { solver, ..Self::default() }
     }
 }
 

@@ -255,6 +255,34 @@ fn states_that_no_render_makes_are_refused() {
     }
 }
 
+/// With radii from the data, states are sums of discs.
+#[test]
+fn sums_of_discs_are_in_range() {
+    let mut header = header();
+    header["has_states"] = json!(true);
+    header["identity"]["radius schedule"] = json!("data");
+    let read = |[found, excess, reach, area]: [f32; 4]| {
+        let state = PixelState { found_low: found.to_bits(), found_high: excess.to_bits(), shrink: reach, rest: area };
+        decode(&gzip(header.to_string().as_bytes(), &[&[0; 2 * 4 * 16], bytemuck::bytes_of(&[state; 2])].concat()))
+    };
+    for good in [[0.0; 4], [9.0, -9.0, 1e6, 3.0], [1e9, 5.0, 0.5, 2.0]] {
+        assert!(read(good).is_ok(), "{good:?}");
+    }
+    let (nan, most) = (f32::NAN, f32::INFINITY);
+    for bad in [
+        [nan, 0.0, 1.0, 1.0],
+        [9.0, 10.0, 1.0, 1.0],
+        [-1.0, 0.0, 1.0, 1.0],
+        [9.0, nan, 1.0, 1.0],
+        [9.0, 0.0, most, 1.0],
+    ] {
+        assert!(matches!(read(bad), Err(CheckpointError::Format(_))), "{bad:?}");
+    }
+    for bad in [[9.0, 0.0, -1.0, 1.0], [9.0, 0.0, nan, 1.0], [9.0, 0.0, 1.0, -1.0], [9.0, 0.0, 1.0, nan]] {
+        assert!(matches!(read(bad), Err(CheckpointError::Format(_))), "{bad:?}");
+    }
+}
+
 #[test]
 fn nothing_follows_the_end() {
     let mut file = gzip(header().to_string().as_bytes(), &[0; 2 * 4 * 16]);

@@ -5,7 +5,7 @@ use std::time::Instant;
 use bytemuck::Pod;
 use goblet_host::Pass;
 
-use crate::kernels::{PassFeatures, Specialization};
+use crate::kernels::{PassFeatures, RenderFeatures, Specialization};
 use crate::render::counters::{Counted, Tally};
 use crate::render::error::RenderError;
 use crate::render::pacing::Pace;
@@ -42,7 +42,12 @@ pub(super) fn deposit<Push: Pod>(
     Ok(total)
 }
 
-/// Returns what the pass that adds photons of caustics is specialised to, from what the one for all photons is.
+/// Returns what the pass that adds photons of caustics is specialised to, from what the one for all photons is. Radii
+/// do not follow from caustics alone.
 pub(super) fn of_caustics(specialization: &Specialization) -> Specialization {
-    Specialization { pass: PassFeatures { gathers_caustics: true, ..specialization.pass }, ..*specialization }
+    Specialization {
+        pass: PassFeatures { gathers_caustics: true, ..specialization.pass },
+        render: RenderFeatures { has_data_radii: false, ..specialization.render },
+        ..*specialization
+    }
 }

@@ -15,7 +15,7 @@ use eye::EyePass;
 use goblet_host::{Device, DeviceKind};
 pub use layers::LayerPasses;
 use path::PathKernels;
-use photon::PhotonPass;
+pub use photon::PhotonPass;
 use radius::RadiusPass;
 use update::UpdatePass;
 

@@ -78,9 +78,11 @@ impl PathKernels {
         buffers: &Buffers,
         is_resumable: bool,
     ) -> goblet_host::Result<Compiling<PhotonPush>> {
-        let Buffers { photons, rough_photons, counters, .. } = buffers;
+        let Buffers { photons, rough_photons, counters, guide_nodes, guide_lights, pilot_numbers, .. } = buffers;
         let places = &device.buffer("photon_places", if is_resumable { PLACES } else { 0 })?;
-        let kernel = Photon { scene: self.scene.bindings(), photons, rough_photons, counters, places };
+        let scene = self.scene.bindings();
+        let kernel =
+            Photon { scene, photons, rough_photons, counters, places, guide_nodes, guide_lights, pilot_numbers };
         device.compile(&kernel, &self.specialization(is_resumable), self.workgroup_size)
     }
 

@@ -26,6 +26,9 @@ pub struct Recorded {
     pub rough: u32,
 }
 
+/// The stream of the first round of a pilot. A round of iterations has fewer streams.
+const PILOT_STREAM: u32 = 1 << 31;
+
 /// The photon pass.
 pub struct PhotonPass {
     pass: PathPass<PhotonPush>,
@@ -71,6 +74,35 @@ impl PhotonPass {
         Ok(Some(Recorded { diffuse: counters.recorded, rough: counters.recorded_rough }))
     }
 
+    /// Returns the most photons of a pilot in a batch, whose records always fit.
+    pub fn largest_pilot(&self, on: Stage<'_>) -> u64 {
+        (on.buffers.photons.len() / u64::from(on.settings.max_depth)).max(1)
+    }
+
+    /// Traces photons of a round of a pilot, whose records and numbers then are on the device, and returns the number of
+    /// records. No iteration has the same photons.
+    ///
+    /// # Errors
+    /// The device fails, or the caller gives the iteration up.
+    pub fn run_pilot(
+        &mut self,
+        on: Stage<'_>,
+        round: u32,
+        batch: Range<u64>,
+        progress: &mut Progress,
+    ) -> Result<u32, RenderError> {
+        let per_invocation = progress.schedule.per_invocation();
+        let resumable = || self.kernels.photon(on.device, on.buffers, true)?.finish();
+        let invocations = (batch.end - batch.start).div_ceil(per_invocation);
+        let push = |start| PhotonPush {
+            stream: PILOT_STREAM + round,
+            is_pilot: 1,
+            ..push_of_batch(on, &batch, per_invocation, start)
+        };
+        let counters = self.pass.run(on, invocations, &mut progress.schedule.paces.photon, resumable, push)?;
+        Ok(counters.recorded)
+    }
+
     /// Records the commands that trace all photons of an iteration in one dispatch.
     pub fn record(&self, on: Stage<'_>, index: IterationIndex, per_invocation: u64, frame: &mut Frame<'_>) {
         let batch = 0..on.settings.wanted_photons();
@@ -85,19 +117,13 @@ impl PhotonPass {
 }
 
 /// The push constants of a dispatch over a batch.
-fn push(
-    on: Stage<'_>,
-    index: IterationIndex,
-    batch: &Range<u64>,
-    per_invocation: u64,
-    Start { offset, resumed, spread }: Start,
-) -> PhotonPush {
+fn push(on: Stage<'_>, index: IterationIndex, batch: &Range<u64>, per_invocation: u64, start: Start) -> PhotonPush {
     // A disc that found many photons is smaller in the next iteration, in which a sequence
     // that spreads its points evenly has fewer for it: the image would get darker. So the
     // iterations that share visible points, and whose radii depend on earlier ones, have a
     // sequence each.
     let (stream, iterations_before) = match on.settings.radius_schedule {
-        RadiusSchedule::Adaptive => (index.step, index.turn.into()),
+        RadiusSchedule::Adaptive | RadiusSchedule::Data => (index.step, index.turn.into()),
         RadiusSchedule::Global => (0, index.iteration_of_half),
     };
     let before = on.settings.photons.wrapping_mul(iterations_before);
@@ -106,6 +132,18 @@ fn push(
         before_high: (before >> 32) as u32,
         half_of_rounds: index.half,
         stream,
+        ..push_of_batch(on, batch, per_invocation, start)
+    }
+}
+
+/// The push constants of a dispatch over a batch of the first photons of a stream.
+fn push_of_batch(
+    on: Stage<'_>,
+    batch: &Range<u64>,
+    per_invocation: u64,
+    Start { offset, resumed, spread }: Start,
+) -> PhotonPush {
+    PhotonPush {
         first: batch.start as u32,
         end: batch.end as u32,
         stride: (batch.end - batch.start).div_ceil(per_invocation) as u32,
@@ -113,5 +151,6 @@ fn push(
         offset,
         resumed,
         spread,
+        ..Zeroable::zeroed()
     }
 }

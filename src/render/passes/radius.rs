@@ -46,15 +46,15 @@ impl RadiusPass {
         // The eye pass has set one, unless there is no visible point to give it to.
         let first_radius = progress.first_radius.unwrap_or_else(|| FirstRadius::constant(1.0));
         let rounds_are_long = settings.sequence.round_length > 1;
-        let step = if rounds_are_long { u64::from(index.step) } else { index.iteration };
+        let step = settings.step(index);
         let shrink = match settings.radius_schedule {
             RadiusSchedule::Adaptive => 1.0,
-            RadiusSchedule::Global => progress.shrink.at(step),
+            RadiusSchedule::Global | RadiusSchedule::Data => progress.shrink.at(step),
         };
         // A long round keeps statistics of its own visible points; rounds of one iteration share
         // the pixels' statistics.
         let begins = progress.done == 0 || (rounds_are_long && index.step == 0);
-        let push = first_radius.push(settings.pixels() as u32, shrink, begins);
+        let push = first_radius.push(settings.resolution, shrink, step, begins);
         frame.clear(&buffers.max_radius2);
         frame.dispatch(&self.0, push, settings.pixels());
     }

@@ -11,7 +11,7 @@ use crate::render::counters::Counted;
 use crate::render::error::RenderError;
 use crate::render::options::Contribution;
 use crate::render::progress::Progress;
-use crate::render::radius::RadiusSchedule;
+use crate::render::radius::{RadiusSchedule, kept_of_sums};
 use crate::render::sequence::IterationIndex;
 use crate::render::stage::Stage;
 
@@ -79,7 +79,7 @@ impl UpdatePass {
         let settings = on.settings;
         let alpha = match settings.radius_schedule {
             RadiusSchedule::Adaptive => settings.alpha,
-            RadiusSchedule::Global => 1.0,
+            RadiusSchedule::Global | RadiusSchedule::Data => 1.0,
         };
         let rough_scale = (settings.flux_scale() / progress.rough_radii(settings, index).largest2()) as f32;
         let push = UpdatePush {
@@ -91,8 +91,8 @@ impl UpdatePass {
             half_of_rounds: index.half,
             capacity: on.buffers.photons.len() as u32,
             rough_scale,
+            kept: kept_of_sums(settings.step(index)),
             pad0: 0,
-            pad1: 0,
         };
         if settings.contribution == Contribution::Photons {
             frame.clear_texels(&on.buffers.visible_radiances);

@@ -2,6 +2,7 @@
 
 use super::Renderer;
 use crate::render::error::RenderError;
+use crate::render::guide::Guide;
 
 impl Renderer {
     /// Returns the length of each pixel's eye path to its visible point in the last iteration, in scene
@@ -13,5 +14,11 @@ impl Renderer {
         let throughputs = self.device.read_first_texels(&self.buffers.visible_throughputs, self.settings.pixels())?;
         let scale = self.base.space.scale;
         Ok(throughputs.into_iter().map(|throughput| (f64::from(throughput[3]) / scale) as f32).collect())
+    }
+
+    /// Returns what a pilot has found about where photons should begin; `None` before the first iteration, or if no pilot
+    /// is wanted.
+    pub fn guide(&self) -> Option<&Guide> {
+        self.progress.guide.as_ref()
     }
 }

@@ -1,6 +1,6 @@
 //! Stopped and resumed.
 
-use goblet::{DirectLight, Integrator, Options, RadiusSchedule};
+use goblet::{DirectLight, Guidance, Integrator, Options, RadiusSchedule};
 
 use super::{Case, advance, bits, energy, save};
 use crate::support;
@@ -15,11 +15,15 @@ fn cases() -> Vec<Case> {
     let sppm = Options::default();
     let ppm = Options { integrator: Integrator::Ppm, photons_per_round: Some(500 * ROUND), ..Options::default() };
     let global = |options: &Options| Options { radius_schedule: RadiusSchedule::Global, ..options.clone() };
+    let data = |options: &Options| Options { radius_schedule: RadiusSchedule::Data, ..options.clone() };
     vec![
+        Case::new("ppm, data", data(&ppm)),
+        Case::new("sppm, data", data(&sppm)).with_automatic_radius(),
         Case::new("ppm, global", global(&ppm)),
         Case::new("sppm, global", global(&sppm)),
         Case::new("ppm, adaptive", ppm.clone()),
         Case::new("sppm, adaptive, automatic radius", sppm.clone()).with_automatic_radius(),
+        Case::new("guided", Options { guidance: Guidance::On, ..ppm.clone() }).with_automatic_radius(),
         Case::new("ppm, adaptive, automatic radius", ppm).with_automatic_radius(),
         Case::new("light by photons", Options { direct: DirectLight::Photons, ..sppm }),
     ]

@@ -2,7 +2,7 @@
 
 use goblet::render::aov::AOVS;
 use goblet::render::checkpoint::Checkpoint;
-use goblet::{Integrator, Options, RadiusSchedule, Shard};
+use goblet::{Guidance, Integrator, Options, RadiusSchedule, Shard};
 
 use super::{Case, advance, bits, energy, save, through_file};
 use crate::support;
@@ -12,10 +12,15 @@ use crate::support::command::{Bench, Run};
 /// shards without any.
 const CUTS: [(u32, u32); 3] = [(2, 11), (3, 11), (7, 5)];
 
-fn cases() -> [Case; 2] {
+fn cases() -> [Case; 3] {
     let global = Options { radius_schedule: RadiusSchedule::Global, ..Options::default() };
     let ppm = Options { integrator: Integrator::Ppm, photons_per_round: Some(2 * 500), ..Options::default() };
-    [Case::new("sppm, global", global).with_automatic_radius(), Case::new("ppm, adaptive", ppm)]
+    let guided = Options { guidance: Guidance::On, ..global.clone() };
+    [
+        Case::new("sppm, global", global).with_automatic_radius(),
+        Case::new("ppm, adaptive", ppm),
+        Case::new("sppm, global, guided", guided).with_automatic_radius(),
+    ]
 }
 
 fn shards(case: &Case, count: u32, iterations: u32) -> Vec<Checkpoint> {
@@ -239,7 +244,9 @@ fn the_environment_of_an_array_job_gives_the_shard() {
 }
 
 #[test]
-fn adaptive_radii_cannot_be_shared() {
-    let run = Bench::new().render(&["--shard", "0/2", "--checkpoint", "x"]);
-    run.assert_refused("sppm, adaptive", 2, &["expected the global radius schedule or the integrator ppm"]);
+fn radii_that_depend_on_photons_cannot_be_shared() {
+    for schedule in ["adaptive", "data"] {
+        let run = Bench::new().render(&["--radius-schedule", schedule, "--shard", "0/2", "--checkpoint", "x"]);
+        run.assert_refused(schedule, 2, &["expected the global radius schedule or the integrator ppm"]);
+    }
 }

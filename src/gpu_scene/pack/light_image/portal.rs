@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use glam::{DAffine3, DVec2, DVec3};
 
-use super::pack_weighed;
+use super::{Tables, pack_weighed};
 use crate::geometry::equal_area;
 use crate::image::film::Image;
 use crate::kernels::{self, LightTexel};
@@ -39,7 +39,7 @@ impl PlacedPortal {
     /// Appends the portal and an image to `texels`, and returns the packed image and the mean of the texels' colours
     /// times their cosine. Before the image are the corner and the edges, in place of colours; after it are the weights
     /// with which texels are chosen besides their colours.
-    pub fn pack(&self, image: &LightImage, texels: &mut Vec<LightTexel>) -> (kernels::LightImage, Rgb) {
+    pub fn pack(&self, image: &LightImage, tables: Tables, texels: &mut Vec<LightTexel>) -> (kernels::LightImage, Rgb) {
         let vector = |v: DVec3| LightTexel { color: v.as_vec3().to_array(), choice: 0 };
         texels.extend([self.corner, self.edges[1], self.edges[0]].map(vector));
         let image = LightImage { pixels: fine(&image.pixels), ..image.clone() };
@@ -53,7 +53,7 @@ impl PlacedPortal {
             let most = corners.into_iter().fold(cosine(0.0, 0.0), f64::max);
             if most > -BEHIND { most.max(LEAST_WEIGHT) } else { 0.0 }
         };
-        let packed = pack_weighed(&image, weight, texels);
+        let packed = pack_weighed(&image, weight, tables, texels);
         let places = (0..image.pixels.height).flat_map(|y| (0..image.pixels.width).map(move |x| (x, y)));
         texels.extend(places.map(|(x, y)| {
             let place = (DVec2::new(x.into(), y.into()) + 0.5) / size;

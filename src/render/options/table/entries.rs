@@ -3,13 +3,14 @@
 use super::{Effect, Fallback, Kind, Needs, RenderOption};
 use crate::base::names::{Name, Named, named};
 use crate::gpu_scene::pack::{Envelopes, RevolutionSolver};
+use crate::render::guide::Guidance;
 use crate::render::options::values::{RADIUS, RESOLUTION, SECONDS, TARGET_ERROR};
 use crate::render::options::values::{radius, resolution, seconds, target_error};
 use crate::render::options::{
     DEFAULT_ALPHA, DEFAULT_CELL_SCALE, DEFAULT_EYE_PATHS, DEFAULT_ROUND, DEFAULT_WORKGROUP_SIZE, DirectLight,
     Integrator, LookupKind, MAX_PHOTONS, Options, Sampler,
 };
-use crate::render::radius::RadiusSchedule;
+use crate::render::radius::{RADIUS_SCHEDULE, RadiusSchedule};
 
 const QUALITY: &str = "Quality";
 const ALGORITHM: &str = "Algorithm";
@@ -247,7 +248,7 @@ pub const OPTIONS: &[RenderOption] = &[
         group: ALGORITHM,
         help: "How radii shrink",
         more: "",
-        effect: Effect::Image("radius schedule", |options, _| options.radius_schedule.to_string()),
+        effect: Effect::Image(RADIUS_SCHEDULE, |options, _| options.radius_schedule.to_string()),
         needs: Needs::Nothing,
         is_knob: true,
     },
@@ -264,6 +265,24 @@ pub const OPTIONS: &[RenderOption] = &[
         help: "How light that comes straight from a light source is estimated",
         more: "",
         effect: Effect::Image("direct light", |options, _| options.direct.to_string()),
+        needs: Needs::Nothing,
+        is_knob: true,
+    },
+    RenderOption {
+        name: "guide",
+        placeholder: "WHETHER",
+        kind: Kind::Named {
+            names: Guidance::NAMES,
+            set: |request, name| name.parse().map(|value| request.options.guidance = value),
+        },
+        unit: "",
+        fallback: Fallback::Name(|| Guidance::default().name()),
+        group: ALGORITHM,
+        help: "Whether photons begin where they bring light to what is seen",
+        more: "A pilot of a few photons finds where. The image has the same expectation. In a window, auto takes no guide.",
+        effect: Effect::Image("guide", |options, _| {
+            if options.is_guided() { options.guidance.to_string() } else { Guidance::Off.to_string() }
+        }),
         needs: Needs::Nothing,
         is_knob: true,
     },

@@ -1,0 +1,58 @@
+//! The order of lights for guided emission: neighbours in it are near each other, so that a few cells of the tree take
+//! the lights of one place.
+
+use crate::kernels::{AREA, GONIOMETRIC, GuideLight, Light, POINT, PROJECTION, SPOT};
+
+/// Returns the lights that emit photons with the chance of each and of those before it: first those that are infinitely
+/// far away, then the others along a space-filling curve (Morton 1966).
+pub fn ordered(lights: &[Light]) -> Vec<GuideLight> {
+    let is_local = |light: &Light| [POINT, SPOT, AREA, GONIOMETRIC, PROJECTION].contains(&light.kind);
+    let key = |index: &u32| {
+        let light = &lights[*index as usize];
+        if is_local(light) { 1 + morton_code(light.position) } else { 0 }
+    };
+    let mut order: Vec<u32> = (0..lights.len() as u32).collect();
+    order.retain(|index| lights[*index as usize].emission_pmf > 0.0);
+    order.sort_by_key(key);
+    let mut sum = 0.0;
+    let end = |index: &u32| {
+        sum += f64::from(lights[*index as usize].emission_pmf);
+        GuideLight { end: sum as f32, light: *index, pad0: 0, pad1: 0 }
+    };
+    order.iter().map(end).collect()
+}
+
+/// Returns the bits of a position in render units, in turns: 21 of each coordinate. Positions beyond the scene, which is
+/// within 2 of the origin, count as its edge.
+fn morton_code(position: [f32; 3]) -> u64 {
+    let bits =
+        |coordinate: f32| ((f64::from(coordinate) / 4.0 + 0.5).clamp(0.0, 1.0) * f64::from((1 << 21) - 1)) as u64;
+    (0..21)
+        .flat_map(|bit| [0, 1, 2].map(|axis| (bit, axis)))
+        .fold(0, |code, (bit, axis)| code | (bits(position[axis]) >> bit & 1) << (3 * bit + axis))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn lights_of_one_place_are_neighbours_and_keep_their_chances() {
+        let light = |x: f32, kind: u32, emission_pmf: f32| Light {
+            position: [x, 0.1, 0.1],
+            kind,
+            emission_pmf,
+            ..bytemuck::Zeroable::zeroed()
+        };
+        let lights = [
+            light(0.9, POINT, 0.25),
+            light(-0.9, AREA, 0.25),
+            light(0.91, SPOT, 0.25),
+            light(0.0, 5, 0.25),
+            light(0.0, POINT, 0.0),
+        ];
+        let order = ordered(&lights);
+        let found: Vec<(u32, f32)> = order.iter().map(|light| (light.light, light.end)).collect();
+        assert_eq!(found, [(3, 0.25), (1, 0.5), (0, 0.75), (2, 1.0)]);
+    }
+}

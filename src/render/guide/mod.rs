@@ -1,0 +1,125 @@
+//! Guided emission: photons begin where they bring light to what is seen.
+//!
+//! A pilot follows a few photons before the first iteration. Its records, and the numbers by which its photons began,
+//! come back to the host, which finds out what each photon brings to some of the visible points, and learns a density
+//! over the numbers: [`tree`]. The kernels then warp the numbers of all photons by this density, and divide the photons'
+//! flux by it (`shaders/include/light/guide.glsl`), so that the image has the same expectation. A share of the photons
+//! begins as without a guide, so that every path stays possible and no weight exceeds 1 over this share.
+//!
+//! What is learned depends on the scene, the options and the seed alone: every shard, and a render that is continued,
+//! learns it again from the visible points of the first round.
+//!
+//! Sources: Grittmann and others, "Efficient caustic rendering with lightweight photon mapping", 2018; Müller and others,
+//! "Practical path guiding for efficient light-transport simulation", 2017; Rath and others, "Variance-aware path
+//! guiding", 2020, for densities by squares; "EARS", 2022, for costs.
+
+mod cell;
+pub mod lights;
+mod pilot;
+mod seen;
+pub mod tree;
+
+use std::time::{Duration, Instant};
+
+use pilot::Pilot;
+use seen::Seen;
+use tree::{Caution, MOST_LEAVES, Tree};
+
+use crate::base::names::named;
+use crate::render::error::RenderError;
+use crate::render::passes::PhotonPass;
+use crate::render::progress::Progress;
+use crate::render::stage::Stage;
+
+/// The rounds of a pilot; each begins where the rounds before it tell.
+const ROUNDS: u32 = 12;
+/// The photons of a round.
+pub const PHOTONS_OF_ROUND: u64 = 1 << 13;
+/// How much the density of a render relies on the pilot.
+const CAUTION: Caution = Caution { uniform_share: 0.2, spread: 0.05, penalty: 3.0, leaves: MOST_LEAVES };
+/// How much a round of the pilot relies on those before it: one photon is enough to look for others around it.
+const CAUTION_OF_PILOT: Caution = Caution { uniform_share: 0.2, spread: 0.05, penalty: 0.2, leaves: 256 };
+/// The round after which `auto` ends a pilot that shows no gain.
+const ROUND_OF_DOUBT: u32 = 4;
+/// The least factor between the products of variance and time, without the guide and with it, for which `auto` takes
+/// the guide. The factor is of photons alone: eye paths have a share of the error and of the time.
+const WORTHWHILE: f64 = 1.5;
+
+named! {
+    /// Whether photons begin where they bring light to what is seen.
+    pub enum Guidance = Auto {
+        /// Where a pilot of a few photons finds that it lowers the error
+        Auto: "auto",
+        /// Always
+        On: "on",
+        /// Photons begin by the power of the lights alone
+        Off: "off",
+    }
+}
+
+/// What a pilot has found.
+#[derive(Clone, Debug)]
+pub struct Guide {
+    /// The density that photons begin with.
+    pub tree: Tree,
+    /// The factor by which the guide lowers the product of variance and time of photons, as far as the pilot tells; 1 if
+    /// photons begin by the power of the lights alone.
+    pub gain: f64,
+    /// The share of photons that bring light to what is seen, without the guide and with it.
+    pub reached: [f64; 2],
+    /// The time that the pilot took, with that of the host to learn.
+    pub time: Duration,
+}
+
+/// Whether an iteration has to learn the guide first.
+pub fn is_missing(on: Stage<'_>, progress: &Progress) -> bool {
+    on.settings.guidance != Guidance::Off && on.settings.wanted_photons() > 0 && progress.guide.is_none()
+}
+
+/// Runs the pilot and learns the guide. The visible points of the first of all rounds must be on the device.
+///
+/// # Errors
+/// The device fails, or the caller gives the iteration up.
+pub fn learn(photon: &mut PhotonPass, on: Stage<'_>, progress: &mut Progress) -> Result<(), RenderError> {
+    let start = Instant::now();
+    // A pilot does not know what its photons bring to rough surfaces.
+    let is_blind = on.settings.guidance == Guidance::Auto && !on.buffers.rough_points.is_empty();
+    let is_useful = on.settings.photons_matter && !is_blind;
+    let guide = if is_useful { find(photon, on, progress)? } else { Guide::none() };
+    on.device.write_texels(&on.buffers.guide_nodes, &guide.tree.nodes)?;
+    progress.guide = Some(Guide { time: start.elapsed(), ..guide });
+    Ok(())
+}
+
+fn find(photon: &mut PhotonPass, on: Stage<'_>, progress: &mut Progress) -> Result<Guide, RenderError> {
+    let seen = Seen::on_device(on)?;
+    if seen.is_empty() {
+        return Ok(Guide::none());
+    }
+    let power = on.settings.mean_power;
+    let is_worthwhile = |gain| on.settings.guidance == Guidance::On || gain > WORTHWHILE;
+    let mut pilot = Pilot::default();
+    let mut tree = Tree::uniform();
+    for round in 0..ROUNDS {
+        on.device.write_texels(&on.buffers.guide_nodes, &tree.nodes)?;
+        pilot.follow(photon, on, round, progress)?;
+        pilot.see(&seen, tree);
+        let samples = pilot.samples(&seen, power);
+        if round == ROUND_OF_DOUBT && pilot.knows_enough() && !is_worthwhile(tree::gain_of_halves(&samples, CAUTION)) {
+            break;
+        }
+        tree = Tree::learn(&samples, CAUTION_OF_PILOT);
+    }
+    let samples = pilot.samples(&seen, power);
+    let gain = tree::gain_of_halves(&samples, CAUTION);
+    let (tree, gain) =
+        if is_worthwhile(gain) { (Tree::learn(&samples, CAUTION), gain) } else { (Tree::uniform(), 1.0) };
+    Ok(Guide { gain, reached: pilot.reached(&samples, &tree), tree, time: Duration::ZERO })
+}
+
+impl Guide {
+    /// Photons that begin by the power of the lights alone.
+    fn none() -> Self {
+        Self { tree: Tree::uniform(), gain: 1.0, reached: [0.0; 2], time: Duration::ZERO }
+    }
+}

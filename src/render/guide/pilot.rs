@@ -1,0 +1,181 @@
+//! The photons of a pilot: how they began, and what they have brought.
+
+use crate::kernels::{EmissionNumbers, PILOT_DIRECT, PhotonRecord};
+use crate::render::error::RenderError;
+use crate::render::guide::PHOTONS_OF_ROUND;
+use crate::render::guide::cell::Sample;
+use crate::render::guide::seen::{Brought, Seen};
+use crate::render::guide::tree::Tree;
+use crate::render::passes::PhotonPass;
+use crate::render::progress::Progress;
+use crate::render::stage::Stage;
+
+/// The number of photons that bring light to what is seen, from which on the pilot goes by what photons bring alone. With
+/// fewer, it goes by how near they get as well.
+const ENOUGH: usize = 32;
+
+/// The factor of nearness where eye paths find the light.
+const DIRECT_LEAD: f64 = 0.1;
+
+/// The photons of all rounds of a pilot so far.
+#[derive(Default)]
+pub struct Pilot {
+    photons: Vec<PilotPhoton>,
+    /// What they bring, by photon.
+    brought: Vec<Brought>,
+    /// The records of the last round, by photon.
+    records: Vec<(u32, PhotonRecord)>,
+    /// The densities of the rounds so far.
+    trees: Vec<Tree>,
+}
+
+/// A photon of a pilot.
+struct PilotPhoton {
+    numbers: EmissionNumbers,
+    /// The number of records of its path, and 1.
+    cost: f64,
+    /// How near it gets to what is seen, times its flux at density 1; 0 once the pilot knows enough.
+    nearness: f64,
+    /// The sum of the densities of all rounds so far at its numbers.
+    densities: f64,
+}
+
+impl PilotPhoton {
+    fn numbers(&self) -> [f32; 6] {
+        let EmissionNumbers { light, position, direction, .. } = self.numbers;
+        [light[0], light[1], position[0], position[1], direction[0], direction[1]]
+    }
+}
+
+/// Returns what stands for the square of what a photon brings as long as few bring anything. In the plane, its root falls
+/// with the distance to what is seen so that the next round has as many photons in each octave of distances, and more.
+fn lead(photon: &PilotPhoton) -> f64 {
+    photon.nearness.powf(1.5)
+}
+
+fn mean_weight(photon: &PhotonRecord) -> f64 {
+    photon.weight.iter().map(|weight| f64::from(*weight)).sum::<f64>() / 3.0
+}
+
+impl Pilot {
+    /// Follows the photons of a round, and reads their records.
+    ///
+    /// # Errors
+    /// The device fails, or the caller gives the iteration up.
+    pub fn follow(
+        &mut self,
+        photon: &mut PhotonPass,
+        on: Stage<'_>,
+        round: u32,
+        progress: &mut Progress,
+    ) -> Result<(), RenderError> {
+        let before = self.photons.len() as u32;
+        let mut first = 0;
+        while first < PHOTONS_OF_ROUND {
+            let end = PHOTONS_OF_ROUND.min(first + photon.largest_pilot(on));
+            let recorded = photon.run_pilot(on, round, first..end, progress)?;
+            let records = on.device.read_first_texels(&on.buffers.photons, recorded.into())?;
+            let photon_of = |record: PhotonRecord| (before + (record.cell & !PILOT_DIRECT), record);
+            self.records.extend(records.into_iter().map(photon_of));
+            first = end;
+        }
+        // The device stores records in any order.
+        self.records.sort_unstable_by_key(|(photon, record)| {
+            (*photon, record.cell, record.position.map(f32::to_bits), record.weight.map(f32::to_bits))
+        });
+        let numbers = on.device.read_first_texels(&on.buffers.pilot_numbers, PHOTONS_OF_ROUND)?;
+        let photon = |numbers| PilotPhoton { numbers, cost: 1.0, nearness: 0.0, densities: 0.0 };
+        self.photons.extend(numbers.into_iter().map(photon));
+        Ok(())
+    }
+
+    /// Finds what the photons of the last round bring. `tree` is the density by which they began.
+    pub fn see(&mut self, seen: &Seen, tree: Tree) {
+        let knows_enough = self.knows_enough();
+        for (index, record) in self.records.drain(..) {
+            let photon = &mut self.photons[index as usize];
+            let density = 1.0 / f64::from(photon.numbers.weight);
+            photon.cost += 1.0;
+            let is_finite = record.position.iter().all(|x| x.is_finite());
+            if !is_finite {
+                continue;
+            }
+            if !knows_enough {
+                // Eye paths find the light of a first surface: it only leads to where others are.
+                let lead = if record.cell & PILOT_DIRECT == 0 { 1.0 } else { DIRECT_LEAD };
+                let nearness = lead * seen.nearness(&record) * mean_weight(&record) * density;
+                photon.nearness = photon.nearness.max(nearness);
+            }
+            if record.cell & PILOT_DIRECT == 0 {
+                seen.add_brought(&record, index, density, &mut self.brought);
+            }
+        }
+        // Photons of this round may have begun by each of the densities, and those of earlier rounds by this one.
+        let of_round = self.photons.len() - PHOTONS_OF_ROUND as usize;
+        for (index, photon) in self.photons.iter_mut().enumerate() {
+            let numbers = photon.numbers();
+            if index >= of_round {
+                photon.densities = self.trees.iter().map(|tree| tree.density(&numbers)).sum();
+            }
+            photon.densities += tree.density(&numbers);
+        }
+        self.trees.push(tree);
+    }
+
+    /// Returns all photons with what they tell. `power` is that of all lights, W.
+    pub fn samples(&self, seen: &Seen, power: f64) -> Vec<Sample> {
+        let weight = |photon: &PilotPhoton| 1.0 / (PHOTONS_OF_ROUND as f64 * photon.densities);
+        let weights: Vec<f64> = self.photons.iter().map(weight).collect();
+        let importances = seen.importances(&self.brought, &weights, power);
+        let squares = self.squares(&importances);
+        let of_nearness = (1.0 - self.hits() as f64 / ENOUGH as f64).max(0.0);
+        let integral = |squares: &mut dyn Iterator<Item = f64>| -> f64 {
+            let sum: f64 = squares.zip(&weights).map(|(square, weight)| square * weight).sum();
+            if sum > 0.0 { 1.0 / sum } else { 0.0 }
+        };
+        let near = of_nearness * integral(&mut self.photons.iter().map(lead));
+        let brought = (1.0 - of_nearness) * integral(&mut squares.iter().copied());
+        let sample = |((photon, weight), square): ((&PilotPhoton, &f64), &f64)| Sample {
+            numbers: photon.numbers(),
+            weight: *weight,
+            square: brought * square + near * lead(photon),
+            cost: photon.cost,
+        };
+        self.photons.iter().zip(&weights).zip(&squares).map(sample).collect()
+    }
+
+    /// Returns for each photon the square of what it brings at density 1, summed over points by their importances.
+    fn squares(&self, importances: &[f64]) -> Vec<f64> {
+        let mut squares = vec![0.0; self.photons.len()];
+        for of_photon in self.brought.chunk_by(|a, b| a.sample == b.sample) {
+            // Records of one path on one disc come together.
+            let mut of_photon = of_photon.to_vec();
+            of_photon.sort_by_key(|brought| brought.point);
+            for of_point in of_photon.chunk_by(|a, b| a.point == b.point) {
+                let radiance: f64 = of_point.iter().map(|brought| brought.radiance).sum();
+                squares[of_point[0].sample as usize] += importances[of_point[0].point as usize] * radiance * radiance;
+            }
+        }
+        squares
+    }
+
+    /// Returns whether enough photons bring light to what is seen, so that the pilot goes by that alone.
+    pub fn knows_enough(&self) -> bool {
+        self.hits() >= ENOUGH
+    }
+
+    fn hits(&self) -> usize {
+        self.brought.chunk_by(|a, b| a.sample == b.sample).count()
+    }
+
+    /// Returns the shares of photons that bring light to what is seen: without a guide, and with the density of a tree.
+    pub fn reached(&self, samples: &[Sample], tree: &Tree) -> [f64; 2] {
+        let mut reached = [0.0; 2];
+        for of_photon in self.brought.chunk_by(|a, b| a.sample == b.sample) {
+            let Sample { numbers, weight, .. } = &samples[of_photon[0].sample as usize];
+            reached[0] += weight;
+            reached[1] += weight * tree.density(numbers);
+        }
+        reached.map(|share| share.min(1.0))
+    }
+}
