@@ -91,7 +91,7 @@ pub use gpu_scene::pack::{Envelopes, PackError, RevolutionSolver};
 pub use render::counters::{ByPass, Tally};
 pub use render::device::{DeviceOptions, open_device};
 pub use render::error::RenderError;
-pub use render::guide::Guidance;
+pub use render::guide::guidance::Guidance;
 pub use render::options::{Contribution, DirectLight, Integrator, LookupKind, Options, Sampler, Submission};
 pub use render::radius::RadiusSchedule;
 pub use render::renderer::{Aside, Renderer};

@@ -11,7 +11,7 @@ use super::Failure;
 use crate::base::output::{Replacement, replace};
 use crate::render::counters::Tally;
 use crate::render::error::RenderError;
-use crate::render::guide::Guide;
+use crate::render::guide::guidance::Guide;
 use crate::render::renderer::Renderer;
 use crate::render::unsampled::Noise;
 use crate::scene::{Geometry, Scene};

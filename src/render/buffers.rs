@@ -9,7 +9,7 @@ use crate::kernels::{
     Camera, Cell, Counters, EmissionNumbers, GuideLight, GuideNode, PhotonRecord, PixelState, RoughPoint, TILE,
     VisiblePoint,
 };
-use crate::render::guide::PHOTONS_OF_ROUND;
+use crate::render::guide::guidance::PHOTONS_OF_ROUND;
 use crate::render::guide::tree::MOST_NODES;
 use crate::render::radius::RadiusSchedule;
 

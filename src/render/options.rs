@@ -11,7 +11,7 @@ use crate::image::film::Window;
 use crate::image::layers::{Group, Groups};
 use crate::kernels::RenderFeatures;
 use crate::render::error::RenderError;
-use crate::render::guide::Guidance;
+use crate::render::guide::guidance::Guidance;
 use crate::render::radius::RadiusSchedule;
 use crate::render::sequence::{Sequence, Shard};
 use crate::scene::{self, Scene};

@@ -2,7 +2,7 @@
 
 use crate::render::counters::Tally;
 use crate::render::error::RenderError;
-use crate::render::guide::Guide;
+use crate::render::guide::guidance::Guide;
 use crate::render::pacing::Schedule;
 use crate::render::radius::{FirstRadius, GlobalShrink, RoughRadii};
 use crate::render::sequence::IterationIndex;

@@ -4,7 +4,7 @@ use glam::DMat3;
 
 use crate::image::film::{Window, balanced_luminance};
 use crate::image::layers::LayerForm;
-use crate::render::guide::Guidance;
+use crate::render::guide::guidance::Guidance;
 use crate::render::options::Contribution;
 use crate::render::radius::RadiusSchedule;
 use crate::render::sequence::{IterationIndex, Sequence, Shard};

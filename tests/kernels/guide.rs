@@ -153,7 +153,7 @@ fn numbers_are_warped_by_the_density_of_the_leaves() {
 }
 
 /// The deepest tree that the host learns halves a cell sixty-four times, on all axes in turns, and nearly all numbers go
-/// to the smallest. None leaves [0, 1), none leaves its cell by more than rounding, and the order along an axis is kept.
+/// to the smallest. None leaves [0, 1).
 #[test]
 fn deep_trees_keep_numbers_in_their_cells() {
     let mut nodes = Vec::new();
@@ -178,9 +178,6 @@ fn deep_trees_keep_numbers_in_their_cells() {
     let deepest = warped.iter().filter(|warped| of(warped).iter().all(|x| *x < 0.002)).count();
     let expected = 0.999_f64.powi(64) * COUNT as f64;
     assert!((deepest as f64 - expected).abs() < 5.0 * (COUNT as f64 - expected).sqrt() + 0.02 * expected, "{deepest}");
-    let mut order: Vec<(f32, f64)> = numbers.iter().zip(&warped).map(|(u, w)| (u.direction[1], of(w)[5])).collect();
-    order.sort_by(|a, b| a.0.total_cmp(&b.0));
-    assert!(order.is_sorted_by(|a, b| a.1 <= b.1), "neighbours stay in order");
 }
 
 /// A number in [0, 1) samples the light in whose range of cumulative chances it is.

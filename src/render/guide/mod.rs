@@ -14,6 +14,7 @@
 //! guiding", 2020, for densities by squares; "EARS", 2022, for costs.
 
 mod cell;
+pub mod guidance;
 pub mod lights;
 mod pilot;
 mod seen;
@@ -21,11 +22,11 @@ pub mod tree;
 
 use std::time::{Duration, Instant};
 
+use guidance::{Guidance, Guide};
 use pilot::Pilot;
 use seen::Seen;
 use tree::{Caution, MOST_LEAVES, Tree};
 
-use crate::base::names::named;
 use crate::render::error::RenderError;
 use crate::render::passes::PhotonPass;
 use crate::render::progress::Progress;
@@ -33,8 +34,6 @@ use crate::render::stage::Stage;
 
 /// The rounds of a pilot; each begins where the rounds before it tell.
 const ROUNDS: u32 = 12;
-/// The photons of a round.
-pub const PHOTONS_OF_ROUND: u64 = 1 << 13;
 /// How much the density of a render relies on the pilot.
 const CAUTION: Caution = Caution { uniform_share: 0.2, spread: 0.05, penalty: 3.0, leaves: MOST_LEAVES };
 /// How much a round of the pilot relies on those before it: one photon is enough to look for others around it.
@@ -44,32 +43,6 @@ const ROUND_OF_DOUBT: u32 = 4;
 /// The least factor between the products of variance and time, without the guide and with it, for which `auto` takes
 /// the guide. The factor is of photons alone: eye paths have a share of the error and of the time.
 const WORTHWHILE: f64 = 1.5;
-
-named! {
-    /// Whether photons begin where they bring light to what is seen.
-    pub enum Guidance = Auto {
-        /// Where a pilot of a few photons finds that it lowers the error
-        Auto: "auto",
-        /// Always
-        On: "on",
-        /// Photons begin by the power of the lights alone
-        Off: "off",
-    }
-}
-
-/// What a pilot has found.
-#[derive(Clone, Debug)]
-pub struct Guide {
-    /// The density that photons begin with.
-    pub tree: Tree,
-    /// The factor by which the guide lowers the product of variance and time of photons, as far as the pilot tells; 1 if
-    /// photons begin by the power of the lights alone.
-    pub gain: f64,
-    /// The share of photons that bring light to what is seen, without the guide and with it.
-    pub reached: [f64; 2],
-    /// The time that the pilot took, with that of the host to learn.
-    pub time: Duration,
-}
 
 /// Whether an iteration has to learn the guide first.
 pub fn is_missing(on: Stage<'_>, progress: &Progress) -> bool {
@@ -115,11 +88,4 @@ fn find(photon: &mut PhotonPass, on: Stage<'_>, progress: &mut Progress) -> Resu
     let (tree, gain) =
         if is_worthwhile(gain) { (Tree::learn(&samples, CAUTION), gain) } else { (Tree::uniform(), 1.0) };
     Ok(Guide { gain, reached: pilot.reached(&samples, &tree), tree, time: Duration::ZERO })
-}
-
-impl Guide {
-    /// Photons that begin by the power of the lights alone.
-    fn none() -> Self {
-        Self { tree: Tree::uniform(), gain: 1.0, reached: [0.0; 2], time: Duration::ZERO }
-    }
 }

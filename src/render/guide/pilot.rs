@@ -2,8 +2,8 @@
 
 use crate::kernels::{EmissionNumbers, PILOT_DIRECT, PhotonRecord};
 use crate::render::error::RenderError;
-use crate::render::guide::PHOTONS_OF_ROUND;
 use crate::render::guide::cell::Sample;
+use crate::render::guide::guidance::PHOTONS_OF_ROUND;
 use crate::render::guide::seen::{Brought, Seen};
 use crate::render::guide::tree::Tree;
 use crate::render::passes::PhotonPass;

@@ -2,7 +2,7 @@
 
 use super::Renderer;
 use crate::render::error::RenderError;
-use crate::render::guide::Guide;
+use crate::render::guide::guidance::Guide;
 
 impl Renderer {
     /// Returns the length of each pixel's eye path to its visible point in the last iteration, in scene

@@ -3,7 +3,7 @@
 use super::{Effect, Fallback, Kind, Needs, RenderOption};
 use crate::base::names::{Name, Named, named};
 use crate::gpu_scene::pack::{Envelopes, RevolutionSolver};
-use crate::render::guide::Guidance;
+use crate::render::guide::guidance::Guidance;
 use crate::render::options::values::{RADIUS, RESOLUTION, SECONDS, TARGET_ERROR};
 use crate::render::options::values::{radius, resolution, seconds, target_error};
 use crate::render::options::{
