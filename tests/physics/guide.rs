@@ -16,7 +16,7 @@ fn sunlit_ball(ground: f64) -> String {
          Material \"diffuse\" \"rgb reflectance\" [.5 .5 .5]\n\
          Shape \"trianglemesh\" \"integer indices\" [0 1 2 0 2 3]\n\
            \"point3 P\" [-{g} 0 -{g} -{g} 0 {g} {g} 0 {g} {g} 0 -{g}]\n\
-         Material \"dielectric\"\nTranslate 0 0.5 0\nShape \"sphere\" \"float radius\" 0.4\n"
+         Material \"dielectric\"\nTranslate 0 0.8 0\nShape \"sphere\" \"float radius\" 0.4\n"
     )
 }
 
