@@ -10,7 +10,7 @@ pub const PHOTONS_OF_ROUND: u64 = 1 << 13;
 
 named! {
     /// Whether photons begin where they bring light to what is seen.
-    pub enum Guidance = Off {
+    pub enum Guidance = Auto {
         /// Where a pilot of a few photons finds that it lowers the error
         Auto: "auto",
         /// Always

@@ -92,11 +92,11 @@ fn a_stop_does_not_change_a_byte_of_the_file() {
 #[test]
 fn a_target_error_is_reached_once() {
     let bench = Bench::new();
-    let target = ["--target-error", "0.08", "--iterations", "1000", "--quiet"];
+    let target = ["--target-error", "0.05", "--iterations", "1000", "--quiet"];
     bench.rendered(&[&target[..], &["-o", "whole.exr", "--stats", "whole.json"]].concat());
     let stats = bench.json("whole.json");
     let (iterations, error) = (stats["iterations"].as_u64().unwrap(), stats["relative_error"].as_f64().unwrap());
-    assert!((9..1000).contains(&iterations) && error <= 0.08, "{iterations} iterations, an error of {error}");
+    assert!((9..1000).contains(&iterations) && error <= 0.05, "{iterations} iterations, an error of {error}");
 
     bench.rendered(&["--iterations", "8", "--checkpoint", "x.checkpoint", "-o", "x.exr"]);
     for _ in 0..2 {
