@@ -43,6 +43,11 @@ impl FirstRadius {
         Self { per_length: width as f32, least: (radius / SPREAD) as f32, most: (radius * SPREAD) as f32 }
     }
 
+    /// Returns the radius of a visible point at the end of an eye path of this length, in render units.
+    pub fn at(&self, length: f64) -> f64 {
+        (f64::from(self.per_length) * length).clamp(self.least.into(), self.most.into())
+    }
+
     /// Returns the push constants of the radius pass for an iteration: the size of the image in pixels, the factor of
     /// the squared radius that is the same for all of them, the number of the iteration among those that share the
     /// pixels' statistics, from 0, and whether the statistics begin with it.

@@ -124,7 +124,6 @@ impl Base {
             photons: resolved.photons,
             eye_paths: resolved.eye_paths,
             guidance: if options.is_guided() { options.guidance } else { Guidance::Off },
-            max_depth: resolved.max_depth,
             alpha: resolved.alpha,
             radius_schedule: options.radius_schedule,
             pixel_width: view.pixel_width,

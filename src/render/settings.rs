@@ -22,8 +22,6 @@ pub struct Settings {
     pub eye_paths: u32,
     /// Whether photons begin where they bring light to what is seen.
     pub guidance: Guidance,
-    /// The largest number of segments of a path.
-    pub max_depth: u32,
     /// Share of an iteration's photons that a pixel keeps (Hachisuka 2008, eq. 5).
     pub alpha: f64,
     /// The schedule by which radii shrink.

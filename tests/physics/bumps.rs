@@ -2,7 +2,7 @@
 
 use goblet::image::compare::compare;
 use goblet::image::film::Image;
-use goblet::{DirectLight, Options};
+use goblet::{DirectLight, Guidance, Options};
 
 use super::shading::{Floor, floor_by_eye_paths, floor_by_photons};
 use super::{EYE_ONLY, assert_uniform, camera, scene_text, solid, square};
@@ -154,6 +154,8 @@ fn stage(scale: f64, depth: u32, material: &str, shape: &str) -> Image {
         radius: Some(0.1 * scale),
         max_depth: Some(depth),
         seed: Some(3),
+        // The pilots of two scenes would begin other photons in each.
+        guidance: Guidance::Off,
         ..Options::default()
     };
     let look = camera(&format!("{x} {y} {z}  0 0 {}  0 0 1", 0.5 * scale), 30.0);

@@ -20,7 +20,7 @@ mod pilot;
 mod seen;
 pub mod tree;
 
-use std::time::{Duration, Instant};
+use std::time::Instant;
 
 use guidance::{Guidance, Guide};
 use pilot::Pilot;
@@ -65,27 +65,28 @@ pub fn learn(photon: &mut PhotonPass, on: Stage<'_>, progress: &mut Progress) ->
 }
 
 fn find(photon: &mut PhotonPass, on: Stage<'_>, progress: &mut Progress) -> Result<Guide, RenderError> {
-    let seen = Seen::on_device(on)?;
+    let Some(first) = progress.first_radius else { return Ok(Guide::none()) };
+    let seen = Seen::on_device(on, first)?;
     if seen.is_empty() {
         return Ok(Guide::none());
     }
     let power = on.settings.mean_power;
     let is_worthwhile = |gain| on.settings.guidance == Guidance::On || gain > WORTHWHILE;
-    let mut pilot = Pilot::default();
-    let mut tree = Tree::uniform();
+    let mut pilot = Pilot::new();
+    let mut samples = Vec::new();
     for round in 0..ROUNDS {
+        let tree = Tree::learn(&samples, CAUTION_OF_PILOT);
         on.device.write_texels(&on.buffers.guide_nodes, &tree.nodes)?;
         pilot.follow(photon, on, round, progress)?;
         pilot.see(&seen, tree);
-        let samples = pilot.samples(&seen, power);
-        if round == ROUND_OF_DOUBT && pilot.knows_enough() && !is_worthwhile(tree::gain_of_halves(&samples, CAUTION)) {
-            break;
+        samples = pilot.samples(&seen, power);
+        let is_in_doubt = round == ROUND_OF_DOUBT && pilot.knows_enough();
+        if is_in_doubt && !is_worthwhile(tree::gain_of_halves(&samples, CAUTION)) {
+            return Ok(pilot.found(&samples, Tree::uniform(), 1.0));
         }
-        tree = Tree::learn(&samples, CAUTION_OF_PILOT);
     }
-    let samples = pilot.samples(&seen, power);
     let gain = tree::gain_of_halves(&samples, CAUTION);
-    let (tree, gain) =
-        if is_worthwhile(gain) { (Tree::learn(&samples, CAUTION), gain) } else { (Tree::uniform(), 1.0) };
-    Ok(Guide { gain, reached: pilot.reached(&samples, &tree), tree, time: Duration::ZERO })
+    let is_better = is_worthwhile(gain);
+    let tree = if is_better { Tree::learn(&samples, CAUTION) } else { Tree::uniform() };
+    Ok(pilot.found(&samples, tree, if is_better { gain } else { 1.0 }))
 }

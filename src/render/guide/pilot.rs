@@ -1,9 +1,11 @@
 //! The photons of a pilot: how they began, and what they have brought.
 
+use std::time::Duration;
+
 use crate::kernels::{EmissionNumbers, PILOT_DIRECT, PhotonRecord};
 use crate::render::error::RenderError;
 use crate::render::guide::cell::Sample;
-use crate::render::guide::guidance::PHOTONS_OF_ROUND;
+use crate::render::guide::guidance::{Guide, PHOTONS_OF_ROUND};
 use crate::render::guide::seen::{Brought, Seen};
 use crate::render::guide::tree::Tree;
 use crate::render::passes::PhotonPass;
@@ -18,8 +20,9 @@ const ENOUGH: usize = 32;
 const DIRECT_LEAD: f64 = 0.1;
 
 /// The photons of all rounds of a pilot so far.
-#[derive(Default)]
 pub struct Pilot {
+    /// The most photons whose records have fitted into a batch.
+    batch: u64,
     photons: Vec<PilotPhoton>,
     /// What they bring, by photon.
     brought: Vec<Brought>,
@@ -58,6 +61,17 @@ fn mean_weight(photon: &PhotonRecord) -> f64 {
 }
 
 impl Pilot {
+    /// A pilot that has followed no photon.
+    pub fn new() -> Self {
+        Self {
+            batch: PHOTONS_OF_ROUND,
+            photons: Vec::new(),
+            brought: Vec::new(),
+            records: Vec::new(),
+            trees: Vec::new(),
+        }
+    }
+
     /// Follows the photons of a round, and reads their records.
     ///
     /// # Errors
@@ -72,8 +86,11 @@ impl Pilot {
         let before = self.photons.len() as u32;
         let mut first = 0;
         while first < PHOTONS_OF_ROUND {
-            let end = PHOTONS_OF_ROUND.min(first + photon.largest_pilot(on));
-            let recorded = photon.run_pilot(on, round, first..end, progress)?;
+            let end = PHOTONS_OF_ROUND.min(first + self.batch);
+            let Some(recorded) = photon.run_pilot(on, round, first..end, progress)? else {
+                self.batch = (self.batch / 2).max(1);
+                continue;
+            };
             let records = on.device.read_first_texels(&on.buffers.photons, recorded.into())?;
             let photon_of = |record: PhotonRecord| (before + (record.cell & !PILOT_DIRECT), record);
             self.records.extend(records.into_iter().map(photon_of));
@@ -168,14 +185,14 @@ impl Pilot {
         self.brought.chunk_by(|a, b| a.sample == b.sample).count()
     }
 
-    /// Returns the shares of photons that bring light to what is seen: without a guide, and with the density of a tree.
-    pub fn reached(&self, samples: &[Sample], tree: &Tree) -> [f64; 2] {
+    /// Returns what the pilot has found, with the density of a tree. `gain` is that of [`Guide::gain`].
+    pub fn found(&self, samples: &[Sample], tree: Tree, gain: f64) -> Guide {
         let mut reached = [0.0; 2];
         for of_photon in self.brought.chunk_by(|a, b| a.sample == b.sample) {
             let Sample { numbers, weight, .. } = &samples[of_photon[0].sample as usize];
             reached[0] += weight;
             reached[1] += weight * tree.density(numbers);
         }
-        reached.map(|share| share.min(1.0))
+        Guide { gain, reached: reached.map(|share| share.min(1.0)), tree, time: Duration::ZERO }
     }
 }

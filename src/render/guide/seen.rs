@@ -6,12 +6,13 @@ use glam::{Vec2, Vec3};
 
 use crate::kernels::{PhotonRecord, VisiblePoint};
 use crate::render::buffers::Buffers;
+use crate::render::radius::FirstRadius;
 use crate::render::settings::Settings;
 use crate::render::stage::Stage;
 
 /// The most visible points that are looked at.
 const MOST_POINTS: u64 = 4096;
-/// The radius of a point's disc, in distances of neighbouring points in the image: the discs cover what is seen.
+/// The least radius of a point's disc, in distances of neighbouring points in the image: the discs cover what is seen.
 const REACH: f64 = 1.5;
 /// The largest factor between a radius and the median radius.
 const SPREAD: f64 = 4.0;
@@ -77,11 +78,12 @@ fn mean(color: Vec3) -> f64 {
 }
 
 impl Seen {
-    /// Takes some of the visible points that are on the device.
+    /// Takes some of the visible points that are on the device. `first` is their radius in the first iteration, in which
+    /// they gather photons.
     ///
     /// # Errors
     /// The device fails.
-    pub fn on_device(on: Stage<'_>) -> goblet_host::Result<Self> {
+    pub fn on_device(on: Stage<'_>, first: FirstRadius) -> goblet_host::Result<Self> {
         let Buffers { visible_points, visible_throughputs, visible_radiances, .. } = on.buffers;
         let Settings { resolution, pixel_width, is_parallel, .. } = *on.settings;
         let pixels = Pixels {
@@ -89,12 +91,12 @@ impl Seen {
             throughputs: on.device.read_first_texels(visible_throughputs, on.settings.pixels())?,
             radiances: on.device.read_first_texels(visible_radiances, on.settings.pixels())?,
         };
-        Ok(Self::new(resolution, &pixels, pixel_width, is_parallel))
+        Ok(Self::new(resolution, &pixels, pixel_width, is_parallel, first))
     }
 
     /// Takes some of the visible points, spread evenly over the image. `pixel_width` is the width of a pixel at distance
     /// 1, or at any distance if rays are parallel, in render units.
-    fn new(resolution: [u32; 2], pixels: &Pixels, pixel_width: f64, is_parallel: bool) -> Self {
+    fn new(resolution: [u32; 2], pixels: &Pixels, pixel_width: f64, is_parallel: bool, first: FirstRadius) -> Self {
         let [width, height] = resolution.map(u64::from);
         let spacing = (width * height).div_ceil(MOST_POINTS).isqrt().max(1);
         let length = |pixel: usize| f64::from(pixels.throughputs[pixel][3]);
@@ -113,7 +115,8 @@ impl Seen {
         let median = footprints.get(footprints.len() / 2).copied().unwrap_or(1.0);
         let reach = REACH * spacing as f64;
         let point = |pixel: &usize| {
-            let radius = reach * footprint(pixel).clamp(median / SPREAD, median * SPREAD);
+            let between = reach * footprint(pixel).clamp(median / SPREAD, median * SPREAD);
+            let radius = between.max(first.at(length(*pixel)));
             let [red, green, blue, _] = pixels.throughputs[*pixel];
             let [r, g, b, _] = pixels.radiances[*pixel];
             let VisiblePoint { position, normal } = pixels.points[*pixel];
@@ -226,7 +229,7 @@ mod tests {
             throughputs: pixels.iter().map(|pixel| pixel.1).collect(),
             radiances: pixels.iter().map(|pixel| pixel.2).collect(),
         };
-        let seen = Seen::new([3, 1], &pixels, 0.4, false);
+        let seen = Seen::new([3, 1], &pixels, 0.4, false, FirstRadius::constant(0.1));
         assert_eq!(seen.points.len(), 2, "the third pixel has no visible point");
         let radius = 0.6_f64;
         let mut brought = Vec::new();

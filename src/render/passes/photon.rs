@@ -74,13 +74,9 @@ impl PhotonPass {
         Ok(Some(Recorded { diffuse: counters.recorded, rough: counters.recorded_rough }))
     }
 
-    /// Returns the most photons of a pilot in a batch, whose records always fit.
-    pub fn largest_pilot(&self, on: Stage<'_>) -> u64 {
-        (on.buffers.photons.len() / u64::from(on.settings.max_depth)).max(1)
-    }
-
-    /// Traces photons of a round of a pilot, whose records and numbers then are on the device, and returns the number of
-    /// records. No iteration has the same photons.
+    /// Traces photons of a round of a pilot, whose records and numbers then are on the device. Returns the number of
+    /// records, or `None` if the record buffer has no room for them. The records of a single path always fit. No
+    /// iteration has the same photons.
     ///
     /// # Errors
     /// The device fails, or the caller gives the iteration up.
@@ -90,7 +86,7 @@ impl PhotonPass {
         round: u32,
         batch: Range<u64>,
         progress: &mut Progress,
-    ) -> Result<u32, RenderError> {
+    ) -> Result<Option<u32>, RenderError> {
         let per_invocation = progress.schedule.per_invocation();
         let resumable = || self.kernels.photon(on.device, on.buffers, true)?.finish();
         let invocations = (batch.end - batch.start).div_ceil(per_invocation);
@@ -100,7 +96,7 @@ impl PhotonPass {
             ..push_of_batch(on, &batch, per_invocation, start)
         };
         let counters = self.pass.run(on, invocations, &mut progress.schedule.paces.photon, resumable, push)?;
-        Ok(counters.recorded)
+        Ok((u64::from(counters.recorded) <= on.buffers.photons.len()).then_some(counters.recorded))
     }
 
     /// Records the commands that trace all photons of an iteration in one dispatch.
