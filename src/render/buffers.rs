@@ -125,6 +125,13 @@ impl Sizes {
         if self.gathers_rough { length } else { 0 }
     }
 
+    /// Returns the sizes for a guide that chooses from so many lights, 0 without a guide. The photons of a pilot's round
+    /// mostly have room at once, however few an iteration has.
+    pub fn with_guide(self, guided_lights: u64) -> Self {
+        let least = if guided_lights > 0 { 2 * PHOTONS_OF_ROUND } else { 0 };
+        Self { guided_lights, recorded: self.recorded.max(least), ..self }
+    }
+
     /// Returns the sizes for a schedule of radii.
     pub fn with_schedule(self, schedule: RadiusSchedule) -> Self {
         Self { counts: if schedule == RadiusSchedule::Data { 2 } else { 1 }, ..self }

@@ -204,11 +204,9 @@ impl Renderer {
         let room = room_for_records(info.kind, info.memory.total_bytes, info.max_buffer_bytes);
         let guide_lights = if options.is_guided() { guide::lights::ordered(&packed.arrays.lights) } else { Vec::new() };
         let gathers_rough = packed.features.has_rough_gather;
-        let sizes = Sizes {
-            guided_lights: guide_lights.len() as u64,
-            ..Sizes::new(resolved.resolution, resolved.photons, resolved.max_depth, room, gathers_rough)
-                .with_schedule(options.radius_schedule)
-        };
+        let sizes = Sizes::new(resolved.resolution, resolved.photons, resolved.max_depth, room, gathers_rough)
+            .with_schedule(options.radius_schedule)
+            .with_guide(guide_lights.len() as u64);
         let memory = MemoryNeed::new(&packed, &sizes, compiled.lookup, resolved.layers);
         memory.check(&device)?;
         // Drivers and compilers abort the process if the host has no memory left.
