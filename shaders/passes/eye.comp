@@ -124,7 +124,7 @@ void meet_infinity(inout Work work) {
 // Adds the emission of a surface that a path has met.
 void meet_emitter(inout Work work, Surface surface) {
     vec3 w = work.state.ray.direction;
-    Light light = lights_at(surface.light);
+    Light light = direct_light(surface.light);
     float weight = emission_mis_weight(work.state.rough, light, surface, w);
     if (work.end.is_reached) {
         weight = diffuse_mis_weight(light, work.end, surface, w);

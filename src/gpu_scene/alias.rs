@@ -11,7 +11,7 @@ pub fn table(weights: &[f64], indices: &[u32]) -> Vec<AliasEntry> {
     }
     let mut scaled: Vec<f64> = weights.iter().map(|weight| weight * weights.len() as f64 / total).collect();
     let mut entries: Vec<AliasEntry> =
-        indices.iter().map(|index| AliasEntry { threshold: 1.0, keep: *index, alias: *index, pad: 0 }).collect();
+        indices.iter().map(|index| AliasEntry { threshold: 1.0, keep: *index, alias: *index, chance: 0.0 }).collect();
     let (mut small, mut large): (Vec<usize>, Vec<usize>) = (0..scaled.len()).partition(|i| scaled[*i] < 1.0);
     while let (Some(less), Some(more)) = (small.pop(), large.last().copied()) {
         entries[less].threshold = scaled[less] as f32;
@@ -23,6 +23,14 @@ pub fn table(weights: &[f64], indices: &[u32]) -> Vec<AliasEntry> {
         }
     }
     entries
+}
+
+/// Returns an alias table over all indices, whose entries know the chance of their index (`direct_table` with a guide).
+pub fn table_with_chances(weights: &[f64]) -> Vec<AliasEntry> {
+    let indices: Vec<u32> = (0..weights.len() as u32).collect();
+    let total: f64 = weights.iter().sum();
+    let chance = |(entry, weight): (AliasEntry, &f64)| AliasEntry { chance: (weight / total) as f32, ..entry };
+    table(weights, &indices).into_iter().zip(weights).map(chance).collect()
 }
 
 #[cfg(test)]

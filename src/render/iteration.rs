@@ -37,6 +37,7 @@ fn in_pieces(passes: &mut Passes, on: Stage<'_>, progress: &mut Progress) -> Res
     // Eye paths from each pixel to its visible point; a round of iterations shares them.
     let is_new_round = progress.seen != Some(index.round);
     if is_new_round {
+        guide::choose_lights(photon, on, index, progress)?;
         eye.run(on, index, progress)?;
         if let Some(layers) = layers {
             layers.meet_surfaces(on, index, progress)?; // surface_layers, if layers of surfaces are asked for

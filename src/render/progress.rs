@@ -23,6 +23,8 @@ pub struct Progress {
     pub response: Option<f64>,
     /// The density by which photons begin; `None` until a pilot has found it, or if none is wanted.
     pub guide: Option<Guide>,
+    /// Whether next-event estimation on the device has the chances of lights that the guide has learned.
+    pub lights_are_learned: bool,
     /// The round whose visible points are on the device.
     pub seen: Option<u32>,
     /// The factor by which the global schedule shrinks squared radii.

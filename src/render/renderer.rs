@@ -2,6 +2,7 @@
 
 mod aside;
 mod inspect;
+mod noise;
 
 use std::sync::Arc;
 use std::time::{Duration, Instant};
@@ -22,8 +23,8 @@ use crate::render::checkpoint::{Checkpoint, CheckpointError, MadeBy};
 use crate::render::counters::Tally;
 use crate::render::device::device_features;
 use crate::render::error::RenderError;
-use crate::render::guide;
 use crate::render::guide::guidance::Guidance;
+use crate::render::guide::lights::GuideLights;
 use crate::render::identity::Identity;
 use crate::render::iteration;
 use crate::render::layers::LayerArrays;
@@ -37,7 +38,7 @@ use crate::render::sequence::Sequence;
 use crate::render::settings::Settings;
 use crate::render::specialize::specialization;
 use crate::render::stage::Stage;
-use crate::render::unsampled::{Noise, of_one_photon, photons_matter};
+use crate::render::unsampled::photons_matter;
 use crate::scene::Scene;
 
 /// A render in progress. A renderer may move to another thread. Several renderers may share a device; each
@@ -55,6 +56,7 @@ pub struct Renderer {
     sizes: Sizes,
     buffers: Buffers,
     passes: Passes,
+    lights: GuideLights,
     progress: Progress,
     warnings: Vec<String>,
     build_time: Duration,
@@ -166,6 +168,7 @@ impl Base {
                 .or(view.is_parallel().then(|| FirstRadius::constant(resolved.radius_in_pixels * view.pixel_width))),
             response: None,
             guide: None,
+            lights_are_learned: false,
             seen: None,
             shrink: GlobalShrink::new(resolved.alpha),
             schedule: Schedule::new(
@@ -202,11 +205,11 @@ impl Renderer {
         let compiled = base.compiled(&device, options, &resolved, &view);
         let info = device.info();
         let room = room_for_records(info.kind, info.memory.total_bytes, info.max_buffer_bytes);
-        let guide_lights = if options.is_guided() { guide::lights::ordered(&packed.arrays.lights) } else { Vec::new() };
+        let lights = if options.is_guided() { GuideLights::of(&packed.arrays.lights) } else { GuideLights::default() };
         let gathers_rough = packed.features.has_rough_gather;
         let sizes = Sizes::new(resolved.resolution, resolved.photons, resolved.max_depth, room, gathers_rough)
             .with_schedule(options.radius_schedule)
-            .with_guide(guide_lights.len() as u64);
+            .with_guide(lights.order.len() as u64);
         let memory = MemoryNeed::new(&packed, &sizes, compiled.lookup, resolved.layers);
         memory.check(&device)?;
         // Drivers and compilers abort the process if the host has no memory left.
@@ -215,7 +218,7 @@ impl Renderer {
         host_memory::check("a render of this size", on_host.saturating_add(of_file))?;
         let gpu_scene = packed.arrays.upload(&device, &packed.info(resolved.max_depth, resolved.seed))?;
         let buffers = Buffers::new(&device, &sizes, &view)?;
-        device.write_texels(&buffers.guide_lights, &guide_lights)?;
+        device.write_texels(&buffers.guide_lights, &lights.order)?;
         let layers = LayerArrays::new(&device, resolved.layers, sizes.pixels)?;
         let build_time = start.elapsed();
 
@@ -233,6 +236,7 @@ impl Renderer {
             sizes,
             buffers,
             passes,
+            lights,
             warnings: packed.contacts.warnings(),
             build_time,
             compile_time: start.elapsed(),
@@ -257,6 +261,9 @@ impl Renderer {
         self.buffers.clear(&self.device)?;
         if let Some(layers) = self.layers() {
             layers.clear(&self.device)?;
+        }
+        if self.progress.lights_are_learned {
+            self.passes.photon.choose_lights(&self.device, &self.lights.direct)?;
         }
         self.identity.set_view(scene, &view, options, &resolved);
         self.settings = self.base.settings(scene, options, &resolved, &view);
@@ -285,7 +292,13 @@ impl Renderer {
     /// The same as for [`Renderer::step`].
     pub fn step_unless(&mut self, gives_up: &dyn Fn() -> bool) -> Result<bool, RenderError> {
         let tally = self.progress.tally;
-        let stage = Stage { device: &self.device, buffers: &self.buffers, settings: &self.settings, gives_up };
+        let stage = Stage {
+            device: &self.device,
+            buffers: &self.buffers,
+            settings: &self.settings,
+            lights: &self.lights,
+            gives_up,
+        };
         let outcome = iteration::run(&mut self.passes, stage, &mut self.progress);
         let Err(error) = outcome else { return Ok(true) };
         // The photons of the iteration are not in the image, and its visible points may be incomplete.
@@ -331,38 +344,6 @@ impl Renderer {
 
     fn layers(&self) -> Option<&LayerArrays> {
         self.passes.layers.as_ref().map(|passes| &passes.arrays)
-    }
-
-    /// Returns the estimated error of the image and the smallest error that is known. `estimate` is the
-    /// result of [`Renderer::estimate`] for the iterations so far.
-    ///
-    /// # Errors
-    /// The device fails.
-    pub fn noise(&mut self, estimate: &Estimate) -> Result<Noise, RenderError> {
-        let of_halves = estimate.relative_error();
-        let photons = self.photons();
-        if !self.settings.photons_matter || photons == 0 {
-            return Ok(Noise { of_halves, of_one_photon: 0.0 });
-        }
-        if self.progress.response.is_none() {
-            // A resumed render has not measured its response yet. The result must not depend on when the
-            // checkpoint was made.
-            let stage =
-                Stage { device: &self.device, buffers: &self.buffers, settings: &self.settings, gives_up: &|| false };
-            self.passes.eye.measure(stage, &mut self.progress)?;
-        }
-        let response = self.progress.response.unwrap_or_default();
-        let flux = self.settings.mean_power / photons as f64;
-        Ok(Noise { of_halves, of_one_photon: of_one_photon(response, flux, self.settings.unit, estimate) })
-    }
-
-    /// Returns the relative error of the image so far: [`Noise::relative_error`]. `None` if it is unknown.
-    ///
-    /// # Errors
-    /// The device fails.
-    pub fn relative_error(&mut self) -> Result<Option<f64>, RenderError> {
-        let estimate = self.estimate()?;
-        Ok(self.noise(&estimate)?.relative_error())
     }
 
     /// Returns the image after the iterations so far; it is black before the first iteration.

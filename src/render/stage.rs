@@ -9,6 +9,7 @@ use goblet_host::{Device, Frame, Pass};
 use crate::kernels::Counters;
 use crate::render::buffers::Buffers;
 use crate::render::error::RenderError;
+use crate::render::guide::lights::GuideLights;
 use crate::render::pacing::Pace;
 use crate::render::settings::Settings;
 
@@ -21,6 +22,8 @@ pub struct Stage<'a> {
     pub buffers: &'a Buffers,
     /// The settings of the render.
     pub settings: &'a Settings,
+    /// What a guide knows of the scene's lights.
+    pub lights: &'a GuideLights,
     /// A function that is called between dispatches; it returns true to give the iteration up.
     pub gives_up: &'a dyn Fn() -> bool,
 }

@@ -53,6 +53,7 @@ fn is_possible(passes: &Passes, on: Stage<'_>, index: IterationIndex, progress: 
         && progress.first_radius.is_some()
         && !is_first
         && !guide::is_missing(on, progress)
+        && guide::are_lights_chosen(on, index, progress)
         && passes.lookup.grid().is_some()
         && !passes.eye.is_resumable()
         && !passes.photon.is_resumable()

@@ -33,7 +33,7 @@ const RADIUS: f64 = 0.75;
 /// One light, whose photons therefore have the weight of its power in units of 1 W.
 fn lone(light: Light, world: World) -> World {
     let light = Light { emission: EMISSION, emission_pmf: 1.0, direct_pmf: 1.0, ..light };
-    let table = vec![AliasEntry { threshold: 1.0, keep: 0, alias: 0, pad: 0 }];
+    let table = vec![AliasEntry { threshold: 1.0, keep: 0, alias: 0, chance: 0.0 }];
     let info = SceneInfo {
         center: CENTER.as_vec3().to_array(),
         radius: RADIUS as f32,

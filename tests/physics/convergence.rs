@@ -4,7 +4,7 @@ use std::sync::{Arc, LazyLock};
 
 use goblet::image::film::{Image, luminance};
 use goblet::scene::Scene;
-use goblet::{Options, RadiusSchedule, Renderer, Sampler};
+use goblet::{Guidance, Options, RadiusSchedule, Renderer, Sampler};
 use goblet_host::Device;
 
 use crate::support::{self, work};
@@ -45,7 +45,7 @@ impl Lab {
         let device = support::device();
         let text = std::fs::read_to_string(support::root().join("tests/reference/caustic-point.pbrt")).unwrap();
         let scene = narrowed(&text);
-        let base = Options { resolution: Some([64, 50]), ..Options::default() };
+        let base = Options { resolution: Some([64, 50]), guidance: Guidance::Off, ..Options::default() };
         // Discs far smaller than a pixel, which stay so.
         let sharp = Options { radius: Some(0.012), alpha: Some(1.0), photons: Some(393_216), ..base.clone() };
         let references = [1, 2].map(|seed| {
@@ -102,6 +102,8 @@ fn options(radius_schedule: RadiusSchedule, alpha: f64) -> Options {
         eye_paths: Some(1),
         alpha: Some(alpha),
         radius_schedule,
+        // What is fitted is the schedule's doing.
+        guidance: Guidance::Off,
         ..Options::default()
     }
 }

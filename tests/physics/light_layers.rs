@@ -4,12 +4,12 @@ use goblet::image::estimate::Estimate;
 use goblet::image::layers::{Group, Groups};
 use goblet::render::aov::Aov;
 use goblet::scene::Scene;
-use goblet::{Integrator, LookupKind, Options, Renderer, Submission};
+use goblet::{Guidance, Integrator, LookupKind, Options, Renderer, Submission};
 
 use crate::support::{self, command};
 
 fn options() -> Options {
-    Options { layers: Groups::of(&Group::ALL), photons: Some(5000), ..Options::default() }
+    Options { layers: Groups::of(&Group::ALL), photons: Some(5000), guidance: Guidance::Off, ..Options::default() }
 }
 
 fn render(text: &str, options: &Options, iterations: u32) -> Estimate {
@@ -141,6 +141,7 @@ fn radius_and_density_are_those_of_the_discs() {
         alpha: Some(1.0),
         direct: goblet::DirectLight::Photons,
         layers: Groups::of(&[Group::Light, Group::Square]),
+        guidance: Guidance::Off,
         ..Options::default()
     };
     let estimate = render(text, &options, 4);

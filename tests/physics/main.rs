@@ -36,7 +36,7 @@ mod white_balance;
 
 use goblet::image::film::Image;
 use goblet::scene::Scene;
-use goblet::{ByPass, Options, Tally};
+use goblet::{ByPass, Guidance, Options, Tally};
 use support::{Rendered, mean};
 
 /// How a test renders: with one seed.
@@ -66,6 +66,8 @@ impl Shot {
             alpha: Some(self.alpha),
             max_depth: Some(self.depth),
             eye_paths: Some(self.eye_paths),
+            // Renders are compared with each other, and a guide follows other photons in each.
+            guidance: Guidance::Off,
             ..Options::default()
         }
     }

@@ -1,7 +1,7 @@
 //! Measured materials: tables of analytic surfaces reflect what those do, by eye paths, lamps and photons.
 
 use glam::DVec3;
-use goblet::Options;
+use goblet::{Guidance, Options};
 
 use super::{EYE_ONLY, Shot, assert_near, camera, square};
 use crate::support::measured::{Analytic, ISOTROPIC, MeasuredFile, Steps, Tables};
@@ -60,6 +60,7 @@ fn wall_lit_by(material: &str, turn: f64) -> [f64; 3] {
          {material}{mirror}\nMaterial \"diffuse\" \"rgb reflectance\" [.5 .5 .5]\n{wall}"
     );
     let options = Options {
+        guidance: Guidance::Off,
         resolution: Some([32; 2]),
         photons: Some(200_000),
         radius: Some(0.05),

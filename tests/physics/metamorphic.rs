@@ -9,7 +9,7 @@ use glam::{DAffine3, DVec3};
 use goblet::image::compare::compare;
 use goblet::image::film::Image;
 use goblet::scene::Scene;
-use goblet::{Contribution, DirectLight, Integrator, LookupKind, Options, RadiusSchedule, Renderer};
+use goblet::{Contribution, DirectLight, Guidance, Integrator, LookupKind, Options, RadiusSchedule, Renderer};
 use goblet_host::Device;
 
 use crate::support::{self, work};
@@ -65,8 +65,15 @@ fn options() -> Options {
         radius: Some(0.1),
         max_depth: Some(8),
         seed: Some(7),
+        // A guide that is learned from rounded numbers is another guide.
+        guidance: Guidance::Off,
         ..Options::default()
     }
+}
+
+/// The same with a guide, whether it pays or not.
+fn guided() -> Options {
+    Options { guidance: Guidance::On, ..options() }
 }
 
 fn shoot(device: &Arc<Device>, scene: &Scene, options: &Options) -> Image {
@@ -137,7 +144,7 @@ fn iterations_that_were_given_up_leave_no_trace() {
     let device = support::device();
     for lookup in [LookupKind::HashGrid, LookupKind::KdTree] {
         for integrator in [Integrator::Sppm, Integrator::Ppm] {
-            let options = Options { lookup, integrator, resolution: Some([72, 50]), ..options() };
+            let options = Options { lookup, integrator, resolution: Some([72, 50]), ..guided() };
             let expected = support::render_scene(&device, &plain(), &options, 3).image;
             let responsive = Options { responsive: true, ..options };
             let mut renderer = Renderer::new(Arc::clone(&device), &plain(), &responsive).expect("a renderer");
@@ -152,15 +159,15 @@ fn iterations_that_were_given_up_leave_no_trace() {
 fn a_renderer_that_was_elsewhere_is_as_good_as_new() {
     let device = support::device();
     let elsewhere = parse(&VIEW.replace("4.5", "3.5"), &[&LIGHTS.concat(), WORLD]);
-    let wanted = Options { radius: None, ..options() };
-    let coarse = Options { resolution: Some([13, 9]), photons: Some(700), eye_paths: Some(1), ..options() };
+    let wanted = Options { radius: None, ..guided() };
+    let coarse = Options { resolution: Some([13, 9]), photons: Some(700), eye_paths: Some(1), ..guided() };
     let others = Options {
         resolution: Some([24, 32]),
         radius_schedule: RadiusSchedule::Global,
         alpha: Some(0.5),
         contribution: Contribution::Direct,
         responsive: true,
-        ..options()
+        ..guided()
     };
     for lookup in [LookupKind::HashGrid, LookupKind::KdTree] {
         let with = |options: &Options| Options { lookup, ..options.clone() };

@@ -1,7 +1,7 @@
 //! Skies that are seen through a portal.
 
 use goblet::image::film::Image;
-use goblet::{DirectLight, Options};
+use goblet::{DirectLight, Guidance, Options};
 
 use super::{assert_near, camera, scene_text, square};
 use crate::support::{self, ImageFile, Rendered, mean};
@@ -62,6 +62,8 @@ impl Look {
             max_depth: Some(self.depth),
             eye_paths: Some(self.eye_paths),
             direct: self.direct,
+            // What a portal alone does for photons.
+            guidance: Guidance::Off,
             ..Options::default()
         };
         let world = format!("{light}\nMaterial \"diffuse\" \"rgb reflectance\" [.7 .7 .7]\n{}{objects}", room());

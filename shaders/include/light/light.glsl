@@ -45,6 +45,15 @@ bool may_use_mis(vec3 from) {
     return dot(d, d) < scene.lights_reach2;
 }
 
+// A light with the chance that next-event estimation picks it: with a guide, one that a pilot has learned.
+Light direct_light(uint index) {
+    Light light = lights_at(index);
+    if (HAS_GUIDE) {
+        light.direct_pmf = direct_table_at(index).chance;
+    }
+    return light;
+}
+
 // Falloff of a spot light in direction w, in [0, 1].
 float spot_falloff(Light light, vec3 w) {
     // 1 - cos without cancellation, which would leave no digits in a narrow cone.
@@ -220,7 +229,7 @@ LightSample sample_direct(vec3 from, float u_light, vec2 u) {
     float scaled = u_light * float(count);
     uint entry = min(uint(scaled), count - 1u);
     AliasEntry chosen = direct_table_at(entry);
-    Light light = lights_at(scaled - float(entry) < chosen.threshold ? chosen.keep : chosen.alias);
+    Light light = direct_light(scaled - float(entry) < chosen.threshold ? chosen.keep : chosen.alias);
     if (HAS_AREA_LIGHTS && light.kind == AREA) {
         return sample_area_light(light, from, u);
     }
@@ -255,7 +264,7 @@ vec3 radiance_from_infinity(vec3 from, vec3 w, float bsdf_pdf) {
     vec3 radiance = scene.infinite;
     if (HAS_SKIES) {
         [[dont_unroll]] for (uint i = 0u; i < scene.sky_count; i++) {
-            Light sky = lights_at(i);
+            Light sky = direct_light(i);
             LightImage image = light_images_at(sky.primitive);
             if (HAS_PORTALS) {
                 if (sky.kind == PORTAL) {

@@ -54,5 +54,5 @@ struct AliasEntry {
     float threshold; // below it take keep, above it alias
     uint keep;       // index into lights
     uint alias;      // index into lights
-    uint pad;
+    float chance;    // of the index of this entry, in a table with a guide that has an entry for each light
 };

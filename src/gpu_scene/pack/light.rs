@@ -157,7 +157,8 @@ impl Packer {
         self.lights.len() as u32 - 1
     }
 
-    /// Returns the alias tables that choose lights by power: for photons, and for next-event estimation.
+    /// Returns the alias tables that choose lights by power: for photons, and for next-event estimation. With a guide the
+    /// latter has an entry for each light.
     /// Sets the probabilities of the lights.
     pub fn choose_lights(&mut self) -> (Vec<AliasEntry>, Vec<AliasEntry>) {
         let all: Vec<u32> = (0..self.lights.len() as u32).collect();
@@ -173,7 +174,13 @@ impl Packer {
                 light.direct_pmf = (power / located_total) as f32;
             }
         }
-        (alias::table(&self.powers, &all), alias::table(&located_powers, &located))
+        let direct_table = if self.is_guided {
+            let chances: Vec<f64> = self.lights.iter().map(|light| light.direct_pmf.into()).collect();
+            alias::table_with_chances(&chances)
+        } else {
+            alias::table(&located_powers, &located)
+        };
+        (alias::table(&self.powers, &all), direct_table)
     }
 }
 

@@ -2,6 +2,7 @@
 
 use std::time::Duration;
 
+use super::lights::GuideLights;
 use super::tree::Tree;
 use crate::base::names::named;
 
@@ -25,6 +26,8 @@ named! {
 pub struct Guide {
     /// The density that photons begin with.
     pub tree: Tree,
+    /// The chance that next-event estimation picks each light.
+    pub direct: Vec<f64>,
     /// The factor by which the guide lowers the product of variance and time of photons, as far as the pilot tells; 1 if
     /// photons begin by the power of the lights alone.
     pub gain: f64,
@@ -35,8 +38,16 @@ pub struct Guide {
 }
 
 impl Guide {
-    /// Photons that begin by the power of the lights alone.
-    pub fn none() -> Self {
-        Self { tree: Tree::uniform(), gain: 1.0, reached: [0.0; 2], time: Duration::ZERO }
+    /// Returns the mean flux of photons that bring light to what is seen, over that of photons which begin by the power of
+    /// the lights alone; at most 1.
+    pub fn weight_of_seen(&self) -> f64 {
+        let [without, with] = self.reached;
+        if with > without { without / with } else { 1.0 }
+    }
+
+    /// Photons that begin by the power of the lights alone, and next-event estimation by what is known before a pilot.
+    pub fn none(lights: &GuideLights) -> Self {
+        let direct = lights.direct.clone();
+        Self { tree: Tree::uniform(), direct, gain: 1.0, reached: [0.0; 2], time: Duration::ZERO }
     }
 }

@@ -1,11 +1,28 @@
-//! The order of lights for guided emission: neighbours in it are near each other, so that a few cells of the tree take
-//! the lights of one place.
+//! What a guide knows of the scene's lights before a pilot.
 
 use crate::kernels::{AREA, GONIOMETRIC, GuideLight, Light, POINT, PROJECTION, SPOT};
 
+/// What a guide knows of the scene's lights; of no light without a guide.
+#[derive(Debug, Default)]
+pub struct GuideLights {
+    /// The lights that emit photons, in the order of guided emission: neighbours in it are near each other, so that a few
+    /// cells of the tree take the lights of one place.
+    pub order: Vec<GuideLight>,
+    /// The chance by power that next-event estimation picks each light. It is 0 for constant infinite light, which only
+    /// sampling of the BSDF finds.
+    pub direct: Vec<f64>,
+}
+
+impl GuideLights {
+    /// Returns what a guide knows of a scene's lights.
+    pub fn of(lights: &[Light]) -> Self {
+        Self { order: ordered(lights), direct: lights.iter().map(|light| light.direct_pmf.into()).collect() }
+    }
+}
+
 /// Returns the lights that emit photons with the chance of each and of those before it: first those that are infinitely
 /// far away, then the others along a space-filling curve (Morton 1966).
-pub fn ordered(lights: &[Light]) -> Vec<GuideLight> {
+fn ordered(lights: &[Light]) -> Vec<GuideLight> {
     let is_local = |light: &Light| [POINT, SPOT, AREA, GONIOMETRIC, PROJECTION].contains(&light.kind);
     let key = |index: &u32| {
         let light = &lights[*index as usize];
@@ -22,9 +39,15 @@ pub fn ordered(lights: &[Light]) -> Vec<GuideLight> {
     order.iter().map(end).collect()
 }
 
+/// Returns the light that a number chooses (`sample_guide_light` in `shaders/include/light/guide.glsl`).
+pub fn light_of(order: &[GuideLight], number: f32) -> usize {
+    let index = order.partition_point(|light| number >= light.end).min(order.len().saturating_sub(1));
+    order.get(index).map_or(0, |light| light.light as usize)
+}
+
 /// Returns the bits of a position in render units, in turns: 21 of each coordinate. Positions beyond the scene, which is
 /// within 2 of the origin, count as its edge.
-fn morton_code(position: [f32; 3]) -> u64 {
+pub fn morton_code(position: [f32; 3]) -> u64 {
     let bits =
         |coordinate: f32| ((f64::from(coordinate) / 4.0 + 0.5).clamp(0.0, 1.0) * f64::from((1 << 21) - 1)) as u64;
     (0..21)
@@ -54,5 +77,6 @@ mod tests {
         let order = ordered(&lights);
         let found: Vec<(u32, f32)> = order.iter().map(|light| (light.light, light.end)).collect();
         assert_eq!(found, [(3, 0.25), (1, 0.5), (0, 0.75), (2, 1.0)]);
+        assert_eq!([0.0, 0.24, 0.25, 0.6, 0.9999].map(|number| light_of(&order, number)), [3, 3, 1, 0, 2]);
     }
 }

@@ -14,6 +14,7 @@
 //! guiding", 2020, for densities by squares; "EARS", 2022, for costs.
 
 mod cell;
+mod direct;
 pub mod guidance;
 pub mod lights;
 mod pilot;
@@ -30,6 +31,7 @@ use tree::{Caution, MOST_LEAVES, Tree};
 use crate::render::error::RenderError;
 use crate::render::passes::PhotonPass;
 use crate::render::progress::Progress;
+use crate::render::sequence::IterationIndex;
 use crate::render::stage::Stage;
 
 /// The rounds of a pilot; each begins where the rounds before it tell.
@@ -38,8 +40,10 @@ const ROUNDS: u32 = 12;
 const CAUTION: Caution = Caution { uniform_share: 0.2, spread: 0.05, penalty: 3.0, leaves: MOST_LEAVES };
 /// How much a round of the pilot relies on those before it: one photon is enough to look for others around it.
 const CAUTION_OF_PILOT: Caution = Caution { uniform_share: 0.2, spread: 0.05, penalty: 0.2, leaves: 256 };
-/// The round after which `auto` ends a pilot that shows no gain.
+/// The round after which `auto` ends a pilot that shows no gain, and the photons that must have brought light to what is
+/// seen by then: halves of few photons hardly tell of each other.
 const ROUND_OF_DOUBT: u32 = 4;
+const HITS_TO_DOUBT: usize = 1024;
 /// The least factor between the products of variance and time, without the guide and with it, for which `auto` takes
 /// the guide. The factor is of photons alone: eye paths have a share of the error and of the time.
 const WORTHWHILE: f64 = 1.5;
@@ -58,17 +62,42 @@ pub fn learn(photon: &mut PhotonPass, on: Stage<'_>, progress: &mut Progress) ->
     // A pilot does not know what its photons bring to rough surfaces.
     let is_blind = on.settings.guidance == Guidance::Auto && !on.buffers.rough_points.is_empty();
     let is_useful = on.settings.photons_matter && !is_blind;
-    let guide = if is_useful { find(photon, on, progress)? } else { Guide::none() };
+    let guide = if is_useful { find(photon, on, progress)? } else { Guide::none(on.lights) };
     on.device.write_texels(&on.buffers.guide_nodes, &guide.tree.nodes)?;
     progress.guide = Some(Guide { time: start.elapsed(), ..guide });
     Ok(())
 }
 
+/// Gives next-event estimation of a round the chances that the guide has learned. The first of all rounds keeps those by
+/// power: the guide is learned from its visible points.
+///
+/// # Errors
+/// The device fails.
+pub fn choose_lights(
+    photon: &PhotonPass,
+    on: Stage<'_>,
+    index: IterationIndex,
+    progress: &mut Progress,
+) -> Result<(), RenderError> {
+    if !are_lights_chosen(on, index, progress) {
+        let learned = progress.guide.as_ref().filter(|_| !progress.lights_are_learned);
+        photon.choose_lights(on.device, learned.map_or(&on.lights.direct, |guide| &guide.direct))?;
+        progress.lights_are_learned = !progress.lights_are_learned;
+    }
+    Ok(())
+}
+
+/// Whether next-event estimation has the chances that a round needs.
+pub fn are_lights_chosen(on: Stage<'_>, index: IterationIndex, progress: &Progress) -> bool {
+    let is_learned = progress.guide.is_some() && index.round != on.settings.first_index().round;
+    progress.lights_are_learned == is_learned
+}
+
 fn find(photon: &mut PhotonPass, on: Stage<'_>, progress: &mut Progress) -> Result<Guide, RenderError> {
-    let Some(first) = progress.first_radius else { return Ok(Guide::none()) };
+    let Some(first) = progress.first_radius else { return Ok(Guide::none(on.lights)) };
     let seen = Seen::on_device(on, first)?;
     if seen.is_empty() {
-        return Ok(Guide::none());
+        return Ok(Guide::none(on.lights));
     }
     let power = on.settings.mean_power;
     let is_worthwhile = |gain| on.settings.guidance == Guidance::On || gain > WORTHWHILE;
@@ -78,15 +107,17 @@ fn find(photon: &mut PhotonPass, on: Stage<'_>, progress: &mut Progress) -> Resu
         let tree = Tree::learn(&samples, CAUTION_OF_PILOT);
         on.device.write_texels(&on.buffers.guide_nodes, &tree.nodes)?;
         pilot.follow(photon, on, round, progress)?;
-        pilot.see(&seen, tree);
+        pilot.see(&seen, tree, on.lights);
         samples = pilot.samples(&seen, power);
-        let is_in_doubt = round == ROUND_OF_DOUBT && pilot.knows_enough();
+        let is_in_doubt = round == ROUND_OF_DOUBT && pilot.hits() >= HITS_TO_DOUBT;
         if is_in_doubt && !is_worthwhile(tree::gain_of_halves(&samples, CAUTION)) {
-            return Ok(pilot.found(&samples, Tree::uniform(), 1.0));
+            let guide = Guide { direct: pilot.direct(&seen, on), ..Guide::none(on.lights) };
+            return Ok(pilot.found(&samples, guide));
         }
     }
     let gain = tree::gain_of_halves(&samples, CAUTION);
     let is_better = is_worthwhile(gain);
     let tree = if is_better { Tree::learn(&samples, CAUTION) } else { Tree::uniform() };
-    Ok(pilot.found(&samples, tree, if is_better { gain } else { 1.0 }))
+    let gain = if is_better { gain } else { 1.0 };
+    Ok(pilot.found(&samples, Guide { tree, gain, direct: pilot.direct(&seen, on), ..Guide::none(on.lights) }))
 }

@@ -1,11 +1,11 @@
 //! The photons of a pilot: how they began, and what they have brought.
 
-use std::time::Duration;
-
 use crate::kernels::{EmissionNumbers, PILOT_DIRECT, PhotonRecord};
 use crate::render::error::RenderError;
 use crate::render::guide::cell::Sample;
+use crate::render::guide::direct::{self, Lit};
 use crate::render::guide::guidance::{Guide, PHOTONS_OF_ROUND};
+use crate::render::guide::lights::{self, GuideLights};
 use crate::render::guide::seen::{Brought, Seen};
 use crate::render::guide::tree::Tree;
 use crate::render::passes::PhotonPass;
@@ -26,6 +26,8 @@ pub struct Pilot {
     photons: Vec<PilotPhoton>,
     /// What they bring, by photon.
     brought: Vec<Brought>,
+    /// What they bring straight from lights, in any order.
+    lit: Vec<Lit>,
     /// The records of the last round, by photon.
     records: Vec<(u32, PhotonRecord)>,
     /// The densities of the rounds so far.
@@ -67,6 +69,7 @@ impl Pilot {
             batch: PHOTONS_OF_ROUND,
             photons: Vec::new(),
             brought: Vec::new(),
+            lit: Vec::new(),
             records: Vec::new(),
             trees: Vec::new(),
         }
@@ -107,7 +110,8 @@ impl Pilot {
     }
 
     /// Finds what the photons of the last round bring. `tree` is the density by which they began.
-    pub fn see(&mut self, seen: &Seen, tree: Tree) {
+    pub fn see(&mut self, seen: &Seen, tree: Tree, lights: &GuideLights) {
+        let mut straight = Vec::new();
         let knows_enough = self.knows_enough();
         for (index, record) in self.records.drain(..) {
             let photon = &mut self.photons[index as usize];
@@ -125,8 +129,14 @@ impl Pilot {
             }
             if record.cell & PILOT_DIRECT == 0 {
                 seen.add_brought(&record, index, density, &mut self.brought);
+            } else {
+                seen.add_brought(&record, index, density, &mut straight);
             }
         }
+        self.lit.extend(straight.into_iter().map(|brought| {
+            let number = self.photons[brought.sample as usize].numbers.light[0];
+            Lit { brought, light: lights::light_of(&lights.order, number) }
+        }));
         // Photons of this round may have begun by each of the densities, and those of earlier rounds by this one.
         let of_round = self.photons.len() - PHOTONS_OF_ROUND as usize;
         for (index, photon) in self.photons.iter_mut().enumerate() {
@@ -141,8 +151,7 @@ impl Pilot {
 
     /// Returns all photons with what they tell. `power` is that of all lights, W.
     pub fn samples(&self, seen: &Seen, power: f64) -> Vec<Sample> {
-        let weight = |photon: &PilotPhoton| 1.0 / (PHOTONS_OF_ROUND as f64 * photon.densities);
-        let weights: Vec<f64> = self.photons.iter().map(weight).collect();
+        let weights = self.weights();
         let importances = seen.importances(&self.brought, &weights, power);
         let squares = self.squares(&importances);
         let of_nearness = (1.0 - self.hits() as f64 / ENOUGH as f64).max(0.0);
@@ -161,6 +170,16 @@ impl Pilot {
         self.photons.iter().zip(&weights).zip(&squares).map(sample).collect()
     }
 
+    /// Returns the share of each photon in a mean over photons that begin with density 1.
+    fn weights(&self) -> Vec<f64> {
+        self.photons.iter().map(|photon| 1.0 / (PHOTONS_OF_ROUND as f64 * photon.densities)).collect()
+    }
+
+    /// Returns the chances of next-event estimation that suit what photons bring straight from lights.
+    pub fn direct(&self, seen: &Seen, on: Stage<'_>) -> Vec<f64> {
+        direct::learn(seen, &self.lit, &self.weights(), on.settings.mean_power, &on.lights.direct)
+    }
+
     /// Returns for each photon the square of what it brings at density 1, summed over points by their importances.
     fn squares(&self, importances: &[f64]) -> Vec<f64> {
         let mut squares = vec![0.0; self.photons.len()];
@@ -177,22 +196,23 @@ impl Pilot {
     }
 
     /// Returns whether enough photons bring light to what is seen, so that the pilot goes by that alone.
-    pub fn knows_enough(&self) -> bool {
+    fn knows_enough(&self) -> bool {
         self.hits() >= ENOUGH
     }
 
-    fn hits(&self) -> usize {
+    /// Returns the number of photons that bring light to what is seen.
+    pub fn hits(&self) -> usize {
         self.brought.chunk_by(|a, b| a.sample == b.sample).count()
     }
 
-    /// Returns what the pilot has found, with the density of a tree. `gain` is that of [`Guide::gain`].
-    pub fn found(&self, samples: &[Sample], tree: Tree, gain: f64) -> Guide {
+    /// Returns a guide with the shares of photons that bring light to what is seen.
+    pub fn found(&self, samples: &[Sample], guide: Guide) -> Guide {
         let mut reached = [0.0; 2];
         for of_photon in self.brought.chunk_by(|a, b| a.sample == b.sample) {
             let Sample { numbers, weight, .. } = &samples[of_photon[0].sample as usize];
             reached[0] += weight;
-            reached[1] += weight * tree.density(numbers);
+            reached[1] += weight * guide.tree.density(numbers);
         }
-        Guide { gain, reached: reached.map(|share| share.min(1.0)), tree, time: Duration::ZERO }
+        Guide { reached: reached.map(|share| share.min(1.0)), ..guide }
     }
 }

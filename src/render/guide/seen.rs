@@ -155,6 +155,11 @@ impl Seen {
         Self { points, cell_size, cells }
     }
 
+    /// Returns the number of points.
+    pub fn len(&self) -> usize {
+        self.points.len()
+    }
+
     /// Returns whether there is no visible point.
     pub fn is_empty(&self) -> bool {
         self.points.is_empty()
@@ -180,16 +185,31 @@ impl Seen {
     }
 
     /// Returns for each point 1 over the square of its radiance, which is estimated from what photons of these weights
-    /// have brought. `power` is that of all lights, W. A relative error counts as much in dark points as in bright ones,
-    /// down to a share of the mean.
+    /// have brought. `power` is that of all lights, W.
     pub fn importances(&self, brought: &[Brought], weights: &[f64], power: f64) -> Vec<f64> {
         let mut radiances: Vec<f64> = self.points.iter().map(|point| point.direct).collect();
         for Brought { sample, point, radiance } in brought {
             radiances[*point as usize] += radiance * weights[*sample as usize] * power;
         }
+        Self::importances_of(&radiances)
+    }
+
+    /// Returns 1 over the square of each radiance. A relative error counts as much in dark places as in bright ones, down
+    /// to a share of the mean.
+    pub fn importances_of(radiances: &[f64]) -> Vec<f64> {
         let mean = radiances.iter().sum::<f64>() / radiances.len().max(1) as f64;
         let dark = (DARK * mean).max(f64::MIN_POSITIVE.sqrt());
         radiances.iter().map(|radiance| 1.0 / (radiance * radiance + dark * dark)).collect()
+    }
+
+    /// Returns the position of a point, render units.
+    pub fn position(&self, point: usize) -> [f32; 3] {
+        self.points[point].position.to_array()
+    }
+
+    /// Returns the radiance that eye paths bring to a point, mean of channels.
+    pub fn direct(&self, point: usize) -> f64 {
+        self.points[point].direct
     }
 
     /// Returns how near a place is to what is seen: the mean over a few points of 1 over the squared distance, bounded by

@@ -6,9 +6,10 @@ use std::sync::Arc;
 use std::time::Instant;
 
 use bytemuck::Zeroable;
-use goblet_host::{Frame, Pass};
+use goblet_host::{Device, Frame, Pass};
 
 use super::path::{PathKernels, PathPass, Start};
+use crate::gpu_scene::alias;
 use crate::kernels::PhotonPush;
 use crate::render::counters::Counted;
 use crate::render::error::RenderError;
@@ -97,6 +98,14 @@ impl PhotonPass {
         };
         let counters = self.pass.run(on, invocations, &mut progress.schedule.paces.photon, resumable, push)?;
         Ok((u64::from(counters.recorded) <= on.buffers.photons.len()).then_some(counters.recorded))
+    }
+
+    /// Gives next-event estimation the chances of lights. The renderer has a guide.
+    ///
+    /// # Errors
+    /// The device fails.
+    pub fn choose_lights(&self, device: &Device, chances: &[f64]) -> goblet_host::Result<()> {
+        device.write_texels(self.kernels.scene.bindings().direct_table, &alias::table_with_chances(chances))
     }
 
     /// Records the commands that trace all photons of an iteration in one dispatch.

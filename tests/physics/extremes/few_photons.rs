@@ -21,9 +21,11 @@ const GREY: &str = "Material \"diffuse\"";
 const BALL: &str = "Material \"dielectric\" Translate 0 .5 0 Shape \"sphere\" \"float radius\" .4\n";
 const WARNING: &str = "warning: photons hardly reach what is seen";
 
+/// Renders without a guide, which would find the light.
 fn render(bench: &Bench, scene: &str, arguments: &[&str]) -> (Run, Value) {
     bench.write("scene.pbrt", scene);
-    let run = bench.rendered(&[&["-o", "x.exr", "--stats", "x.json", "--quiet"], arguments].concat());
+    let unguided = ["-o", "x.exr", "--stats", "x.json", "--quiet", "--guide", "off"];
+    let run = bench.rendered(&[&unguided, arguments].concat());
     (run, bench.json("x.json"))
 }
 
@@ -44,6 +46,8 @@ fn a_sun_over_a_large_ground_is_said_to_miss_light() {
         last = one;
     }
     assert!(last > 1.0, "the light of one photon is {last} of what is seen of a ground of 1000");
+    let guided = bench.rendered(&["-o", "x.exr", "--quiet"]);
+    assert!(!guided.stderr.contains(WARNING), "{}", guided.stderr);
 }
 
 #[test]

@@ -6,7 +6,7 @@ use std::sync::Arc;
 
 use goblet::image::layers::Groups;
 use goblet::scene::Scene;
-use goblet::{ByPass, DirectLight, Options, Renderer, Submission, Tally};
+use goblet::{ByPass, DirectLight, Guidance, Options, Renderer, Submission, Tally};
 use goblet_host::Device;
 
 use super::{SKY, block, camera, lamp, square};
@@ -74,6 +74,8 @@ fn options(depth: u32) -> Options {
         eye_paths: Some(2),
         radius: Some(0.1),
         max_depth: Some(depth),
+        // A pilot would follow more photons than the test.
+        guidance: Guidance::Off,
         ..Options::default()
     }
 }

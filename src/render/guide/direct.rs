@@ -1,0 +1,140 @@
+//! Guided next-event estimation: the chances of lights by what a pilot's photons bring straight from them to what is seen.
+//!
+//! One sample of all lights has the least variance if a light's chance is proportional to the root of the mean square
+//! of what it brings (Cauchy-Schwarz). The mean is over places, relative to what each shows, as for photons.
+
+use super::lights::morton_code;
+use super::seen::{Brought, Seen};
+
+/// The share of chances that stay by power: no light's chance falls by more than this factor.
+const SHARE_OF_POWER: f64 = 0.25;
+/// The least factor by which learned chances must lower the mean square of a sample.
+const WORTHWHILE: f64 = 1.25;
+/// The number of neighbouring visible points that are one place.
+const POINTS_OF_PLACE: usize = 16;
+
+/// What a photon of a pilot brings straight from a light to a visible point.
+#[derive(Clone, Copy, Debug)]
+pub struct Lit {
+    /// What it brings. Its sample is the photon's index.
+    pub brought: Brought,
+    /// The light.
+    pub light: usize,
+}
+
+/// Returns the chances that suit what the photons of a pilot have brought, or those by power where these are about as
+/// good. `weights` are those of the photons, `power` is that of all lights, W, and `by_power` has the chances by power.
+pub fn learn(seen: &Seen, lit: &[Lit], weights: &[f64], power: f64, by_power: &[f64]) -> Vec<f64> {
+    let places = Places::of(seen);
+    let term = |lit: &Lit| Term {
+        light: lit.light,
+        place: places.of_point[lit.brought.point as usize],
+        radiance: lit.brought.radiance * weights[lit.brought.sample as usize] * power,
+    };
+    // Constant infinite light is not chosen.
+    let terms: Vec<Term> = lit.iter().map(term).filter(|term| by_power[term.light] > 0.0).collect();
+    let importances = places.importances(seen, &terms);
+    chances(&roots(by_power.len(), terms, &importances), by_power)
+}
+
+/// The radiance that one photon brings from a light to a place.
+struct Term {
+    light: usize,
+    place: usize,
+    radiance: f64,
+}
+
+/// Returns for each light the root of the mean square, over places, of what it brings relative to what they show. Photons
+/// are few: the mean square is estimated from pairs of different photons, and is at least the square of the mean.
+fn roots(lights: usize, mut terms: Vec<Term>, importances: &[f64]) -> Vec<f64> {
+    terms.sort_by(|a, b| (a.light, a.place).cmp(&(b.light, b.place)).then(a.radiance.total_cmp(&b.radiance)));
+    let places = importances.len() as f64;
+    let mut roots = vec![0.0; lights];
+    for of_light in terms.chunk_by(|a, b| a.light == b.light) {
+        let (mut sum, mut squares) = (0.0, 0.0);
+        for of_place in of_light.chunk_by(|a, b| a.place == b.place) {
+            let importance = importances[of_place[0].place];
+            let brought: f64 = of_place.iter().map(|term| term.radiance).sum();
+            let of_each: f64 = of_place.iter().map(|term| term.radiance * term.radiance).sum();
+            sum += importance.sqrt() * brought;
+            squares += importance * (brought * brought - of_each);
+        }
+        roots[of_light[0].light] = f64::max((squares / places).max(0.0).sqrt(), sum / places);
+    }
+    roots
+}
+
+/// Returns the chances by the roots of lights.
+fn chances(roots: &[f64], by_power: &[f64]) -> Vec<f64> {
+    let total: f64 = roots.iter().sum();
+    if total <= 0.0 {
+        return by_power.to_vec();
+    }
+    let mix = |(root, chance): (&f64, &f64)| SHARE_OF_POWER * chance + (1.0 - SHARE_OF_POWER) * root / total;
+    let learned: Vec<f64> = roots.iter().zip(by_power).map(mix).collect();
+    let mean_square = |chances: &[f64]| -> f64 {
+        let lit = roots.iter().zip(chances).filter(|(root, _)| **root > 0.0);
+        lit.map(|(root, chance)| root * root / chance).sum()
+    };
+    if mean_square(by_power) > WORTHWHILE * mean_square(&learned) { learned } else { by_power.to_vec() }
+}
+
+/// Visible points by place.
+struct Places {
+    of_point: Vec<usize>,
+    count: usize,
+}
+
+impl Places {
+    fn of(seen: &Seen) -> Self {
+        let mut order: Vec<usize> = (0..seen.len()).collect();
+        order.sort_by_key(|point| morton_code(seen.position(*point)));
+        let mut of_point = vec![0; order.len()];
+        for (rank, point) in order.iter().enumerate() {
+            of_point[*point] = rank / POINTS_OF_PLACE;
+        }
+        Self { of_point, count: order.len().div_ceil(POINTS_OF_PLACE) }
+    }
+
+    /// Returns for each place 1 over the square of the direct light that its points show, by photons and by eye paths.
+    fn importances(&self, seen: &Seen, lit: &[Term]) -> Vec<f64> {
+        let mut shown = vec![0.0; self.count];
+        let by_photons = lit.iter().map(|term| (term.place, term.radiance));
+        let by_eye_paths = (0..seen.len()).map(|point| (self.of_point[point], seen.direct(point)));
+        for (place, radiance) in by_photons.chain(by_eye_paths) {
+            // Both estimate the same light.
+            shown[place] += 0.5 * radiance;
+        }
+        Seen::importances_of(&shown)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn term(light: usize, place: usize, radiance: f64) -> Term {
+        Term { light, place, radiance }
+    }
+
+    #[test]
+    fn roots_are_of_mean_squares_over_places() {
+        // Of light 0, both places have 2 by two photons each: pairs of different photons give 2 of 4. Light 1 brings 3 to
+        // one place by one photon, of which nothing but the mean is known. Light 2 brings nothing.
+        let terms = vec![term(0, 0, 1.0), term(1, 1, 3.0), term(0, 1, 1.0), term(0, 0, 1.0), term(0, 1, 1.0)];
+        assert_eq!(roots(3, terms, &[1.0, 1.0]), [2.0, 1.5, 0.0]);
+    }
+
+    #[test]
+    fn a_lamp_that_alone_is_seen_is_chosen_most_and_no_chance_is_lost() {
+        let by_power = vec![0.1; 10];
+        let mut roots = vec![0.0; 10];
+        roots[3] = 7.0;
+        let chances = chances(&roots, &by_power);
+        assert!((chances[3] - 0.775).abs() < 1e-12 && (chances[0] - 0.025).abs() < 1e-12, "{chances:?}");
+        assert!((chances.iter().sum::<f64>() - 1.0).abs() < 1e-12);
+        // Where power is about as good, nothing changes.
+        assert_eq!(super::chances(&[1.1; 10], &by_power), by_power);
+        assert_eq!(super::chances(&[0.0; 10], &by_power), by_power);
+    }
+}
