@@ -20,9 +20,28 @@ named! {
     }
 }
 
+/// Whether photons begin by a guide, and if not, why not.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Finding {
+    /// Photons begin by the guide.
+    Guided,
+    /// The pilot has found that a guide would not lower the error enough.
+    NotWorthwhile,
+    /// No photon of the pilot has told where light comes from that is seen.
+    NothingFound,
+    /// Photons bring no light to what may be seen, so that there is no pilot.
+    PhotonsDoNotMatter,
+    /// No diffuse surface is seen, on which photons could be gathered.
+    NothingSeen,
+    /// Rough surfaces gather light of photons, of which a pilot knows nothing.
+    RoughSurfaces,
+}
+
 /// What a pilot has found.
 #[derive(Clone, Debug)]
 pub struct Guide {
+    /// Whether photons begin by the density of the tree, and if not, why not.
+    pub finding: Finding,
     /// The density that photons begin with.
     pub tree: Tree,
     /// The factor by which the guide lowers the product of variance and time of photons, as far as the pilot tells; 1 if
@@ -35,8 +54,8 @@ pub struct Guide {
 }
 
 impl Guide {
-    /// Photons that begin by the power of the lights alone.
-    pub fn none() -> Self {
-        Self { tree: Tree::uniform(), gain: 1.0, reached: [0.0; 2], time: Duration::ZERO }
+    /// Photons that begin by the power of the lights alone, because there was nothing for a pilot to find.
+    pub fn none(finding: Finding) -> Self {
+        Self { finding, tree: Tree::uniform(), gain: 1.0, reached: [0.0; 2], time: Duration::ZERO }
     }
 }

@@ -5,7 +5,7 @@ use std::time::Duration;
 use crate::kernels::{EmissionNumbers, PILOT_DIRECT, PhotonRecord};
 use crate::render::error::RenderError;
 use crate::render::guide::cell::Sample;
-use crate::render::guide::guidance::{Guide, PHOTONS_OF_ROUND};
+use crate::render::guide::guidance::{Finding, Guide, PHOTONS_OF_ROUND};
 use crate::render::guide::seen::{Brought, Seen};
 use crate::render::guide::tree::Tree;
 use crate::render::passes::PhotonPass;
@@ -185,14 +185,22 @@ impl Pilot {
         self.brought.chunk_by(|a, b| a.sample == b.sample).count()
     }
 
-    /// Returns what the pilot has found, with the density of a tree. `gain` is that of [`Guide::gain`].
-    pub fn found(&self, samples: &[Sample], tree: Tree, gain: f64) -> Guide {
+    /// Returns what the pilot has found, with the density of a tree and its [`Guide::gain`]; `None` if a guide is not
+    /// worthwhile.
+    pub fn found(&self, samples: &[Sample], guide: Option<(Tree, f64)>) -> Guide {
+        let finding = match &guide {
+            None if self.brought.is_empty() => Finding::NothingFound,
+            None => Finding::NotWorthwhile,
+            Some((tree, _)) if tree.is_uniform() => Finding::NothingFound,
+            Some(_) => Finding::Guided,
+        };
+        let (tree, gain) = guide.unwrap_or_else(|| (Tree::uniform(), 1.0));
         let mut reached = [0.0; 2];
         for of_photon in self.brought.chunk_by(|a, b| a.sample == b.sample) {
             let Sample { numbers, weight, .. } = &samples[of_photon[0].sample as usize];
             reached[0] += weight;
             reached[1] += weight * tree.density(numbers);
         }
-        Guide { gain, reached: reached.map(|share| share.min(1.0)), tree, time: Duration::ZERO }
+        Guide { finding, gain, reached: reached.map(|share| share.min(1.0)), tree, time: Duration::ZERO }
     }
 }
