@@ -205,7 +205,7 @@ impl Stats {
 }
 
 /// Writes a share as a percentage with two significant digits.
-fn percent(share: f64) -> String {
+pub(crate) fn percent(share: f64) -> String {
     let percent = 100.0 * share;
     let digits = if percent > 0.0 { (1.0 - percent.log10().floor()).clamp(0.0, 12.0) as usize } else { 0 };
     format!("{percent:.digits$} %")

@@ -3,6 +3,7 @@
 use glam::{DAffine3, DVec3};
 
 use crate::image::estimate::Estimate;
+use crate::image::film::balanced_luminance;
 use crate::image::layers::Group;
 use crate::image::sum::{from_whole, whole};
 
@@ -15,6 +16,16 @@ fn planes<const N: usize>(values: impl Iterator<Item = [f64; N]>) -> Planes {
         planes.iter_mut().zip(pixel).for_each(|(plane, value)| plane.push(value as f32));
     }
     planes
+}
+
+/// Returns a quotient; 0 where the divisor is not above 0.
+fn over(value: f64, divisor: f64) -> f64 {
+    if divisor > 0.0 { value / divisor } else { 0.0 }
+}
+
+/// Returns the luminance of linear RGB after the white balance.
+fn luminance(light: [f64; 3]) -> f64 {
+    light.iter().zip(balanced_luminance(None)).map(|(channel, weight)| channel * weight).sum()
 }
 
 /// Returns the unit vector; 0 for 0.
@@ -99,13 +110,34 @@ impl Estimate {
 
     /// Returns the light of photons, as the image has it, W/(m² sr): the image less [`Estimate::direct`].
     pub fn photons(&self) -> Option<Planes> {
+        Some(planes(self.photon_light()?))
+    }
+
+    /// Returns the light of photons, red, green and blue, as the image has it, W/(m² sr).
+    fn photon_light(&self) -> Option<impl Iterator<Item = [f64; 3]>> {
         let scale = 1.0 / self.iterations().max(1) as f64;
         let [red, green, blue] = &self.radiance;
         let all = red.iter().zip(green).zip(blue).map(|((r, g), b)| [*r, *g, *b].map(whole));
         let less = move |(all, direct): ([i128; 3], [i128; 4])| {
             self.balanced([0, 1, 2].map(|channel| from_whole(all[channel].wrapping_sub(direct[channel])) * scale))
         };
-        Some(planes(all.zip(self.layers.sums(Group::Light)?).map(less)))
+        Some(all.zip(self.layers.sums(Group::Light)?).map(less))
+    }
+
+    /// Returns the share of the luminance that photons bring, 0 to 1; 0 where the pixel is black.
+    pub fn photon_share(&self) -> Option<Planes> {
+        let image = self.means().map(|mean| luminance(self.balanced(mean)));
+        let share = |(photons, all): ([f64; 3], f64)| [over(luminance(photons), all).clamp(0.0, 1.0)];
+        Some(planes(self.photon_light()?.zip(image).map(share)))
+    }
+
+    /// Returns the luminance of the light of photons over [`Estimate::density`], W/(m² sr) for a photon on each square
+    /// scene unit: what a photon brings; 0 where no photon is on the disc. Light of rough surfaces, which have no disc,
+    /// counts as if the photons on the disc had brought it.
+    pub fn light_per_photon(&self) -> Option<Planes> {
+        let densities = self.photons_per_area()?;
+        let each = |(photons, density): ([f64; 3], f64)| [over(luminance(photons), density).max(0.0)];
+        Some(planes(self.photon_light()?.zip(densities).map(each)))
     }
 
     /// Returns the part of [`Estimate::photons`] that came from its light by specular or rough surfaces only.
@@ -122,8 +154,12 @@ impl Estimate {
 
     /// Returns the mean over iterations of the photons on that disc over its area, per square scene unit.
     pub fn density(&self) -> Option<Planes> {
+        Some(planes(self.photons_per_area()?.map(|density| [density])))
+    }
+
+    fn photons_per_area(&self) -> Option<impl Iterator<Item = f64>> {
         let scale = self.layers.form.photons as f64 / self.layers.form.length().powi(2);
-        Some(planes(self.layer(Group::Light)?.map(|[.., density]| [scale * density])))
+        Some(self.layer(Group::Light)?.map(move |[.., density]| scale * density))
     }
 
     /// Returns the variance over iterations of the image of an iteration: red, green and blue, (W/(m² sr))²; 0 after
@@ -241,6 +277,20 @@ mod tests {
         assert_eq!(first(plain.caustic()), [1.0, 0.0, 2.0]);
         assert_eq!(first(plain.radius()), [1.0]);
         assert_eq!(first(plain.density()), [2.0]);
+        // The weights of the luminance are 0.2126, 0.7152 and 0.0722.
+        let of_photons = 0.2126 * 1.5 + 0.0722 * 6.0;
+        let all = of_photons + 0.2126 * 0.5 + 0.7152 * 4.0;
+        let near = |planes: Option<Planes>, expected: f64| {
+            let value = f64::from(first(planes)[0]);
+            assert!((value - expected).abs() < 1e-6, "{value}, not {expected}");
+        };
+        near(plain.photon_share(), of_photons / all);
+        near(plain.light_per_photon(), of_photons / 2.0);
+        let dark =
+            estimate(form, &[[1.0, 2.0, 3.0, 0.0], [0.0; 4], [0.0; 4]].map(|group| group.map(|value| 4.0 * value)));
+        assert_eq!((first(dark.photon_share()), first(dark.light_per_photon())), (vec![0.0], vec![0.0]));
+        let black = Estimate { radiance: [(); 3].map(|()| vec![sum(0.0)]), ..estimate(form, &[[0.0; 4]; 3]) };
+        assert_eq!((first(black.photon_share()), first(black.light_per_photon())), (vec![0.0], vec![0.0]));
         // In the unit, means are 1, 2 and 3, and those of squares 2, 4 and 9.
         assert_eq!(first(plain.variance()), [16.0 / 3.0, 0.0, 0.0]);
         assert_eq!(first(plain.relative_variance()), [8.0 / 3.0, 0.0, 0.0]);
@@ -248,5 +298,8 @@ mod tests {
         let balanced = Estimate { white_balance: Some(swap), ..plain };
         assert_eq!(first(balanced.direct()), [4.0, 0.5, 0.0]);
         assert_eq!(first(balanced.photons()), [0.0, 1.5, 12.0]);
+        let of_photons = 0.7152 * 1.5 + 0.0722 * 12.0;
+        near(balanced.photon_share(), of_photons / (of_photons + 0.2126 * 4.0 + 0.7152 * 0.5));
+        near(balanced.light_per_photon(), of_photons / 2.0);
     }
 }

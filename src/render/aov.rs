@@ -37,6 +37,10 @@ pub struct Aov {
 pub enum AovKind {
     /// A number of any size.
     Number,
+    /// A share from 0 to 1.
+    Share,
+    /// A number of 0 or more, which may differ by orders of magnitude between pixels.
+    Amount,
     /// A unit vector.
     Direction,
     /// A point in space.
@@ -45,6 +49,13 @@ pub enum AovKind {
     Color,
     /// Linear RGB of any brightness.
     Light,
+}
+
+impl AovKind {
+    /// Returns whether a value is a single number.
+    pub fn is_number(self) -> bool {
+        matches!(self, Self::Number | Self::Share | Self::Amount)
+    }
 }
 
 const NOTHING: &str = "0 where nothing is seen";
@@ -67,7 +78,7 @@ const BLANK: Aov = Aov {
 };
 
 /// All quantities, in the order in which the window lists them.
-pub static AOVS: [Aov; 17] = [
+pub static AOVS: [Aov; 19] = [
     Aov {
         name: "radius",
         channels: &["radius.Y"],
@@ -86,10 +97,10 @@ pub static AOVS: [Aov; 17] = [
         unit: "photons per square scene unit",
         meaning: "Photons of an iteration on the disc over its area, mean over the iterations",
         unknown: NO_POINT,
+        kind: AovKind::Amount,
         is_of_gbuffer: false,
         groups: Groups::of(&[Group::Light]),
         planes: Estimate::density,
-        ..BLANK
     },
     Aov {
         name: "standard-error",
@@ -120,6 +131,29 @@ pub static AOVS: [Aov; 17] = [
         is_of_gbuffer: false,
         groups: Groups::of(&[Group::Albedo, Group::Position]),
         planes: Estimate::depth,
+        ..BLANK
+    },
+    Aov {
+        name: "photon-share",
+        channels: &["photonShare.Y"],
+        meaning: "Share of the pixel's luminance that photons bring",
+        unknown: "0 where the pixel is black",
+        kind: AovKind::Share,
+        is_of_gbuffer: false,
+        groups: Groups::of(&[Group::Light]),
+        planes: Estimate::photon_share,
+        ..BLANK
+    },
+    Aov {
+        name: "light-per-photon",
+        channels: &["lightPerPhoton.Y"],
+        unit: "W/(m² sr) for a photon on each square scene unit",
+        meaning: "What a photon brings: luminance of photons over density",
+        unknown: "0 where no photon is on the disc",
+        kind: AovKind::Amount,
+        is_of_gbuffer: false,
+        groups: Groups::of(&[Group::Light]),
+        planes: Estimate::light_per_photon,
         ..BLANK
     },
     Aov {
@@ -320,8 +354,8 @@ mod tests {
         for aov in &AOVS {
             for (index, name) in aov.channels.iter().enumerate() {
                 let expected = match (name.split_once('.'), aov.kind) {
-                    (None, AovKind::Number) => *name,
-                    (Some((_, "Y")), AovKind::Number) => name,
+                    (None, kind) if kind.is_number() => *name,
+                    (Some((_, "Y")), kind) if kind.is_number() => name,
                     (Some((layer, _)), AovKind::Direction | AovKind::Point) => {
                         &format!("{layer}.{}", ["X", "Y", "Z"][index])
                     }
@@ -332,7 +366,7 @@ mod tests {
                 };
                 assert_eq!(*name, expected);
             }
-            assert_eq!(aov.channels.len(), if aov.kind == AovKind::Number { 1 } else { 3 }, "{aov:?}");
+            assert_eq!(aov.channels.len(), if aov.kind.is_number() { 1 } else { 3 }, "{aov:?}");
             assert_eq!(Aov::named(&aov.name.to_uppercase()), Some(aov));
             assert!(aov.alias.is_empty() || Aov::named(aov.alias) == Some(aov), "{aov:?}");
         }

@@ -6,7 +6,7 @@ use goblet_host::{Buffer, Interface, Pass, Result, Screen, Texels};
 use winit::window::Window;
 
 use super::layout::Placement;
-use super::quantity::Picture;
+use super::quantity::{Picture, Shade};
 use crate::cli::cache;
 use crate::kernels::{
     CURVE_ACES, CURVE_AGX, CURVE_LINEAR, CURVE_SRGB, REQUIREMENTS, Specialization, ToneMap, ToneMapPush,
@@ -66,9 +66,9 @@ pub struct Display {
     shown: Texels<[f32; 4]>,
     pixels: Buffer<u32>,
     pass: Pass<ToneMapPush>,
-    /// Size of the picture, whether it is of light, and the look, place and window size of the last mapping.
+    /// Size of the picture, how it shows values, and the look, place and window size of the last mapping.
     image: [u32; 2],
-    is_light: bool,
+    shade: Shade,
     mapped: Option<(Look, Placement, [u32; 2])>,
     screen: Screen,
 }
@@ -83,7 +83,7 @@ impl Display {
         let screen = Screen::new(Arc::clone(&window), size, selector, &REQUIREMENTS, validation, cache.as_deref())?;
         let (shown, pixels, pass) = arrays(&screen, screen.size())?;
         screen.device().write_texels(&shown, &[[0.0; 4]])?;
-        Ok(Self { shown, pixels, pass, image: [1, 1], is_light: true, mapped: None, screen })
+        Ok(Self { shown, pixels, pass, image: [1, 1], shade: Shade::Light, mapped: None, screen })
     }
 
     /// Uploads a picture, which is shown from now on.
@@ -93,7 +93,7 @@ impl Display {
     pub fn take(&mut self, picture: &Picture) -> Result<()> {
         self.make_room(picture.size)?;
         self.screen.device().write_texels(&self.shown, &picture.pixels)?;
-        (self.image, self.is_light, self.mapped) = (picture.size, picture.is_light, None);
+        (self.image, self.shade, self.mapped) = (picture.size, picture.shade, None);
         Ok(())
     }
 
@@ -129,13 +129,13 @@ impl Display {
         if self.mapped != Some((look, placement, window)) {
             let Placement { origin, size } = placement;
             let per_pixel = [0, 1].map(|axis| self.image[axis] as f32 / size[axis]);
-            let curve = if self.is_light { look.curve } else { Curve::Linear };
+            let curve = if self.shade == Shade::Light { look.curve } else { Curve::Linear };
             let push = ToneMapPush {
                 window,
                 image: self.image,
                 origin,
                 per_pixel,
-                exposure: look.stops.exp2(),
+                exposure: if self.shade.has_exposure() { look.stops.exp2() } else { 1.0 },
                 curve: curve.number(),
                 bgra: self.screen.is_bgra().into(),
                 pad: 0,

@@ -77,7 +77,8 @@ pub enum Command {
 }
 
 /// Keys that show a quantity, in the order of [`Quantity::ALL`].
-const DIGITS: [Key; 8] = [Key::Num1, Key::Num2, Key::Num3, Key::Num4, Key::Num5, Key::Num6, Key::Num7, Key::Num8];
+pub(super) const DIGITS: [Key; 10] =
+    [Key::Num1, Key::Num2, Key::Num3, Key::Num4, Key::Num5, Key::Num6, Key::Num7, Key::Num8, Key::Num9, Key::Num0];
 /// Plain keys with a command.
 const PLAIN: [(Key, Command); 5] = [
     (Key::R, Command::Reset),

@@ -7,6 +7,8 @@ mod area;
 mod camera_control;
 pub mod command;
 mod display;
+mod false_color;
+mod guiding;
 mod keys;
 mod latency;
 mod layout;

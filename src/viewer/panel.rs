@@ -3,11 +3,13 @@
 use std::path::PathBuf;
 
 use egui::emath::Numeric;
-use egui::{Color32, ComboBox, Context, DragValue, Grid, ScrollArea, SidePanel, Slider, TextEdit, Ui};
+use egui::{Align, Color32, ComboBox, Context, DragValue, Grid, Layout, Rect, ScrollArea, Sense};
+use egui::{SidePanel, Slider, TextEdit, Ui, vec2};
 
 use super::display::Curve;
+use super::false_color;
 use super::layout::PANEL;
-use super::quantity::Quantity;
+use super::quantity::{Quantity, Shade};
 use super::session::Session;
 use crate::base::names::Named;
 use crate::gpu_scene::pack::RevolutionSolver;
@@ -45,7 +47,7 @@ fn contents(ui: &mut Ui, session: &mut Session) {
     ui.collapsing("Keys", |ui| {
         ui.label(
             "drag: orbit; right button or shift: pan\nwheel: nearer; with ctrl: aperture\nclick: focus, and orbit \
-             about it\nW A S D E Q: fly; shift: faster\nR: reset; C: copy the camera\n1 to 8: what to show\n\
+             about it\nW A S D E Q: fly; shift: faster\nR: reset; C: copy the camera\n1 to 9, 0: what to show\n\
              space: pause; H: panel\nCtrl+S: save; Esc: quit",
         );
     });
@@ -63,6 +65,7 @@ fn status(ui: &mut Ui, session: &mut Session) {
             ("iterations", format!("{} in {seconds:.1} s", status.iterations)),
             ("photons", format!("{}, {}/s", short(status.photons as f64), short(per_second))),
             ("estimated error", error),
+            ("guide", status.guiding.short()),
             ("device memory", format!("{} MiB", status.memory >> 20)),
         ] {
             ui.label(name);
@@ -80,6 +83,7 @@ fn status(ui: &mut Ui, session: &mut Session) {
             }
         });
     });
+    ui.collapsing("Guide", |ui| ui.label(status.guiding.sentences()));
     let text = if session.paused { "go on" } else { "pause" };
     if ui.button(text).clicked() {
         session.pause();
@@ -100,20 +104,42 @@ fn look(ui: &mut Ui, session: &mut Session) {
     let mut wanted = session.quantity;
     ComboBox::from_label("view").selected_text(wanted.name()).show_ui(ui, |ui| {
         for quantity in Quantity::ALL {
-            ui.selectable_value(&mut wanted, quantity, quantity.name());
+            ui.selectable_value(&mut wanted, quantity, quantity.name()).on_hover_text(quantity.help());
         }
     });
     session.show(wanted);
-    match session.white {
-        Some(white) if white.is_finite() => ui.label(format!("white is {white:.4e}")),
-        Some(_) => ui.label("not known after so few iterations"),
-        None => ui.label(""),
-    };
-    ui.add(Slider::new(&mut session.look.stops, -10.0..=10.0).text("exposure, stops"));
-    ComboBox::from_label("tone map").selected_text(session.look.curve.name()).show_ui(ui, |ui| {
-        for curve in Curve::ALL {
-            ui.selectable_value(&mut session.look.curve, curve, curve.name());
-        }
+    match (session.shade, session.ends) {
+        (Shade::Shares, Some(ends)) => scale(ui, ends.map(|end| format!("{:.0} %", 100.0 * end))),
+        (Shade::Amounts, Some(ends)) => scale(ui, ends.map(|end| format!("{end:.1e}"))),
+        (_, Some([_, white])) if white.is_finite() => drop(ui.label(format!("white is {white:.4e}"))),
+        (_, Some(_)) => drop(ui.label("not known after so few iterations")),
+        (_, None) => drop(ui.label("")),
+    }
+    let exposure = Slider::new(&mut session.look.stops, -10.0..=10.0).text("exposure, stops");
+    ui.add_enabled(session.shade.has_exposure(), exposure);
+    ui.add_enabled_ui(session.shade == Shade::Light, |ui| {
+        ComboBox::from_label("tone map").selected_text(session.look.curve.name()).show_ui(ui, |ui| {
+            for curve in Curve::ALL {
+                ui.selectable_value(&mut session.look.curve, curve, curve.name());
+            }
+        });
+    });
+}
+
+/// Shows the scale of false colours between its ends.
+fn scale(ui: &mut Ui, [first, last]: [String; 2]) {
+    let (bar, response) = ui.allocate_exact_size(vec2(ui.available_width(), 10.0), Sense::hover());
+    response.on_hover_text("black is 0");
+    let steps = bar.width().max(1.0) as u32;
+    for step in 0..steps {
+        let at = step as f32 / steps as f32;
+        let part = Rect::from_min_size(bar.min + vec2(at * bar.width(), 0.0), vec2(1.5, bar.height()));
+        let [r, g, b] = false_color::color(at).map(|channel| (255.0 * channel).round() as u8);
+        ui.painter().rect_filled(part.intersect(bar), 0.0, Color32::from_rgb(r, g, b));
+    }
+    ui.horizontal(|ui| {
+        ui.label(first);
+        ui.with_layout(Layout::right_to_left(Align::Center), |ui| ui.label(last));
     });
 }
 
@@ -125,6 +151,7 @@ const RADIUS_SCHEDULE: &RenderOption = find("radius-schedule");
 const LOOKUP: &RenderOption = find("lookup");
 const DIRECT: &RenderOption = find("direct");
 const SAMPLER: &RenderOption = find("sampler");
+const GUIDE: &RenderOption = find("guide");
 
 /// Returns the name of an option in the panel.
 fn label(option: &RenderOption) -> String {
@@ -183,6 +210,7 @@ fn knobs(ui: &mut Ui, session: &mut Session) {
     choice(ui, RADIUS_SCHEDULE, &mut options.radius_schedule);
     choice(ui, LOOKUP, &mut options.lookup);
     choice(ui, DIRECT, &mut options.direct);
+    choice(ui, GUIDE, &mut options.guidance);
     choice(ui, SAMPLER, &mut options.sampler);
     let mut newton = options.revolution_solver != RevolutionSolver::Certified;
     ui.checkbox(&mut newton, "classical solver for bodies of revolution");
@@ -242,12 +270,13 @@ fn files(ui: &mut Ui, session: &mut Session) {
 mod tests {
     use std::sync::Arc;
 
-    use egui::{Event, Key, Modifiers, Popup, RawInput};
+    use egui::{Event, Key, Modifiers, PointerButton, Popup, RawInput, Shape};
 
     use super::*;
     use crate::Options;
     use crate::scene::Scene;
     use crate::viewer::first_wish;
+    use crate::viewer::guiding::Guiding;
     use crate::viewer::keys::{Busy, Command, Keys, Stroke, With};
     use crate::viewer::shared::Shared;
 
@@ -256,6 +285,8 @@ mod tests {
         context: Context,
         session: Session,
         keys: Keys,
+        /// The texts of the last frame, each with its middle.
+        shown: Vec<(String, egui::Pos2)>,
     }
 
     impl Panel {
@@ -264,7 +295,7 @@ mod tests {
             let options = Options { resolution: Some([640, 480]), ..Options::default() };
             let shared = Arc::new(Shared::new(first_wish("scene.pbrt".as_ref(), &options), || {}));
             let session = Session::new("scene.pbrt".as_ref(), &scene.unwrap(), options, None, shared);
-            let mut panel = Self { context: Context::default(), session, keys: Keys::default() };
+            let mut panel = Self { context: Context::default(), session, keys: Keys::default(), shown: Vec::new() };
             panel.frame(Vec::new());
             panel
         }
@@ -276,7 +307,8 @@ mod tests {
             let screen_rect = Some(egui::Rect::from_min_size(egui::Pos2::ZERO, egui::vec2(900.0, 2000.0)));
             // Opening and closing are animated; a frame of this length ends the animation.
             let input = RawInput { screen_rect, events, predicted_dt: 10.0, ..RawInput::default() };
-            let _ = self.context.run(input, |context| show(context, &mut self.session));
+            let output = self.context.run(input, |context| show(context, &mut self.session));
+            self.shown = output.shapes.iter().flat_map(|clipped| texts(&clipped.shape)).collect();
             let busy = before.until(Busy::of(&self.context));
             strokes.into_iter().filter_map(|stroke| self.keys.take(stroke, busy)).collect()
         }
@@ -287,6 +319,52 @@ mod tests {
             self.frame(vec![event(key, false)]);
             self.frame(Vec::new());
             commands
+        }
+    }
+
+    /// Returns the texts of a shape, each with its middle.
+    fn texts(shape: &Shape) -> Vec<(String, egui::Pos2)> {
+        match shape {
+            Shape::Text(text) => vec![(text.galley.text().to_owned(), text.visual_bounding_rect().center())],
+            Shape::Vec(shapes) => shapes.iter().flat_map(texts).collect(),
+            _ => Vec::new(),
+        }
+    }
+
+    #[test]
+    fn the_panel_says_what_a_guide_has_found() {
+        let mut panel = Panel::new();
+        panel.session.status.guiding = Guiding::Off;
+        let find = |panel: &mut Panel, what: &str| {
+            panel.frame(Vec::new());
+            let texts = std::mem::take(&mut panel.shown);
+            texts.iter().find(|(text, _)| text.contains(what)).map(|(_, place)| *place)
+        };
+        assert!(find(&mut panel, "off").is_some());
+        assert_eq!(find(&mut panel, "the guide is off"), None, "it is folded");
+        let pos = find(&mut panel, "Guide").expect("a section");
+        panel.frame(vec![Event::PointerMoved(pos)]);
+        // In one frame, because a longer press is no click.
+        let button = PointerButton::Primary;
+        let clicks = [true, false];
+        panel.frame(
+            clicks.map(|pressed| Event::PointerButton { pos, button, pressed, modifiers: Modifiers::NONE }).into(),
+        );
+        panel.frame(Vec::new());
+        assert!(find(&mut panel, "the guide is off").is_some());
+    }
+
+    #[test]
+    fn false_colors_have_a_scale() {
+        let mut panel = Panel::new();
+        let scales =
+            [(Shade::Shares, [0.0, 1.0], ["0 %", "100 %"]), (Shade::Amounts, [0.25, 2500.0], ["2.5e-1", "2.5e3"])];
+        for (shade, ends, texts) in scales {
+            (panel.session.shade, panel.session.ends) = (shade, Some(ends));
+            panel.frame(Vec::new());
+            for end in texts {
+                assert!(panel.shown.iter().any(|(text, _)| text == end), "{end}");
+            }
         }
     }
 

@@ -3,6 +3,7 @@
 use std::path::Path;
 use std::time::{Duration, Instant};
 
+use super::guiding::Guiding;
 use super::plan::Rendered;
 use super::quantity::Quantity;
 use super::shared::{Save, Shared, Status, Target, View};
@@ -163,6 +164,7 @@ impl Render {
                 time: self.time,
                 passes: self.passes.clone(),
                 error: self.error,
+                guiding: Guiding::of(&self.target.options, self.renderer.follows_photons(), self.renderer.guide()),
                 memory: self.renderer.device().allocated_bytes(),
                 resolution: estimate.resolution,
                 device: std::mem::take(&mut news.status.device),

@@ -10,7 +10,7 @@ use super::camera_control::CameraControl;
 use super::display::Look;
 use super::keys::Command;
 use super::layout::{Area, Placement};
-use super::quantity::{Picture, Quantity};
+use super::quantity::{Picture, Quantity, Shade};
 use super::shared::{Loaded, Save, Shared, Status, Target};
 use crate::render::options::{Options, photons_of};
 use crate::scene::{Film, Integrator, Scene};
@@ -37,8 +37,10 @@ pub struct Session {
     pub status: Status,
     /// The last message about a finished action or an error.
     pub message: Option<Result<String, String>>,
-    /// The value that is shown as white, if the picture is of an AOV with one channel.
-    pub white: Option<f32>,
+    /// How the picture shows values.
+    pub shade: Shade,
+    /// [`Picture::ends`] of the picture.
+    pub ends: Option<[f32; 2]>,
     /// The number of the last move of the camera in the picture.
     pub seen: u64,
     /// The number of moves of the camera.
@@ -93,7 +95,8 @@ impl Session {
             save_text: save.unwrap_or(&exr).display().to_string(),
             status: Status::default(),
             message: None,
-            white: None,
+            shade: Shade::Light,
+            ends: None,
             seen: 0,
             moves: 0,
             area: Area { origin: [0, 0], size: [1, 1] },
@@ -139,7 +142,7 @@ impl Session {
         }
         let view = news.view.take()?;
         self.seen = view.moves;
-        self.white = view.picture.white;
+        (self.shade, self.ends) = (view.picture.shade, view.picture.ends);
         if let Some(lengths) = view.lengths {
             self.lengths = (lengths, view.picture.size);
             if let Some(length) = self.length_at(DVec2::splat(0.5)) {

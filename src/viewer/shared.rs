@@ -5,6 +5,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Condvar, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 
+use super::guiding::Guiding;
 use super::quantity::{Picture, Quantity};
 use crate::cli::Failure;
 use crate::render::options::Options;
@@ -101,6 +102,8 @@ pub struct Status {
     pub passes: Vec<(&'static str, Duration)>,
     /// Estimated relative error.
     pub error: Option<f64>,
+    /// Where photons begin.
+    pub guiding: Guiding,
     /// Device memory in bytes.
     pub memory: u64,
     /// Width and height of the rendered image in pixels.

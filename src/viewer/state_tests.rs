@@ -10,7 +10,7 @@ use egui::Key;
 use glam::DVec3;
 use goblet_host::Device;
 
-use super::keys::{Busy, Keys, Stroke, With};
+use super::keys::{Busy, DIGITS, Keys, Stroke, With};
 use super::quantity::{Picture, Quantity};
 use super::session::{Effect, Session};
 use super::tests::{Rendering, SCENE, shared_device};
@@ -132,7 +132,7 @@ impl Hand {
         let (expected, _) = truth.after(iterations, &self.session);
         let picture = self.picture.as_ref().unwrap();
         assert!(picture.size == [24, 16] && picture.pixels == expected.pixels, "{context}: {iterations} iterations");
-        assert_eq!((picture.white, picture.is_light), (expected.white, expected.is_light), "{context}");
+        assert_eq!((picture.ends, picture.shade), (expected.ends, expected.shade), "{context}");
         iterations
     }
 
@@ -179,7 +179,6 @@ impl Hand {
 }
 
 const SAVE: (Key, bool) = (Key::S, true);
-const DIGITS: [Key; 8] = [Key::Num1, Key::Num2, Key::Num3, Key::Num4, Key::Num5, Key::Num6, Key::Num7, Key::Num8];
 
 fn every_key() -> impl Iterator<Item = (Key, bool)> {
     let plain = [Key::R, Key::C, Key::H, Key::Escape, Key::W, Key::A, Key::S, Key::D, Key::E, Key::Q, Key::Space];
@@ -336,8 +335,8 @@ fn every_key_while_it_is_coarse() {
         let effect = hand.press(key);
         before.check(&hand, key, effect, &context);
         hand.rendering.shared.wish(true, |wish| wish.moved = Some(later));
-        let is_light = hand.session.quantity.is_light();
-        hand.look("a coarse picture of it", |hand| (hand.picture.as_ref()?.is_light == is_light).then_some(()));
+        let shade = hand.session.quantity.shade();
+        hand.look("a coarse picture of it", |hand| (hand.picture.as_ref()?.shade == shade).then_some(()));
         std::thread::sleep(Duration::from_millis(20));
         assert!(!hand.rendering.path("saved.exr").exists(), "{context}");
         hand.rendering.shared.wish(true, |wish| wish.moved = None);
@@ -386,8 +385,8 @@ fn every_key_with_an_error_of_the_options_shown() {
         let effect = hand.press(key);
         before.check(&hand, key, effect, &context);
         if hand.session.quantity.is_in(&hand.session.options) {
-            let is_light = hand.session.quantity.is_light();
-            hand.look("a picture of it", |hand| (hand.picture.as_ref()?.is_light == is_light).then_some(()));
+            let shade = hand.session.quantity.shade();
+            hand.look("a picture of it", |hand| (hand.picture.as_ref()?.shade == shade).then_some(()));
         }
         hand.press(SAVE);
         hand.look("a refusal", |hand| {

@@ -8,12 +8,14 @@ use std::time::{Duration, Instant};
 use clap::Parser;
 use goblet_host::Device;
 
+use super::guiding::Guiding;
 use super::quantity::Quantity;
 use super::shared::{News, Save, Shared, View, Wish};
 use super::{first_wish, render_thread};
 use crate::cli::{Cli, Command, RenderArgs};
-use crate::render::aov::AovKind;
 use crate::render::device::{DeviceOptions, open_device};
+use crate::render::guide::guidance::Guidance;
+use crate::render::options::{Contribution, Options};
 use crate::scene::Scene;
 
 pub const SCENE: &str = r#"Film "rgb" "integer xresolution" 24 "integer yresolution" 16
@@ -141,10 +143,10 @@ fn every_quantity_has_a_picture() {
             wish.target.options.layers = quantity.layers();
         });
         rendering.shared.news().view = None;
-        let is_number = matches!(quantity, Quantity::Aov(aov) if aov.kind == AovKind::Number);
+        let is_number = matches!(quantity, Quantity::Aov(aov) if aov.kind.is_number());
         let is_wanted = |view: &View| {
-            let has_white = view.picture.white.is_some();
-            view.picture.size == [24, 16] && view.picture.is_light == quantity.is_light() && has_white == is_number
+            let has_ends = view.picture.ends.is_some();
+            view.picture.size == [24, 16] && view.picture.shade == quantity.shade() && has_ends == is_number
         };
         let view = rendering.wait(&quantity.name(), |news| news.view.take_if(|view| is_wanted(view)));
         assert_eq!(view.picture.pixels.len(), 24 * 16);
@@ -152,6 +154,24 @@ fn every_quantity_has_a_picture() {
         // Nothing in the scene is specular.
         assert_eq!(largest(&view) > 0.0, quantity.name() != "caustic", "{quantity:?}");
     }
+}
+
+/// What the panel says is of the render that is shown: with the options of the window, and with what its pilot has found.
+#[test]
+fn the_status_says_where_photons_begin() {
+    let rendering = Rendering::new();
+    let expect = |contribution, guidance, is_expected: fn(&Guiding) -> bool| {
+        rendering.shared.wish(true, |wish| {
+            wish.target.options = Options { contribution, guidance, ..wish.target.options.clone() };
+        });
+        let what = format!("the state of {guidance} with {contribution:?}");
+        rendering.wait(&what, |news| is_expected(&news.status.guiding).then(|| news.status.guiding.sentences()))
+    };
+    expect(Contribution::All, Guidance::Auto, |guiding| *guiding == Guiding::NotInWindows);
+    let said = expect(Contribution::All, Guidance::On, |guiding| matches!(guiding, Guiding::Found(_)));
+    assert!(said.contains("with it.") && said.contains("The pilot took"), "{said}");
+    expect(Contribution::All, Guidance::Off, |guiding| *guiding == Guiding::Off);
+    expect(Contribution::Direct, Guidance::On, |guiding| *guiding == Guiding::NoPhotons);
 }
 
 #[test]

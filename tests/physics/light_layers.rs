@@ -86,8 +86,10 @@ fn the_light_of_a_mirror_is_a_caustic_until_it_is_scattered() {
     let text = format!(
         "LookAt 0 -1 .6  0 0 0  0 0 1\nCamera \"perspective\" \"float fov\" 20\nWorldBegin\n{lamp}\n{floor}\n{metal}\n{mirror}"
     );
-    let small =
-        Options { resolution: Some([16, 16]), radius: Some(0.1), alpha: Some(1.0), max_depth: Some(2), ..options() };
+    // A guide would depend on the length of paths.
+    let guidance = goblet::Guidance::Off;
+    let discs = Options { radius: Some(0.1), alpha: Some(1.0), ..options() };
+    let small = Options { resolution: Some([16, 16]), max_depth: Some(2), guidance, ..discs };
     let estimate = render(&text, &small, 4);
     let (photons, caustic) = (layer(&estimate, "photons"), layer(&estimate, "caustic"));
     assert!(total(&caustic) > 0.0);
@@ -127,7 +129,7 @@ fn layers_leave_the_image_alone_and_do_not_depend_on_how_it_is_made() {
     }
 }
 
-/// The radius stays, and a floor gets as many photons as are emitted onto it.
+/// The radius stays, and a floor gets as many photons as are emitted onto it, which bring all its light.
 #[test]
 fn radius_and_density_are_those_of_the_discs() {
     let text = "LookAt 0 0 5  0 0 0  0 1 0\nCamera \"orthographic\" \"float screenwindow\" [-1 1 -1 1]\nWorldBegin\n\
@@ -153,4 +155,11 @@ fn radius_and_density_are_those_of_the_discs() {
     // The lamp's photons fall evenly onto the floor.
     let expected = 400_000.0 / (40.0 * 40.0);
     assert!((value("density") / expected - 1.0).abs() < 0.02, "{}, not {expected}", value("density"));
+    assert_eq!(value("photon-share"), 1.0);
+    // Each photon brings the same light, so that there is no noise: a 400,000th of what the lamp sends to the floor,
+    // 3 W/m², of which the floor reflects 0.8. The lamp lights the scene's bounding box, which is wider by 1e-5 render
+    // units on each side: 1.6e-5 of the floor, so that each photon has 3.2e-5 more. The rest is roundings of floats.
+    let radiance = 0.8 / std::f64::consts::PI * 3.0;
+    let each = value("light-per-photon");
+    assert!((each * expected / radiance - 1.0 - 3.2e-5).abs() < 1e-5, "{each}, not {}", radiance / expected);
 }

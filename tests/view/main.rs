@@ -19,8 +19,11 @@ const TAB: u32 = 0xff09;
 const SPACE: u32 = ' ' as u32;
 const H: u32 = 'h' as u32;
 const ONE: u32 = '1' as u32;
+const FIVE: u32 = '5' as u32;
 const SEVEN: u32 = '7' as u32;
 const EIGHT: u32 = '8' as u32;
+const NINE: u32 = '9' as u32;
+const ZERO: u32 = '0' as u32;
 const R: u32 = 'r' as u32;
 const S: u32 = 's' as u32;
 
@@ -76,6 +79,16 @@ fn shows_beside(desktop: &Desktop, panel: u32, path: &Path) {
         desktop.shot().save(&shot);
         panic!("{} does not show {}", shot.display(), path.display())
     });
+}
+
+/// Whether a square picture beside the panel is in false colours: what is not black has colours far from grey. After few
+/// photons, most may be black.
+fn is_in_false_colors(desktop: &Desktop, side: u32) -> bool {
+    let part = desktop.shot().middle(PANEL, [side, side]).unwrap_or_default();
+    let ends = |color: &[u8; 3]| (*color.iter().min().expect("red"), *color.iter().max().expect("red"));
+    let lit: Vec<(u8, u8)> = part.iter().map(ends).filter(|(_, most)| *most > 20).collect();
+    let far = lit.iter().filter(|(least, most)| most - least > 60).count();
+    20 * lit.len() > part.len() && 10 * far > 9 * lit.len()
 }
 
 fn finish(child: Child) {
@@ -187,6 +200,18 @@ fn a_small_film_has_a_usable_window_and_what_is_saved_is_what_is_shown() {
     desktop.press(&[EIGHT]);
     let depths = || difference(&desktop.shot(), PANEL, &expected).filter(|most| *most > 60);
     wait_for("depths", depths);
+    for key in [FIVE, NINE, ZERO] {
+        desktop.press(&[ONE]);
+        shows_beside(&desktop, PANEL, &expected);
+        assert!(!is_in_false_colors(&desktop, 128), "the image shows nothing");
+        desktop.press(&[key]);
+        let is_shown = || is_in_false_colors(&desktop, 128).then_some(());
+        wait_or(is_shown, || {
+            let shot = Path::new(env!("CARGO_TARGET_TMPDIR")).join("view.png");
+            desktop.shot().save(&shot);
+            panic!("{} shows no false colours", shot.display())
+        });
+    }
     desktop.press(&[ONE]);
     shows_beside(&desktop, PANEL, &expected);
     desktop.drag((0..20).map(|i| [360 + 2 * i, 240]), Duration::from_millis(10));

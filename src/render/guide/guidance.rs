@@ -21,9 +21,28 @@ named! {
     }
 }
 
+/// Whether photons begin by a guide, and if not, why not.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Finding {
+    /// Photons begin by the guide.
+    Guided,
+    /// The pilot has found that a guide would not lower the error enough.
+    NotWorthwhile,
+    /// No photon of the pilot has told where light comes from that is seen.
+    NothingFound,
+    /// Photons bring no light to what may be seen, so that there is no pilot.
+    PhotonsDoNotMatter,
+    /// No diffuse surface is seen, on which photons could be gathered.
+    NothingSeen,
+    /// Rough surfaces gather light of photons, of which a pilot knows nothing.
+    RoughSurfaces,
+}
+
 /// What a pilot has found.
 #[derive(Clone, Debug)]
 pub struct Guide {
+    /// Whether photons begin by the density of the tree, and if not, why not.
+    pub finding: Finding,
     /// The density that photons begin with.
     pub tree: Tree,
     /// The chance that next-event estimation picks each light.
@@ -46,8 +65,8 @@ impl Guide {
     }
 
     /// Photons that begin by the power of the lights alone, and next-event estimation by what is known before a pilot.
-    pub fn none(lights: &GuideLights) -> Self {
+    pub fn none(finding: Finding, lights: &GuideLights) -> Self {
         let direct = lights.direct.clone();
-        Self { tree: Tree::uniform(), direct, gain: 1.0, reached: [0.0; 2], time: Duration::ZERO }
+        Self { finding, tree: Tree::uniform(), direct, gain: 1.0, reached: [0.0; 2], time: Duration::ZERO }
     }
 }

@@ -23,7 +23,7 @@ pub mod tree;
 
 use std::time::Instant;
 
-use guidance::{Guidance, Guide};
+use guidance::{Finding, Guidance, Guide};
 use pilot::Pilot;
 use seen::Seen;
 use tree::{Caution, MOST_LEAVES, Tree};
@@ -61,8 +61,11 @@ pub fn learn(photon: &mut PhotonPass, on: Stage<'_>, progress: &mut Progress) ->
     let start = Instant::now();
     // A pilot does not know what its photons bring to rough surfaces.
     let is_blind = on.settings.guidance == Guidance::Auto && !on.buffers.rough_points.is_empty();
-    let is_useful = on.settings.photons_matter && !is_blind;
-    let guide = if is_useful { find(photon, on, progress)? } else { Guide::none(on.lights) };
+    let guide = match (on.settings.photons_matter, is_blind) {
+        (false, _) => Guide::none(Finding::PhotonsDoNotMatter, on.lights),
+        (true, true) => Guide::none(Finding::RoughSurfaces, on.lights),
+        (true, false) => find(photon, on, progress)?,
+    };
     on.device.write_texels(&on.buffers.guide_nodes, &guide.tree.nodes)?;
     progress.guide = Some(Guide { time: start.elapsed(), ..guide });
     Ok(())
@@ -94,10 +97,10 @@ pub fn are_lights_chosen(on: Stage<'_>, index: IterationIndex, progress: &Progre
 }
 
 fn find(photon: &mut PhotonPass, on: Stage<'_>, progress: &mut Progress) -> Result<Guide, RenderError> {
-    let Some(first) = progress.first_radius else { return Ok(Guide::none(on.lights)) };
+    let Some(first) = progress.first_radius else { return Ok(Guide::none(Finding::NothingSeen, on.lights)) };
     let seen = Seen::on_device(on, first)?;
     if seen.is_empty() {
-        return Ok(Guide::none(on.lights));
+        return Ok(Guide::none(Finding::NothingSeen, on.lights));
     }
     let power = on.settings.mean_power;
     let is_worthwhile = |gain| on.settings.guidance == Guidance::On || gain > WORTHWHILE;
@@ -111,13 +114,10 @@ fn find(photon: &mut PhotonPass, on: Stage<'_>, progress: &mut Progress) -> Resu
         samples = pilot.samples(&seen, power);
         let is_in_doubt = round == ROUND_OF_DOUBT && pilot.hits() >= HITS_TO_DOUBT;
         if is_in_doubt && !is_worthwhile(tree::gain_of_halves(&samples, CAUTION)) {
-            let guide = Guide { direct: pilot.direct(&seen, on), ..Guide::none(on.lights) };
-            return Ok(pilot.found(&samples, guide));
+            return Ok(pilot.found(&seen, &samples, None, on));
         }
     }
     let gain = tree::gain_of_halves(&samples, CAUTION);
-    let is_better = is_worthwhile(gain);
-    let tree = if is_better { Tree::learn(&samples, CAUTION) } else { Tree::uniform() };
-    let gain = if is_better { gain } else { 1.0 };
-    Ok(pilot.found(&samples, Guide { tree, gain, direct: pilot.direct(&seen, on), ..Guide::none(on.lights) }))
+    let guide = is_worthwhile(gain).then(|| (Tree::learn(&samples, CAUTION), gain));
+    Ok(pilot.found(&seen, &samples, guide, on))
 }

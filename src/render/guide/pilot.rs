@@ -1,10 +1,12 @@
 //! The photons of a pilot: how they began, and what they have brought.
 
+use std::time::Duration;
+
 use crate::kernels::{EmissionNumbers, PILOT_DIRECT, PhotonRecord};
 use crate::render::error::RenderError;
 use crate::render::guide::cell::Sample;
 use crate::render::guide::direct::{self, Lit};
-use crate::render::guide::guidance::{Guide, PHOTONS_OF_ROUND};
+use crate::render::guide::guidance::{Finding, Guide, PHOTONS_OF_ROUND};
 use crate::render::guide::lights::{self, GuideLights};
 use crate::render::guide::seen::{Brought, Seen};
 use crate::render::guide::tree::Tree;
@@ -175,11 +177,6 @@ impl Pilot {
         self.photons.iter().map(|photon| 1.0 / (PHOTONS_OF_ROUND as f64 * photon.densities)).collect()
     }
 
-    /// Returns the chances of next-event estimation that suit what photons bring straight from lights.
-    pub fn direct(&self, seen: &Seen, on: Stage<'_>) -> Vec<f64> {
-        direct::learn(seen, &self.lit, &self.weights(), on.settings.mean_power, &on.lights.direct)
-    }
-
     /// Returns for each photon the square of what it brings at density 1, summed over points by their importances.
     fn squares(&self, importances: &[f64]) -> Vec<f64> {
         let mut squares = vec![0.0; self.photons.len()];
@@ -205,14 +202,23 @@ impl Pilot {
         self.brought.chunk_by(|a, b| a.sample == b.sample).count()
     }
 
-    /// Returns a guide with the shares of photons that bring light to what is seen.
-    pub fn found(&self, samples: &[Sample], guide: Guide) -> Guide {
+    /// Returns what the pilot has found, with the density of a tree and its [`Guide::gain`]; `None` if a guide is not
+    /// worthwhile.
+    pub fn found(&self, seen: &Seen, samples: &[Sample], guide: Option<(Tree, f64)>, on: Stage<'_>) -> Guide {
+        let finding = match &guide {
+            None if self.brought.is_empty() => Finding::NothingFound,
+            None => Finding::NotWorthwhile,
+            Some((tree, _)) if tree.is_uniform() => Finding::NothingFound,
+            Some(_) => Finding::Guided,
+        };
+        let (tree, gain) = guide.unwrap_or_else(|| (Tree::uniform(), 1.0));
         let mut reached = [0.0; 2];
         for of_photon in self.brought.chunk_by(|a, b| a.sample == b.sample) {
             let Sample { numbers, weight, .. } = &samples[of_photon[0].sample as usize];
             reached[0] += weight;
-            reached[1] += weight * guide.tree.density(numbers);
+            reached[1] += weight * tree.density(numbers);
         }
-        Guide { reached: reached.map(|share| share.min(1.0)), ..guide }
+        let direct = direct::learn(seen, &self.lit, &self.weights(), on.settings.mean_power, &on.lights.direct);
+        Guide { finding, gain, reached: reached.map(|share| share.min(1.0)), tree, direct, time: Duration::ZERO }
     }
 }

@@ -45,6 +45,11 @@ impl Tree {
         Self { nodes: vec![leaf(1.0)] }
     }
 
+    /// Returns whether the density is 1 everywhere.
+    pub fn is_uniform(&self) -> bool {
+        self.nodes.len() == 1
+    }
+
     /// Learns the best density from samples, as cautiously as `caution` says. Returns the density that is 1 everywhere if
     /// the samples bring nothing.
     pub fn learn(samples: &[Sample], caution: Caution) -> Self {

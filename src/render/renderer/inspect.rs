@@ -21,4 +21,9 @@ impl Renderer {
     pub fn guide(&self) -> Option<&Guide> {
         self.progress.guide.as_ref()
     }
+
+    /// Returns whether iterations follow photons: not if only direct light is wanted, or if no light shines on a surface.
+    pub fn follows_photons(&self) -> bool {
+        self.settings.wanted_photons() > 0
+    }
 }
