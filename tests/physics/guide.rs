@@ -112,3 +112,81 @@ fn one_lamp_of_many_is_found_and_the_mean_stays() {
     assert!((ratio - 1.0).abs() < 0.005, "{ratio}");
     assert!(3.0 * with < without, "{with} {without}");
 }
+
+/// Eye paths choose the lamp that is seen, not one of all by power: the walls are so dark that little light is photons'.
+#[test]
+fn direct_light_is_that_of_the_lamp_that_is_seen() {
+    let text = lamps(13).replace("[.6 .6 .6]", "[.02 .02 .02]");
+    let render = |guidance, seed, iterations| {
+        let options =
+            Options { guidance, photons: Some(8192), seed: Some(seed), eye_paths: Some(1), ..Options::default() };
+        render_with(&text, &options, iterations)
+    };
+    let mean = |image: &Image| support::mean(image).iter().sum::<f64>();
+    let truth = render(Guidance::Off, 7, 1024);
+    let pixels: Vec<usize> = (0..24 * 24).collect();
+    let [without, with] = [Guidance::Off, Guidance::Auto].map(|guidance| render(guidance, 8, 24));
+    let [without, found] = [&without, &with].map(|image| error(image, &truth, &pixels));
+    let ratio = mean(&with) / mean(&truth);
+    println!("mean {ratio:.5}, relMSE {without:.5}, guided {found:.5}");
+    assert!((ratio - 1.0).abs() < 0.01, "{ratio}");
+    assert!(4.0 * found < without, "{found} {without}");
+}
+
+/// The sun shines into a chamber by a wide opening and by a pinhole, through a pane that bends nothing, so that only
+/// photons light the floor. A photon in 50,000 takes the pinhole: the pilot, of whose photons a quarter begin without a
+/// guide, expects half of one. The light of the pinhole is still of the right mean: of 8 million photons, 36 are expected
+/// to bring it, a sixth of which is their standard deviation.
+#[test]
+fn what_a_pilot_has_not_seen_comes_with_the_right_mean() {
+    let side = 0.009;
+    let rectangle = |[x0, x1, y0, y1]: [f64; 4], z: f64| {
+        format!(
+            "Shape \"trianglemesh\" \"integer indices\" [0 1 2 0 2 3] \
+             \"point3 P\" [{x0} {y0} {z} {x1} {y0} {z} {x1} {y1} {z} {x0} {y1} {z}]\n"
+        )
+    };
+    let [low, high] = [0.5 - 0.5 * side, 0.5 + 0.5 * side];
+    let lid: String = [
+        [-1.0, 1.0, -1.0, -0.4],
+        [-1.0, 1.0, 0.4, 1.0],
+        [-1.0, -0.9, -0.4, 0.4],
+        [-0.1, low, -0.4, 0.4],
+        [high, 1.0, -0.4, 0.4],
+        [low, high, -0.4, -0.5 * side],
+        [low, high, 0.5 * side, 0.4],
+    ]
+    .map(|corners| rectangle(corners, 1.0))
+    .concat();
+    let text = format!(
+        "Film \"rgb\" \"integer xresolution\" 32 \"integer yresolution\" 32\nPixelFilter \"box\"\n\
+         LookAt 0 0 .9  0 0 0  0 1 0\nCamera \"orthographic\"\nWorldBegin\n\
+         LightSource \"distant\" \"point3 from\" [0 0 1] \"point3 to\" [0 0 0] \"rgb L\" [1 1 1]\n\
+         Material \"diffuse\" \"rgb reflectance\" [.5 .5 .5]\n{}\
+         Material \"diffuse\" \"rgb reflectance\" [0 0 0]\n{lid}\
+         Material \"dielectric\" \"float eta\" 1\n{}{}",
+        rectangle([-1.0, 1.0, -1.0, 1.0], 0.0),
+        rectangle([-1.0, 1.0, -1.0, 1.0], 0.97),
+        rectangle([-1.0, 1.0, -1.0, 1.0], 0.95),
+    );
+    let options = Options {
+        guidance: Guidance::On,
+        photons: Some(1 << 20),
+        radius: Some(0.1),
+        alpha: Some(1.0),
+        max_depth: Some(3),
+        eye_paths: Some(1),
+        ..Options::default()
+    };
+    let image = render_with(&text, &options, 8);
+    let flux = |is_in: &dyn Fn(usize) -> bool| {
+        let radiances = (0..32 * 32).filter(|pixel| is_in(pixel % 32)).map(|pixel| brightness(&image, pixel));
+        radiances.sum::<f64>() * (2.0_f64 / 32.0).powi(2) * std::f64::consts::PI / 0.5
+    };
+    // The image of a camera that looks down may be mirrored: the pinhole is on the side with less light.
+    let [left, right] = [flux(&|x| x < 16), flux(&|x| x > 16)];
+    let [opening, pinhole] = [left.max(right) / 0.64, left.min(right) / (side * side)];
+    println!("of the light of the opening {opening:.4}, of the pinhole {pinhole:.3}");
+    assert!((opening - 1.0).abs() < 0.01, "{opening}");
+    assert!((pinhole - 1.0).abs() < 0.5, "{pinhole}");
+}
