@@ -88,6 +88,8 @@ impl fmt::Display for Choice {
 const LEAST_SHARE: f64 = 0.25;
 /// The largest factor between a number that is chosen and the usual one, where the other number is given.
 const MOST_FACTOR: f64 = 16.0;
+/// The least share of the usual work of an iteration, where both numbers are chosen.
+const LEAST_WORK: f64 = 0.75;
 /// Other numbers than the usual ones are chosen only if noise after the same work is below this share of theirs. A trial
 /// is not exact.
 const WORTHWHILE: f64 = 0.95;
@@ -109,11 +111,19 @@ impl Trial {
         sum(self.noise(counts)) * sum(self.work(counts))
     }
 
+    /// Returns the number of photons with the least noise for the work, with this number of eye paths.
+    fn best_photons(&self, eye_paths: u32) -> f64 {
+        let ratio = self.photon_noise * self.eye_work / (self.eye_noise * self.photon_work);
+        if ratio.is_finite() { f64::from(eye_paths) * ratio.sqrt() } else { f64::INFINITY }
+    }
+
     /// Returns the numbers with the least noise for the work. Where both are asked for, an iteration has about as much
-    /// work as with the usual numbers. Eye paths are at most `most`.
-    pub fn choose(&self, usual: Counts, auto: Auto, most: u32) -> Counts {
+    /// work as with the usual numbers, or up to a quarter less. Neither is above
+    /// `most`.
+    pub fn choose(&self, usual: Counts, auto: Auto, most: Counts) -> Counts {
         let least = if self.photons_matter { (LEAST_SHARE * usual.photons as f64).max(1.0) } else { 1.0 };
-        let photons = |wanted: f64| rounded(wanted.clamp(least, usual.photons as f64 * MOST_FACTOR));
+        let largest = (usual.photons as f64 * MOST_FACTOR).min(most.photons as f64);
+        let photons = |wanted: f64| rounded(wanted.clamp(least, largest));
         let budget: f64 = self.work(usual).iter().sum();
         let choices: Vec<Counts> = match auto {
             Auto { photons: false, eye_paths: false } => Vec::new(),
@@ -123,15 +133,19 @@ impl Trial {
                 wanted.map(|wanted| Counts { photons: photons(wanted), ..usual }).collect()
             }
             Auto { photons: false, eye_paths: true } => {
-                let most = most.min((f64::from(usual.eye_paths) * MOST_FACTOR) as u32);
+                let most = most.eye_paths.min((f64::from(usual.eye_paths) * MOST_FACTOR) as u32);
                 (1..=most).map(|eye_paths| Counts { eye_paths, ..usual }).collect()
             }
             Auto { photons: true, eye_paths: true } => {
                 let left = |eye_paths: u32| (budget - self.eye_work * f64::from(eye_paths)) / self.photon_work;
-                let fits = |eye_paths: &u32| left(*eye_paths) >= least;
+                let counts = |eye_paths, wanted| Counts { photons: photons(wanted), eye_paths };
                 let wanted = |eye_paths| if self.photons_matter { left(eye_paths) } else { least };
-                let counts = |eye_paths| Counts { photons: photons(wanted(eye_paths)), eye_paths };
-                (1..=most).take_while(fits).map(counts).collect()
+                let fitting = || (1..=most.eye_paths).take_while(|eye_paths| left(*eye_paths) >= least);
+                let full = fitting().map(|eye_paths| counts(eye_paths, wanted(eye_paths)));
+                // Where there is no room for another eye path, photons need not take what is left.
+                let fewer = fitting().last().map(|last| counts(last, wanted(last).min(self.best_photons(last))));
+                let is_enough = |counts: &Counts| self.work(*counts).iter().sum::<f64>() >= LEAST_WORK * budget;
+                full.chain(fewer).filter(is_enough).collect()
             }
         };
         let best = choices.into_iter().min_by(|a, b| self.product(*a).total_cmp(&self.product(*b))).unwrap_or(usual);
@@ -150,6 +164,7 @@ mod tests {
     use super::*;
 
     const BOTH: Auto = Auto { photons: true, eye_paths: true };
+    const MOST: Counts = Counts { photons: 1 << 31, eye_paths: 64 };
     const USUAL: Counts = Counts { photons: 10_000, eye_paths: 4 };
 
     /// An iteration with the usual numbers has as much work of eye paths as of photons.
@@ -166,14 +181,14 @@ mod tests {
 
     #[test]
     fn numbers_follow_the_noise_at_the_same_work() {
-        assert_eq!(trial(1.0, 1.0).choose(USUAL, BOTH, 64), USUAL, "they are the best");
-        assert_eq!(trial(0.0, 0.0).choose(USUAL, BOTH, 64), USUAL, "a black image");
+        assert_eq!(trial(1.0, 1.0).choose(USUAL, BOTH, MOST), USUAL, "they are the best");
+        assert_eq!(trial(0.0, 0.0).choose(USUAL, BOTH, MOST), USUAL, "a black image");
         // n / p is three times the usual ratio: 8 (3 / 4) eye paths, and 8 (1 / 4) times a quarter of the photons.
-        assert_eq!(trial(9.0, 1.0).choose(USUAL, BOTH, 64), Counts { photons: 5120, eye_paths: 6 });
-        assert_eq!(trial(1.0, 9.0).choose(USUAL, BOTH, 64), Counts { photons: 14_336, eye_paths: 2 });
+        assert_eq!(trial(9.0, 1.0).choose(USUAL, BOTH, MOST), Counts { photons: 5120, eye_paths: 6 });
+        assert_eq!(trial(1.0, 9.0).choose(USUAL, BOTH, MOST), Counts { photons: 14_336, eye_paths: 2 });
         for noise in [[1.0, 0.0], [0.0, 1.0], [3.0, 1.0], [1.0, 30.0]] {
             let trial = trial(noise[0], noise[1]);
-            let taken = trial.choose(USUAL, BOTH, 64);
+            let taken = trial.choose(USUAL, BOTH, MOST);
             let work = |counts| trial.work(counts).iter().sum::<f64>();
             assert!((work(taken) / work(USUAL) - 1.0).abs() < 0.13, "{taken:?}");
             assert!(trial.product(taken) <= trial.product(USUAL), "{taken:?}");
@@ -183,30 +198,39 @@ mod tests {
     #[test]
     fn where_one_number_is_given_the_other_keeps_the_ratio() {
         let ratio = |counts: Counts| f64::from(counts.eye_paths) / counts.photons as f64 / (4.0 / 10_000.0);
-        let photons = trial(4.0, 1.0).choose(USUAL, Auto { photons: true, eye_paths: false }, 64);
+        let photons = trial(4.0, 1.0).choose(USUAL, Auto { photons: true, eye_paths: false }, MOST);
         assert!(photons.eye_paths == 4 && (ratio(photons) / 2.0 - 1.0).abs() < 0.2, "{photons:?}");
-        let eye_paths = trial(4.0, 1.0).choose(USUAL, Auto { photons: false, eye_paths: true }, 64);
+        let eye_paths = trial(4.0, 1.0).choose(USUAL, Auto { photons: false, eye_paths: true }, MOST);
         assert_eq!(eye_paths, Counts { eye_paths: 8, ..USUAL });
-        assert_eq!(trial(4.0, 1.0).choose(USUAL, Auto::default(), 64), USUAL);
+        assert_eq!(trial(4.0, 1.0).choose(USUAL, Auto::default(), MOST), USUAL);
     }
 
     #[test]
     fn some_photons_look_for_light_that_the_trial_has_missed() {
         let only_eye = trial(1.0, 0.0);
-        assert_eq!(only_eye.choose(USUAL, BOTH, 64), Counts { photons: 2560, eye_paths: 7 });
+        assert_eq!(only_eye.choose(USUAL, BOTH, MOST), Counts { photons: 2560, eye_paths: 7 });
         let useless = Trial { photons_matter: false, ..only_eye };
-        assert_eq!(useless.choose(USUAL, BOTH, 64), Counts { photons: 1, eye_paths: 7 });
-        assert_eq!(useless.choose(USUAL, BOTH, 6).eye_paths, 6, "the most that there may be");
-        assert_eq!(trial(0.0, 1.0).choose(USUAL, BOTH, 64), Counts { photons: 16_384, eye_paths: 1 });
+        assert_eq!(useless.choose(USUAL, BOTH, MOST), Counts { photons: 1, eye_paths: 7 });
+        assert_eq!(
+            useless.choose(USUAL, BOTH, Counts { eye_paths: 6, ..MOST }).eye_paths,
+            6,
+            "the most that there may be"
+        );
+        // The work of one more eye path is more than all that photons can give.
+        let few_photons = Trial { photon_work: 1.0, ..only_eye };
+        assert_eq!(few_photons.choose(USUAL, BOTH, MOST), Counts { photons: 2560, eye_paths: 4 });
+        assert_eq!(trial(0.0, 1.0).choose(USUAL, BOTH, MOST), Counts { photons: 16_384, eye_paths: 1 });
+        let only_photons = trial(0.0, 1.0).choose(USUAL, BOTH, Counts { photons: 12_288, ..MOST });
+        assert_eq!(only_photons.photons, 12_288, "the most that there may be");
         // Photons that are not emitted are no work, so that there is nothing to share.
         let no_photons = Trial { photon_work: 0.0, ..useless };
-        assert_eq!(no_photons.choose(USUAL, BOTH, 64), USUAL);
+        assert_eq!(no_photons.choose(USUAL, BOTH, MOST), USUAL);
     }
 
     #[test]
     fn a_choice_says_why() {
         let text = |trial: Trial| {
-            let choice = Choice { trial, usual: USUAL, taken: trial.choose(USUAL, BOTH, 64), time: Duration::ZERO };
+            let choice = Choice { trial, usual: USUAL, taken: trial.choose(USUAL, BOTH, MOST), time: Duration::ZERO };
             choice.to_string()
         };
         assert_eq!(

@@ -10,7 +10,7 @@ impl Renderer {
     /// Starts the render again with another camera, film or options, without building or compiling anything.
     /// The image is the one that a new renderer gives. All other parts of the scene must be unchanged.
     /// Returns false and changes nothing if a new renderer is necessary: for other kernels, or for more
-    /// pixels than this renderer has memory for.
+    /// pixels than this renderer has memory for. Numbers that a trial would choose ([`Options::auto`]) are the usual ones.
     ///
     /// # Errors
     /// An option is out of range, or the device fails.
@@ -42,6 +42,7 @@ impl Renderer {
         }
         self.identity.set_view(scene, view, options, resolved);
         self.settings = self.base.settings(scene, options, resolved, view);
+        self.choice = None;
         self.exposure = scene.film.exposure;
         let paces = self.progress.schedule.paces;
         self.progress = self.base.progress(&self.device, options, resolved, view);
