@@ -84,6 +84,8 @@ struct TrialStats {
     /// The squared relative noise of an iteration with the default numbers: of eye paths, and of photons.
     eye_noise: f64,
     photon_noise: f64,
+    /// Its noise that falls with iterations alone.
+    other_noise: f64,
     /// The work of such an iteration, in eye paths.
     eye_work: f64,
     photon_work: f64,
@@ -96,7 +98,6 @@ struct TrialStats {
 impl From<&Choice> for TrialStats {
     fn from(Choice { trial, usual, taken, time }: &Choice) -> Self {
         let [[eye_noise, photon_noise], [eye_work, photon_work]] = [trial.noise(*usual), trial.work(*usual)];
-        let product = trial.product(*usual);
         Self {
             photons: taken.photons,
             eye_paths: taken.eye_paths,
@@ -104,9 +105,10 @@ impl From<&Choice> for TrialStats {
             usual_eye_paths: usual.eye_paths,
             eye_noise,
             photon_noise,
+            other_noise: trial.other_noise,
             eye_work,
             photon_work,
-            noise_share: if product > 0.0 { trial.product(*taken) / product } else { 1.0 },
+            noise_share: trial.gain(*usual, *taken),
             seconds: time.as_secs_f64(),
         }
     }

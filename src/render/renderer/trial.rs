@@ -3,7 +3,7 @@
 //! The trial renders the scene with what was built for the render, at few pixels, each as wide as one of the full image and
 //! with a disc of the same size. Iterations come in pairs that share their eye paths: what differs within a pair is noise of
 //! photons. Eye paths leave the light that they bring on the device; what differs between pairs there is noise of eye paths.
-//! (Edges and textures in the light of photons fall with the number of iterations alone.)
+//! What else differs between pairs is noise that falls with the number of iterations alone.
 //!
 //! What the trial finds depends on the scene, the options and the seed alone, and on no clock: every shard, and a render
 //! that is resumed, finds the same.
@@ -106,7 +106,7 @@ impl Renderer {
         let shots = self.shoot()?;
 
         let [width, _] = resolved.resolution;
-        let [eye, photon] = shots.noise(width as usize);
+        let [eye, photon, other] = shots.noise(width as usize);
         let [length, pixels] = [f64::from(full.sequence.round_length), pixels(full.resolution)];
         let (emitted, recorded) = (self.progress.tally.emitted as f64, self.progress.tally.recorded as f64);
         let [larger_noise, smaller_area] = shrinkage(full.alpha, full.sequence.round_length);
@@ -115,6 +115,7 @@ impl Renderer {
         Ok(Trial {
             eye_noise: eye * f64::from(full.eye_paths) * length,
             photon_noise: photon * photons as f64 * larger_noise,
+            other_noise: other * length,
             eye_work: pixels / length,
             photon_work: if emitted > 0.0 { works / emitted } else { 0.0 },
             photons_matter: self.settings.photons_matter,
@@ -181,25 +182,29 @@ struct Shots {
 }
 
 impl Shots {
-    /// Returns the squared relative noise of an iteration: that of eye paths, and that of photons.
-    fn noise(&self, width: usize) -> [f64; 2] {
+    /// Returns the squared relative noise of an iteration: that of eye paths, that of photons, and what is left.
+    fn noise(&self, width: usize) -> [f64; 3] {
         let pairs = self.pairs.len() as f64;
         let images = || self.pairs.iter().flatten();
         let pixels = 0..self.of_eye_paths[0].len();
         let mean = |pixel: usize| images().map(|image| image[pixel]).sum::<f64>() / (2.0 * pairs);
         let means = blurred(&pixels.clone().map(mean).collect::<Vec<_>>(), width);
-        let Some(dark) = dark_square(means.iter().copied()) else { return [0.0; 2] };
-        let eye = |pixel: usize| {
-            let values = || self.of_eye_paths.iter().map(|image| image[pixel]);
-            let mean = values().sum::<f64>() / pairs;
-            values().map(|value| (value - mean).powi(2)).sum::<f64>() / (pairs - 1.0)
+        let Some(dark) = dark_square(means.iter().copied()) else { return [0.0; 3] };
+        let variance = |value: &dyn Fn(usize) -> f64| {
+            let all = || (0..self.pairs.len()).map(value);
+            let mean = all().sum::<f64>() / pairs;
+            all().map(|value| (value - mean).powi(2)).sum::<f64>() / (pairs - 1.0)
         };
+        let eye = |pixel: usize| variance(&|pair| self.of_eye_paths[pair][pixel]);
+        // The mean of a pair has the noise of eye paths, half of that of photons, and what is left.
+        let of_means = |pixel: usize| variance(&|pair| 0.5 * (self.pairs[pair][0][pixel] + self.pairs[pair][1][pixel]));
         let photons =
             |pixel: usize| self.pairs.iter().map(|[a, b]| (a[pixel] - b[pixel]).powi(2) / 2.0).sum::<f64>() / pairs;
         let relative = |square: &dyn Fn(usize) -> f64| {
             trimmed_mean(pixels.clone().map(|pixel| square(pixel) / (means[pixel].powi(2) + dark)).collect())
         };
-        [relative(&eye), relative(&photons)]
+        let [eye, photons, of_means] = [relative(&eye), relative(&photons), relative(&of_means)];
+        [eye, photons, (of_means - eye - 0.5 * photons).max(0.0)]
     }
 }
 
@@ -219,10 +224,10 @@ mod tests {
             gathered: 0.0,
         };
         // Both pixels have the mean 1, and the tenth of it as the least that counts.
-        let [eye, photons] = shots.noise(2);
+        let [eye, photons, _] = shots.noise(2);
         assert!((eye - 0.5 * (4.0 / 3.0) / 1.01).abs() < 1e-12 && (photons - 0.5 * 2.0 / 1.01).abs() < 1e-12);
         let black = Shots { pairs: vec![[vec![0.0], vec![0.0]]; 2], of_eye_paths: vec![vec![0.0]; 2], gathered: 0.0 };
-        assert_eq!(black.noise(1), [0.0; 2]);
+        assert_eq!(black.noise(1), [0.0; 3]);
     }
 
     #[test]
