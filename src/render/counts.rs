@@ -228,11 +228,11 @@ mod tests {
     #[test]
     fn where_one_number_is_given_the_other_keeps_the_ratio() {
         let ratio = |counts: Counts| f64::from(counts.eye_paths) / counts.photons as f64 / (4.0 / 10_000.0);
-        let photons = trial(4.0, 1.0).choose(USUAL, Auto { photons: true, eye_paths: false }, MOST);
-        assert!(photons.eye_paths == 4 && (ratio(photons) / 2.0 - 1.0).abs() < 0.2, "{photons:?}");
-        let eye_paths = trial(4.0, 1.0).choose(USUAL, Auto { photons: false, eye_paths: true }, MOST);
-        assert_eq!(eye_paths, Counts { eye_paths: 8, ..USUAL });
-        assert_eq!(trial(4.0, 1.0).choose(USUAL, Auto::default(), MOST), USUAL);
+        let photons = trial(9.0, 1.0).choose(USUAL, Auto { photons: true, eye_paths: false }, MOST);
+        assert!(photons.eye_paths == 4 && (ratio(photons) / 3.0 - 1.0).abs() < 0.2, "{photons:?}");
+        let eye_paths = trial(9.0, 1.0).choose(USUAL, Auto { photons: false, eye_paths: true }, MOST);
+        assert_eq!(eye_paths, Counts { eye_paths: 12, ..USUAL });
+        assert_eq!(trial(9.0, 1.0).choose(USUAL, Auto::default(), MOST), USUAL);
     }
 
     #[test]
