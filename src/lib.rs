@@ -89,6 +89,7 @@ pub use goblet_host::{ArrayKind, Device, DeviceInfo, DeviceKind, Error as Device
 pub use base::host_memory::OutOfHostMemory;
 pub use gpu_scene::pack::{Envelopes, PackError, RevolutionSolver};
 pub use render::counters::{ByPass, Tally};
+pub use render::counts::{Auto, Choice, Counts, Trial};
 pub use render::device::{DeviceOptions, open_device};
 pub use render::error::RenderError;
 pub use render::guide::guidance::Guidance;

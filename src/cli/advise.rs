@@ -66,6 +66,8 @@ struct Report {
     options: Vec<String>,
     expected: Expected,
     by_default: Expected,
+    /// The numbers that a render with `--photons auto --eye-paths auto` takes, and why.
+    auto: String,
     command: String,
 }
 
@@ -96,6 +98,7 @@ pub fn run(args: &AdviseArgs) -> Result<(), Failure> {
         options,
         expected: advice.expected,
         by_default: advice.by_default,
+        auto: advice.auto.to_string(),
     };
     terminal::print(&if args.json { report.json()? } else { report.text() })
 }
@@ -123,7 +126,7 @@ impl Report {
     }
 
     fn text(&self) -> String {
-        let Self { device, probe_seconds, expected, by_default, command, .. } = self;
+        let Self { device, probe_seconds, expected, by_default, auto, command, .. } = self;
         let line = |it: &Expected| format!("{:.4} after {:.1} s, {} iterations", it.error, it.seconds, it.iterations);
         let parts = expected.parts;
         format!(
@@ -131,6 +134,7 @@ impl Report {
              expect     {}: a relative error of noise and blur\n\
              made of    noise of eye paths {:.0} %, noise of photons {:.0} %, blur {:.0} % of its square\n\
              default    {}\n\
+             auto       {auto}\n\
              {command}\n",
             line(expected),
             100.0 * parts.eye,

@@ -85,6 +85,9 @@ fn run_with(args: &RenderArgs, step: impl Fn(&mut Renderer) -> Result<(), Render
     if !args.quiet {
         let seconds = renderer.compile_time().as_secs_f64();
         terminal::say(format_args!("compiled the kernels in {seconds:.1} s"));
+        if let Some(choice) = renderer.choice() {
+            terminal::say(format_args!("trial of {:.1} s: {choice}", choice.time.as_secs_f64()));
+        }
     }
     signals.begin();
     let begin = Begin { iterations: renderer.iterations(), photons: renderer.photons(), time: Instant::now() };

@@ -10,6 +10,7 @@ use serde::Serialize;
 use super::Failure;
 use crate::base::output::{Replacement, replace};
 use crate::render::counters::Tally;
+use crate::render::counts::Choice;
 use crate::render::error::RenderError;
 use crate::render::guide::guidance::Guide;
 use crate::render::renderer::Renderer;
@@ -43,6 +44,8 @@ pub struct Stats {
     recorded_share: Option<f64>,
     /// What the pilot of a guided render has found; null if there was none.
     guide: Option<GuideStats>,
+    /// What a trial has found and chosen; null if there was none.
+    trial: Option<TrialStats>,
     device_memory_bytes: u64,
     eye_paths: u64,
     #[serde(flatten)]
@@ -68,6 +71,46 @@ impl From<&Guide> for GuideStats {
     fn from(guide: &Guide) -> Self {
         let [reached_share_without, reached_share] = guide.reached;
         Self { reached_share_without, reached_share, gain: guide.gain, seconds: guide.time.as_secs_f64() }
+    }
+}
+
+#[derive(Serialize)]
+struct TrialStats {
+    /// Photons of an iteration, and eye paths of a pixel: chosen, and by default.
+    photons: u64,
+    eye_paths: u32,
+    usual_photons: u64,
+    usual_eye_paths: u32,
+    /// The squared relative noise of an iteration with the default numbers: of eye paths, and of photons.
+    eye_noise: f64,
+    photon_noise: f64,
+    /// Its noise that falls with iterations alone.
+    other_noise: f64,
+    /// The work of such an iteration, in eye paths.
+    eye_work: f64,
+    photon_work: f64,
+    /// The squared noise after the same work, over that with the default numbers.
+    noise_share: f64,
+    /// The time of the trial; it is part of `seconds.total`.
+    seconds: f64,
+}
+
+impl From<&Choice> for TrialStats {
+    fn from(Choice { trial, usual, taken, time }: &Choice) -> Self {
+        let [[eye_noise, photon_noise], [eye_work, photon_work]] = [trial.noise(*usual), trial.work(*usual)];
+        Self {
+            photons: taken.photons,
+            eye_paths: taken.eye_paths,
+            usual_photons: usual.photons,
+            usual_eye_paths: usual.eye_paths,
+            eye_noise,
+            photon_noise,
+            other_noise: trial.other_noise,
+            eye_work,
+            photon_work,
+            noise_share: trial.gain(*usual, *taken),
+            seconds: time.as_secs_f64(),
+        }
     }
 }
 
@@ -129,6 +172,7 @@ impl Stats {
             error_of_one_photon: finite(noise.of_one_photon),
             recorded_share: finite(tally.recorded as f64 / tally.emitted as f64),
             guide: renderer.guide().map(GuideStats::from),
+            trial: renderer.choice().map(TrialStats::from),
             device_memory_bytes: device.allocated_bytes(),
             eye_paths: renderer.eye_paths(),
             tally,

@@ -44,6 +44,13 @@ impl View {
         }
     }
 
+    /// Returns the view with a pixel filter that is narrower by a factor. An image of fewer pixels then has the pixels of
+    /// the full image at as many places.
+    pub fn with_narrow_filter(mut self, factor: f64) -> Self {
+        self.filter_table[..2 * EDGES].iter_mut().for_each(|edge| *edge *= factor as f32);
+        self
+    }
+
     /// Returns the features that the camera and its filter require of kernels.
     pub fn features(&self) -> CameraFeatures {
         CameraFeatures {

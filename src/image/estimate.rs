@@ -80,6 +80,12 @@ impl Estimate {
         red.iter().zip(green).zip(blue).map(move |((r, g), b)| [*r, *g, *b].map(|sum| in_units(sum) * scale))
     }
 
+    /// Returns the sum over the iterations of each pixel's luminance, in multiples of the unit.
+    pub fn luminance_sums(&self) -> impl Iterator<Item = f64> {
+        let (luminance, iterations) = (self.luminance(), self.iterations() as f64);
+        self.means().map(move |mean| luminance(mean) * iterations)
+    }
+
     /// Returns the function from a pixel before the white balance to the luminance after it.
     fn luminance(&self) -> impl Fn([f64; 3]) -> f64 + use<> {
         let weights = balanced_luminance(self.white_balance);

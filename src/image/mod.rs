@@ -6,4 +6,5 @@ pub mod file;
 pub mod film;
 pub mod layers;
 pub mod planes;
+pub mod smooth;
 mod sum;

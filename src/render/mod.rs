@@ -5,6 +5,7 @@ pub mod aov;
 pub(crate) mod buffers;
 pub mod checkpoint;
 pub(crate) mod counters;
+pub mod counts;
 pub mod device;
 pub(crate) mod error;
 pub mod guide;

@@ -10,6 +10,7 @@ use crate::gpu_scene::pack::{Packing, RevolutionSolver};
 use crate::image::film::Window;
 use crate::image::layers::{Group, Groups};
 use crate::kernels::RenderFeatures;
+use crate::render::counts::Auto;
 use crate::render::error::RenderError;
 use crate::render::guide::guidance::Guidance;
 use crate::render::radius::RadiusSchedule;
@@ -127,6 +128,9 @@ pub struct Options {
     /// Eye paths per pixel and iteration, 1 to 64; 4 by default. Each eye path contributes direct light;
     /// photons are gathered only at the visible point of the last one.
     pub eye_paths: Option<u32>,
+    /// Which of these numbers a trial chooses: [`crate::render::counts`]. A number that is given is the usual one of the
+    /// trial. In a window, whose view changes all the time, there is no trial.
+    pub auto: Auto,
     /// Initial radius in scene units. If neither this field nor the scene has a radius, the initial radius
     /// follows the footprints of pixels.
     pub radius: Option<f64>,

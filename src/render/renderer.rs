@@ -3,6 +3,8 @@
 mod aside;
 mod inspect;
 mod noise;
+mod restart;
+mod trial;
 
 use std::sync::Arc;
 use std::time::{Duration, Instant};
@@ -21,6 +23,7 @@ use crate::kernels::{MaterialFeatures, PixelState, SceneFeatures, Specialization
 use crate::render::buffers::{Buffers, Sizes, room_for_records};
 use crate::render::checkpoint::{Checkpoint, CheckpointError, MadeBy};
 use crate::render::counters::Tally;
+use crate::render::counts::Choice;
 use crate::render::device::device_features;
 use crate::render::error::RenderError;
 use crate::render::guide::guidance::Guidance;
@@ -59,6 +62,8 @@ pub struct Renderer {
     lights: GuideLights,
     progress: Progress,
     warnings: Vec<String>,
+    /// The choice of a trial, if one was asked for.
+    choice: Option<Choice>,
     build_time: Duration,
     compile_time: Duration,
 }
@@ -184,12 +189,11 @@ impl Base {
 }
 
 impl Renderer {
-    /// Prepares a scene for rendering: builds the hierarchy, uploads the scene and compiles the kernels.
+    /// The same as [`Renderer::new`] with the usual numbers of photons and eye paths, where a trial is asked for.
     ///
     /// # Errors
-    /// The scene cannot be rendered, an option is out of range, or the host or the device does not have
-    /// enough memory.
-    pub fn new(device: Arc<Device>, scene: &Scene, options: &Options) -> Result<Self, RenderError> {
+    /// The same as for [`Renderer::new`].
+    fn with_usual_counts(device: Arc<Device>, scene: &Scene, options: &Options) -> Result<Self, RenderError> {
         let start = Instant::now();
         let packed = pack(scene, options.packing(scene))?;
         let base = Base {
@@ -238,42 +242,11 @@ impl Renderer {
             passes,
             lights,
             warnings: packed.contacts.warnings(),
+            choice: None,
             build_time,
             compile_time: start.elapsed(),
             device,
         })
-    }
-
-    /// Starts the render again with another camera, film or options, without building or compiling anything.
-    /// The image is the one that a new renderer gives. All other parts of the scene must be unchanged.
-    /// Returns false and changes nothing if a new renderer is necessary: for other kernels, or for more
-    /// pixels than this renderer has memory for.
-    ///
-    /// # Errors
-    /// An option is out of range, or the device fails.
-    pub fn restart(&mut self, scene: &Scene, options: &Options) -> Result<bool, RenderError> {
-        let (resolved, view) = self.base.resolve(scene, options)?;
-        let compiled = self.base.compiled(&self.device, options, &resolved, &view);
-        if compiled != self.compiled || !self.sizes.fit(resolved.resolution) {
-            return Ok(false);
-        }
-        self.buffers.set_view(&self.device, &view)?;
-        self.buffers.clear(&self.device)?;
-        if let Some(layers) = self.layers() {
-            layers.clear(&self.device)?;
-        }
-        if self.progress.lights_are_learned {
-            self.passes.photon.choose_lights(&self.device, &self.lights.direct)?;
-        }
-        self.identity.set_view(scene, &view, options, &resolved);
-        self.settings = self.base.settings(scene, options, &resolved, &view);
-        self.exposure = scene.film.exposure;
-        let paces = self.progress.schedule.paces;
-        self.progress = self.base.progress(&self.device, options, &resolved, &view);
-        if options.responsive {
-            self.progress.schedule.paces = paces;
-        }
-        Ok(true)
     }
 
     /// Runs one iteration.

@@ -4,6 +4,8 @@
 //! fitted to it ([`Model`]): the parts of the error that are noise of eye paths, noise of photons and blur,
 //! how each part depends on the settings, and the time of an iteration. The settings with the best
 //! prediction are then rendered for a few iterations, to correct the model for them.
+//!
+//! Among the settings that are predicted are the numbers of photons and eye paths that a render with `auto` takes.
 
 mod goal;
 mod model;
@@ -17,6 +19,7 @@ pub use goal::{Goal, Length};
 pub use model::{Choice, Expected, Model, Parts};
 use probe::Probe;
 
+use crate::render::counts;
 use crate::render::error::RenderError;
 use crate::render::options::Options;
 use crate::scene::Scene;
@@ -30,6 +33,8 @@ pub struct Advice {
     pub expected: Expected,
     /// Prediction for the scene's own settings and the same goal, by the same model.
     pub by_default: Expected,
+    /// The numbers of photons and eye paths that a render with `auto` takes, and why.
+    pub auto: counts::Choice,
     /// Duration of the probe in seconds.
     pub probe_seconds: f64,
 }
@@ -71,11 +76,17 @@ pub fn advise(
     length: Length,
 ) -> Result<Advice, RenderError> {
     let mut probe = Probe::new(device, scene, base, length);
+    let auto = probe.auto()?;
     let model = probe.model()?;
     let by_default = model.expect(Choice::DEFAULT, goal);
     // With few iterations the error is not predictable: one more or less changes it too much.
     let enough = FEW.min(by_default.iterations);
-    let choices = Choice::all().map(|choice| (choice, model.expect(choice, goal)));
+    let of_auto = [0.5, 1.0, 2.0].map(|radius| Choice {
+        eye_paths: auto.taken.eye_paths,
+        radius,
+        photons: auto.taken.photons as f64 / auto.usual.photons as f64,
+    });
+    let choices = Choice::all().chain(of_auto).map(|choice| (choice, model.expect(choice, goal)));
     let best = choices.filter(|(_, expected)| expected.iterations >= enough);
     let better = |a: &(Choice, Expected), b: &(Choice, Expected)| match goal {
         Goal::Time(_) => a.1.error.total_cmp(&b.1.error),
@@ -92,6 +103,7 @@ pub fn advise(
         options: probe.options(choice),
         expected: corrected.expect(choice, goal),
         by_default: corrected.expect(Choice::DEFAULT, goal),
+        auto,
         probe_seconds: probe.seconds(),
     })
 }

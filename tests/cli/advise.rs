@@ -106,6 +106,7 @@ fn advice_is_a_command_and_what_to_expect_of_it() {
         "relative error of noise and blur",
         "made of ",
         "default ",
+        "auto       eye paths ",
         "goblet render scene.pbrt --resolution 8x6 ",
     ] {
         assert!(run.stdout.contains(words), "{words}: {}", run.stdout);

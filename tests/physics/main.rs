@@ -1,6 +1,7 @@
 //! Renders against closed forms: what light must do, whatever the scene.
 
 mod arrays;
+mod auto;
 mod bumps;
 mod camera;
 mod contact;

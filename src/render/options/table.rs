@@ -13,6 +13,9 @@ use super::values::{count, number};
 use super::{Options, Resolved};
 use crate::base::names::{Name, expected_name};
 
+/// The text with which a trial chooses a number.
+pub const AUTO: &str = "auto";
+
 /// An option of a render.
 pub struct RenderOption {
     /// The name on the command line, without the two dashes.
@@ -47,6 +50,13 @@ pub enum Kind {
         range: [u64; 2],
         /// Stores a value of the range.
         set: fn(&mut Request, u64),
+    },
+    /// Whole numbers as above, or `auto`.
+    WholeOrAuto {
+        /// The smallest and the largest value.
+        range: [u64; 2],
+        /// Stores a value of the range; `None` for `auto`.
+        set: fn(&mut Request, Option<u64>),
     },
     /// Numbers.
     Number {
@@ -121,6 +131,11 @@ impl RenderOption {
                 let value = count(text).filter(|value| (least..=most).contains(value));
                 set(request, value.ok_or_else(expected)?);
             }
+            Kind::WholeOrAuto { set, .. } if text == AUTO => set(request, None),
+            Kind::WholeOrAuto { range: [least, most], set } => {
+                let value = count(text).filter(|value| (least..=most).contains(value));
+                set(request, Some(value.ok_or_else(expected)?));
+            }
             Kind::Number { range: [least, most], set } => {
                 let accepted = |value| (least..=most).contains(&value);
                 set(request, number(text, accepted, &self.kind.expected())?);
@@ -133,7 +148,7 @@ impl RenderOption {
     /// Returns the smallest and the largest value of the option; `None` if its values are not numbers.
     pub fn range(&self) -> Option<[f64; 2]> {
         match self.kind {
-            Kind::Whole { range, .. } => Some(range.map(|end| end as f64)),
+            Kind::Whole { range, .. } | Kind::WholeOrAuto { range, .. } => Some(range.map(|end| end as f64)),
             Kind::Number { range, .. } => Some(range),
             Kind::Named { .. } | Kind::Form { .. } => None,
         }
@@ -163,6 +178,9 @@ impl Kind {
     pub fn expected(&self) -> String {
         match self {
             Self::Whole { range: [least, most], .. } => format!("a whole number from {least} to {most}"),
+            Self::WholeOrAuto { range: [least, most], .. } => {
+                format!("a whole number from {least} to {most}, or {AUTO}")
+            }
             // Smaller numbers would be rounded to zero on the device.
             Self::Number { range: [least, most], .. } if *least == f64::from(f32::MIN_POSITIVE) => {
                 format!("a number above 0 and at most {most}")

@@ -17,6 +17,11 @@ const ALGORITHM: &str = "Algorithm";
 const DEVICE: &str = "Device";
 const RESEARCH: &str = "Research";
 
+/// What `auto` does as a number of photons or of eye paths.
+const AUTO: &str = "With auto, a short trial at few pixels measures the noise of photons and that of eye paths, and their \
+                    work; the number is the one with which noise falls fastest. With both, an iteration has about as \
+                    much work as by default. A checkpoint has the numbers; a window takes the defaults.";
+
 /// The range from 1 to the largest u32.
 const POSITIVE: [u64; 2] = [1, u32::MAX as u64];
 
@@ -82,12 +87,18 @@ pub const OPTIONS: &[RenderOption] = &[
     RenderOption {
         name: "photons",
         placeholder: "P",
-        kind: Kind::Whole { range: [1, MAX_PHOTONS], set: |request, count| request.options.photons = Some(count) },
+        kind: Kind::WholeOrAuto {
+            range: [1, MAX_PHOTONS],
+            set: |request, count| {
+                request.options.photons = count;
+                request.options.auto.photons = count.is_none();
+            },
+        },
         unit: "photons",
         fallback: Fallback::Words("the scene's, else one per pixel"),
         group: QUALITY,
-        help: "Photons emitted per iteration",
-        more: "",
+        help: "Photons emitted per iteration, or auto",
+        more: AUTO,
         effect: Effect::Image("photons per iteration", |_, resolved| resolved.photons.to_string()),
         needs: Needs::Nothing,
         is_knob: true,
@@ -95,15 +106,19 @@ pub const OPTIONS: &[RenderOption] = &[
     RenderOption {
         name: "eye-paths",
         placeholder: "N",
-        kind: Kind::Whole {
+        kind: Kind::WholeOrAuto {
             range: [Options::EYE_PATHS[0] as u64, Options::EYE_PATHS[1] as u64],
-            set: |request, count| request.options.eye_paths = narrow(count),
+            set: |request, count| {
+                request.options.eye_paths = count.and_then(narrow);
+                request.options.auto.eye_paths = count.is_none();
+            },
         },
         unit: "paths",
         fallback: Fallback::Number(DEFAULT_EYE_PATHS as f64, ""),
         group: QUALITY,
-        help: "Eye paths per pixel and iteration",
-        more: "Each of them estimates direct light and smooths edges. Only the last one gathers photons.",
+        help: "Eye paths per pixel and iteration, or auto",
+        more: "Each of them estimates direct light and smooths edges. Only the last one gathers photons. For auto, see \
+               --photons.",
         effect: Effect::Image("eye paths per iteration", |_, resolved| resolved.eye_paths.to_string()),
         needs: Needs::Nothing,
         is_knob: true,

@@ -1,6 +1,7 @@
 //! The table has every field of [`Options`], and the values derived from the table are consistent.
 
 use super::*;
+use crate::render::counts::Auto;
 use crate::render::options::written::Refusal;
 use crate::render::sequence::Shard;
 use crate::{Contribution, RevolutionSolver, Submission};
@@ -8,7 +9,7 @@ use crate::{Contribution, RevolutionSolver, Submission};
 /// Returns a value of the option that is not its default.
 fn another(option: &RenderOption) -> String {
     match &option.kind {
-        Kind::Whole { range: [least, _], .. } => (least + 3).to_string(),
+        Kind::Whole { range: [least, _], .. } | Kind::WholeOrAuto { range: [least, _], .. } => (least + 3).to_string(),
         Kind::Number { range: [least, most], .. } => (0.5 * (least + most)).to_string(),
         Kind::Named { names, .. } => {
             let other = names.iter().find(|(name, _)| option.default_text() != *name);
@@ -48,6 +49,7 @@ fn every_field_is_set_by_an_option() {
         resolution,
         photons,
         eye_paths,
+        auto,
         radius,
         radius_in_pixels,
         alpha,
@@ -72,6 +74,7 @@ fn every_field_is_set_by_an_option() {
     } = request(&names).unwrap().options;
     let default = Options::default();
     assert!(resolution.is_some() && photons.is_some() && eye_paths.is_some() && radius.is_some());
+    assert_eq!(auto, Auto::default());
     assert!(alpha.is_some() && max_depth.is_some() && seed.is_some() && photons_per_round.is_some());
     assert!(cell_scale.is_some() && workgroup_size.is_some() && batch_size.is_some());
     assert!(integrator != default.integrator && radius_schedule != default.radius_schedule);
@@ -138,6 +141,17 @@ fn values_are_refused_with_what_was_expected() {
     }
     let photons = Request::from_values(&[(find("photons"), "5e8")]).unwrap().options.photons;
     assert_eq!(photons, Some(500_000_000));
+}
+
+#[test]
+fn a_trial_chooses_numbers_that_are_auto() {
+    let auto = |values: &[_]| Request::from_values(values).unwrap().options;
+    let (photons, eye_paths) = (find("photons"), find("eye-paths"));
+    assert_eq!(auto(&[(photons, "auto")]).auto, Auto { photons: true, eye_paths: false });
+    let both = auto(&[(photons, "auto"), (eye_paths, "auto")]);
+    assert_eq!((both.auto, both.photons, both.eye_paths), (Auto { photons: true, eye_paths: true }, None, None));
+    let one = auto(&[(photons, "4096"), (eye_paths, "auto")]);
+    assert_eq!((one.auto, one.photons), (Auto { photons: false, eye_paths: true }, Some(4096)));
 }
 
 #[test]
