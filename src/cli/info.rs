@@ -143,8 +143,8 @@ impl Contents {
         let size = packed.space.radius / packed.space.scale;
         let resolved = options.resolve(scene, size)?;
         let view = pack_camera(&scene.camera, &scene.film, resolved.window.full, &packed.space.from_world());
-        let Resolved { resolution, photons, max_depth, .. } = resolved;
-        let sizes = Sizes::new(resolution, photons, max_depth, LEAST_ROOM, packed.features.has_rough_gather);
+        let Resolved { photons, max_depth, .. } = resolved;
+        let sizes = Sizes::of_render(&packed, &options, &resolved, LEAST_ROOM);
         let memory = MemoryNeed::new(&packed, &sizes, options.lookup, resolved.layers);
         Ok(Self {
             scene: count(scene),

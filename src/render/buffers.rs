@@ -4,13 +4,15 @@
 use goblet_host::{Device, DeviceKind, Extent, Frame, Texels};
 
 use crate::gpu_scene::camera::View;
+use crate::gpu_scene::pack::PackedScene;
 use crate::image::estimate::Sum;
 use crate::kernels::{
-    Camera, Cell, Counters, EmissionNumbers, GuideLight, GuideNode, PhotonRecord, PixelState, RoughPoint, TILE,
+    Camera, Cell, Counters, EmissionNumbers, GuideLight, GuideNode, Light, PhotonRecord, PixelState, RoughPoint, TILE,
     VisiblePoint,
 };
 use crate::render::guide::guidance::PHOTONS_OF_ROUND;
 use crate::render::guide::tree::MOST_NODES;
+use crate::render::options::{Options, Resolved};
 use crate::render::radius::RadiusSchedule;
 
 /// The number of photons that one batch can record on any device, unless an iteration has fewer. With their copies in
@@ -120,6 +122,15 @@ impl Sizes {
         }
     }
 
+    /// Returns the sizes of a render of a packed scene. A batch has `room` for so many records.
+    pub(crate) fn of_render(packed: &PackedScene, options: &Options, resolved: &Resolved, room: u64) -> Self {
+        let Resolved { resolution, photons, max_depth, .. } = *resolved;
+        let emits = |light: &&Light| options.is_guided() && light.emission_pmf > 0.0;
+        Self::new(resolution, photons, max_depth, room, packed.features.has_rough_gather)
+            .with_schedule(options.radius_schedule)
+            .with_guide(packed.arrays.lights.iter().filter(emits).count() as u64)
+    }
+
     /// Returns a length of what there is for rough surfaces: 0 where no photon is recorded on them.
     pub fn of_rough(&self, length: u64) -> u64 {
         if self.gathers_rough { length } else { 0 }
@@ -127,13 +138,13 @@ impl Sizes {
 
     /// Returns the sizes for a guide that chooses from so many lights, 0 without a guide. The photons of a pilot's round
     /// mostly have room at once, however few an iteration has.
-    pub fn with_guide(self, guided_lights: u64) -> Self {
+    fn with_guide(self, guided_lights: u64) -> Self {
         let least = if guided_lights > 0 { 2 * PHOTONS_OF_ROUND } else { 0 };
         Self { guided_lights, recorded: self.recorded.max(least), ..self }
     }
 
     /// Returns the sizes for a schedule of radii.
-    pub fn with_schedule(self, schedule: RadiusSchedule) -> Self {
+    fn with_schedule(self, schedule: RadiusSchedule) -> Self {
         Self { counts: if schedule == RadiusSchedule::Data { 2 } else { 1 }, ..self }
     }
 

@@ -210,10 +210,7 @@ impl Renderer {
         let info = device.info();
         let room = room_for_records(info.kind, info.memory.total_bytes, info.max_buffer_bytes);
         let lights = if options.is_guided() { GuideLights::of(&packed.arrays.lights) } else { GuideLights::default() };
-        let gathers_rough = packed.features.has_rough_gather;
-        let sizes = Sizes::new(resolved.resolution, resolved.photons, resolved.max_depth, room, gathers_rough)
-            .with_schedule(options.radius_schedule)
-            .with_guide(lights.order.len() as u64);
+        let sizes = Sizes::of_render(&packed, options, &resolved, room);
         let memory = MemoryNeed::new(&packed, &sizes, compiled.lookup, resolved.layers);
         memory.check(&device)?;
         // Drivers and compilers abort the process if the host has no memory left.
