@@ -125,7 +125,7 @@ mod tests {
 
     fn found(finding: Finding) -> Guiding {
         let (gain, reached, time) = (6.14, [0.003_12, 0.163], Duration::from_millis(420));
-        let guide = Guide { finding, tree: Tree::uniform(), direct: Vec::new(), gain, reached, time };
+        let guide = Guide { finding, tree: Tree::uniform(), direct: None, gain, reached, time };
         let options = Options { guidance: Guidance::On, responsive: true, ..Options::default() };
         Guiding::of(&options, true, Some(&guide))
     }

@@ -22,9 +22,9 @@ pub struct Lit {
     pub light: usize,
 }
 
-/// Returns the chances that suit what the photons of a pilot have brought, or those by power where these are about as
-/// good. `weights` are those of the photons, `power` is that of all lights, W, and `by_power` has the chances by power.
-pub fn learn(seen: &Seen, lit: &[Lit], weights: &[f64], power: f64, by_power: &[f64]) -> Vec<f64> {
+/// Returns the chances that suit what the photons of a pilot have brought; `None` where those by power are about as good.
+/// `weights` are those of the photons, `power` is that of all lights, W, and `by_power` has the chances by power.
+pub fn learn(seen: &Seen, lit: &[Lit], weights: &[f64], power: f64, by_power: &[f64]) -> Option<Vec<f64>> {
     let places = Places::of(seen);
     let term = |lit: &Lit| Term {
         light: lit.light,
@@ -64,11 +64,11 @@ fn roots(lights: usize, mut terms: Vec<Term>, importances: &[f64]) -> Vec<f64> {
     roots
 }
 
-/// Returns the chances by the roots of lights.
-fn chances(roots: &[f64], by_power: &[f64]) -> Vec<f64> {
+/// Returns the chances by the roots of lights, unless those by power are about as good.
+fn chances(roots: &[f64], by_power: &[f64]) -> Option<Vec<f64>> {
     let total: f64 = roots.iter().sum();
     if total <= 0.0 {
-        return by_power.to_vec();
+        return None;
     }
     let mix = |(root, chance): (&f64, &f64)| SHARE_OF_POWER * chance + (1.0 - SHARE_OF_POWER) * root / total;
     let learned: Vec<f64> = roots.iter().zip(by_power).map(mix).collect();
@@ -76,7 +76,7 @@ fn chances(roots: &[f64], by_power: &[f64]) -> Vec<f64> {
         let lit = roots.iter().zip(chances).filter(|(root, _)| **root > 0.0);
         lit.map(|(root, chance)| root * root / chance).sum()
     };
-    if mean_square(by_power) > WORTHWHILE * mean_square(&learned) { learned } else { by_power.to_vec() }
+    (mean_square(by_power) > WORTHWHILE * mean_square(&learned)).then_some(learned)
 }
 
 /// Visible points by place.
@@ -130,11 +130,11 @@ mod tests {
         let by_power = vec![0.1; 10];
         let mut roots = vec![0.0; 10];
         roots[3] = 7.0;
-        let chances = chances(&roots, &by_power);
+        let chances = chances(&roots, &by_power).expect("other chances");
         assert!((chances[3] - 0.775).abs() < 1e-12 && (chances[0] - 0.025).abs() < 1e-12, "{chances:?}");
         assert!((chances.iter().sum::<f64>() - 1.0).abs() < 1e-12);
         // Where power is about as good, nothing changes.
-        assert_eq!(super::chances(&[1.1; 10], &by_power), by_power);
-        assert_eq!(super::chances(&[0.0; 10], &by_power), by_power);
+        assert_eq!(super::chances(&[1.1; 10], &by_power), None);
+        assert_eq!(super::chances(&[0.0; 10], &by_power), None);
     }
 }

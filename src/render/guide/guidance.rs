@@ -2,7 +2,6 @@
 
 use std::time::Duration;
 
-use super::lights::GuideLights;
 use super::tree::Tree;
 use crate::base::names::named;
 
@@ -45,8 +44,8 @@ pub struct Guide {
     pub finding: Finding,
     /// The density that photons begin with.
     pub tree: Tree,
-    /// The chance that next-event estimation picks each light.
-    pub direct: Vec<f64>,
+    /// The chance that next-event estimation picks each light; `None` if it is the one by power.
+    pub direct: Option<Vec<f64>>,
     /// The factor by which the guide lowers the product of variance and time of photons, as far as the pilot tells; 1 if
     /// photons begin by the power of the lights alone.
     pub gain: f64,
@@ -64,9 +63,8 @@ impl Guide {
         if with > without { without / with } else { 1.0 }
     }
 
-    /// Photons that begin by the power of the lights alone, and next-event estimation by what is known before a pilot.
-    pub fn none(finding: Finding, lights: &GuideLights) -> Self {
-        let direct = lights.direct.clone();
-        Self { finding, tree: Tree::uniform(), direct, gain: 1.0, reached: [0.0; 2], time: Duration::ZERO }
+    /// Photons that begin, and lights that are chosen, by the power of the lights alone.
+    pub fn none(finding: Finding) -> Self {
+        Self { finding, tree: Tree::uniform(), direct: None, gain: 1.0, reached: [0.0; 2], time: Duration::ZERO }
     }
 }

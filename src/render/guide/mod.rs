@@ -62,8 +62,8 @@ pub fn learn(photon: &mut PhotonPass, on: Stage<'_>, progress: &mut Progress) ->
     // A pilot does not know what its photons bring to rough surfaces.
     let is_blind = on.settings.guidance == Guidance::Auto && !on.buffers.rough_points.is_empty();
     let guide = match (on.settings.photons_matter, is_blind) {
-        (false, _) => Guide::none(Finding::PhotonsDoNotMatter, on.lights),
-        (true, true) => Guide::none(Finding::RoughSurfaces, on.lights),
+        (false, _) => Guide::none(Finding::PhotonsDoNotMatter),
+        (true, true) => Guide::none(Finding::RoughSurfaces),
         (true, false) => find(photon, on, progress)?,
     };
     on.device.write_texels(&on.buffers.guide_nodes, &guide.tree.nodes)?;
@@ -83,8 +83,9 @@ pub fn choose_lights(
     progress: &mut Progress,
 ) -> Result<(), RenderError> {
     if !are_lights_chosen(on, index, progress) {
-        let learned = progress.guide.as_ref().filter(|_| !progress.lights_are_learned);
-        photon.choose_lights(on.device, learned.map_or(&on.lights.direct, |guide| &guide.direct))?;
+        let learned = progress.guide.as_ref().and_then(|guide| guide.direct.as_ref());
+        let chances = learned.filter(|_| !progress.lights_are_learned).unwrap_or(&on.lights.direct);
+        photon.choose_lights(on.device, chances)?;
         progress.lights_are_learned = !progress.lights_are_learned;
     }
     Ok(())
@@ -92,15 +93,15 @@ pub fn choose_lights(
 
 /// Whether next-event estimation has the chances that a round needs.
 pub fn are_lights_chosen(on: Stage<'_>, index: IterationIndex, progress: &Progress) -> bool {
-    let is_learned = progress.guide.is_some() && index.round != on.settings.first_index().round;
-    progress.lights_are_learned == is_learned
+    let has_learned = progress.guide.as_ref().is_some_and(|guide| guide.direct.is_some());
+    progress.lights_are_learned == (has_learned && index.round != on.settings.first_index().round)
 }
 
 fn find(photon: &mut PhotonPass, on: Stage<'_>, progress: &mut Progress) -> Result<Guide, RenderError> {
-    let Some(first) = progress.first_radius else { return Ok(Guide::none(Finding::NothingSeen, on.lights)) };
+    let Some(first) = progress.first_radius else { return Ok(Guide::none(Finding::NothingSeen)) };
     let seen = Seen::on_device(on, first)?;
     if seen.is_empty() {
-        return Ok(Guide::none(Finding::NothingSeen, on.lights));
+        return Ok(Guide::none(Finding::NothingSeen));
     }
     let power = on.settings.mean_power;
     let is_worthwhile = |gain| on.settings.guidance == Guidance::On || gain > WORTHWHILE;
