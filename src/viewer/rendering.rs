@@ -147,7 +147,13 @@ impl Render {
         }
         let picture = quantity.picture(&estimate);
         let lengths = if is_first { Some(self.renderer.path_lengths()?) } else { None };
-        let view = View { picture, moves: self.moves, lengths };
+        let view = View {
+            picture,
+            #[cfg(test)]
+            quantity,
+            moves: self.moves,
+            lengths,
+        };
         let iterations = self.renderer.iterations();
         self.told = Some((Instant::now(), iterations, quantity));
         shared.tell(|news| {

@@ -66,6 +66,9 @@ pub struct Wish {
 pub struct View {
     /// The picture.
     pub picture: Picture,
+    /// What it shows: tests wait for it.
+    #[cfg(test)]
+    pub quantity: Quantity,
     /// The number of the last move of the camera in the picture.
     pub moves: u64,
     /// Lengths of eye paths in scene units, if they are new.

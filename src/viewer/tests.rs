@@ -144,11 +144,9 @@ fn every_quantity_has_a_picture() {
         });
         rendering.shared.news().view = None;
         let is_number = matches!(quantity, Quantity::Aov(aov) if aov.kind.is_number());
-        let is_wanted = |view: &View| {
-            let has_ends = view.picture.ends.is_some();
-            view.picture.size == [24, 16] && view.picture.shade == quantity.shade() && has_ends == is_number
-        };
+        let is_wanted = |view: &View| view.picture.size == [24, 16] && view.quantity == quantity;
         let view = rendering.wait(&quantity.name(), |news| news.view.take_if(|view| is_wanted(view)));
+        assert_eq!((view.picture.shade, view.picture.ends.is_some()), (quantity.shade(), is_number), "{quantity:?}");
         assert_eq!(view.picture.pixels.len(), 24 * 16);
         assert!(view.picture.pixels.iter().flatten().all(|value| value.is_finite()), "{quantity:?}");
         // Nothing in the scene is specular.
