@@ -190,3 +190,56 @@ fn what_a_pilot_has_not_seen_comes_with_the_right_mean() {
     assert!((opening - 1.0).abs() < 0.01, "{opening}");
     assert!((pinhole - 1.0).abs() < 0.5, "{pinhole}");
 }
+
+/// Ten thousand small lamps hang 3 above a floor, in a grid of distance 2; a hundred of them matter to the square that is
+/// seen. The radiance there is a sum in f64: a sphere brings the irradiance pi L (r / d)² times the cosine. A glass ball
+/// in a corner is what photons are for.
+#[test]
+fn of_ten_thousand_lamps_the_near_ones_are_chosen() {
+    const LAMPS: i32 = 100;
+    const HEIGHT: f64 = 3.0;
+    const RADIUS: f64 = 0.02;
+    let at = |index: i32| f64::from(2 * index - LAMPS + 1);
+    let mut text = String::from(
+        "Film \"rgb\" \"integer xresolution\" 24 \"integer yresolution\" 24\nPixelFilter \"box\"\n\
+         Integrator \"sppm\" \"integer maxdepth\" 6\nLookAt 0 1 0 0 0 0 0 0 1\n\
+         Camera \"orthographic\" \"float screenwindow\" [-1.5 1.5 -1.5 1.5]\nWorldBegin\n\
+         Material \"diffuse\" \"rgb reflectance\" [.5 .5 .5]\n\
+         Shape \"trianglemesh\" \"integer indices\" [0 1 2 0 2 3]\n\
+           \"point3 P\" [-100 0 -100 -100 0 100 100 0 100 100 0 -100]\n\
+         AttributeBegin\nMaterial \"dielectric\"\nTranslate 1.3 .2 1.3\nShape \"sphere\" \"float radius\" .15\nAttributeEnd\n\
+         AreaLightSource \"diffuse\" \"rgb L\" [200 200 200]\n",
+    );
+    let places = || (0..LAMPS * LAMPS).map(|lamp| [at(lamp % LAMPS), at(lamp / LAMPS)]);
+    for [x, z] in places() {
+        text += &format!(
+            "AttributeBegin\nTranslate {x} {HEIGHT} {z}\nShape \"sphere\" \"float radius\" {RADIUS}\nAttributeEnd\n"
+        );
+    }
+    // The grid is the same from both sides, so that it does not matter which way the image is turned.
+    let place = |pixel: usize| (pixel as f64 + 0.5) / 8.0 - 1.5;
+    let truth = |x: f64, z: f64| -> f64 {
+        let irradiance = |[lamp_x, lamp_z]: [f64; 2]| {
+            let d2 = (lamp_x - x).powi(2) + (lamp_z - z).powi(2) + HEIGHT * HEIGHT;
+            std::f64::consts::PI * 200.0 * RADIUS * RADIUS / d2 * (HEIGHT / d2.sqrt())
+        };
+        places().map(irradiance).sum::<f64>() * 0.5 / std::f64::consts::PI
+    };
+    let pixels: Vec<usize> =
+        (0..24 * 24).filter(|pixel| [pixel % 24, pixel / 24].iter().all(|side| place(*side).abs() < 1.0)).collect();
+    let errors = |guidance, seed| {
+        let image = render(&text, guidance, 4096, seed, 16);
+        let share = |pixel: &usize| brightness(&image, *pixel) / truth(place(pixel % 24), place(pixel / 24));
+        let shares: Vec<f64> = pixels.iter().map(share).collect();
+        let count = shares.len() as f64;
+        [shares.iter().sum::<f64>() / count, shares.iter().map(|share| (share - 1.0).powi(2)).sum::<f64>() / count]
+    };
+    let [_, without] = errors(Guidance::Off, 1);
+    // With each of these seeds the pilot takes other rounds.
+    for seed in [1, 2] {
+        let [mean, with] = errors(Guidance::Auto, seed);
+        println!("mean {mean:.4}, squared error {with:.4}, without a guide {without:.4}");
+        assert!((mean - 1.0).abs() < 4.0 * (with / pixels.len() as f64).sqrt(), "{mean}");
+        assert!(2.0 * with < without, "{with} {without}");
+    }
+}

@@ -34,8 +34,11 @@ use crate::render::progress::Progress;
 use crate::render::sequence::IterationIndex;
 use crate::render::stage::Stage;
 
-/// The rounds of a pilot; each begins where the rounds before it tell.
+/// The rounds of a pilot; each begins where the rounds before it tell. Where few photons have brought light to what is seen
+/// by then, there are more rounds.
 const ROUNDS: u32 = 12;
+const MOST_ROUNDS: u32 = 24;
+const HITS_TO_END: usize = 512;
 /// How much the density of a render relies on the pilot.
 const CAUTION: Caution = Caution { uniform_share: 0.2, spread: 0.05, penalty: 3.0, leaves: MOST_LEAVES };
 /// How much a round of the pilot relies on those before it: one photon is enough to look for others around it.
@@ -107,7 +110,10 @@ fn find(photon: &mut PhotonPass, on: Stage<'_>, progress: &mut Progress) -> Resu
     let is_worthwhile = |gain| on.settings.guidance == Guidance::On || gain > WORTHWHILE;
     let mut pilot = Pilot::new();
     let mut samples = Vec::new();
-    for round in 0..ROUNDS {
+    for round in 0..MOST_ROUNDS {
+        if round >= ROUNDS && pilot.hits() >= HITS_TO_END {
+            break;
+        }
         let tree = Tree::learn(&samples, CAUTION_OF_PILOT);
         on.device.write_texels(&on.buffers.guide_nodes, &tree.nodes)?;
         pilot.follow(photon, on, round, progress)?;
