@@ -139,8 +139,7 @@ impl Trial {
     }
 
     /// Returns the numbers with the least noise for the work. Where both are asked for, an iteration has about as much
-    /// work as with the usual numbers, or up to a quarter less. Neither is above
-    /// `most`.
+    /// work as with the usual numbers, or up to a quarter less. Neither is above `most`.
     pub fn choose(&self, usual: Counts, auto: Auto, most: Counts) -> Counts {
         let least = if self.photons_matter { (LEAST_SHARE * usual.photons as f64).max(1.0) } else { 1.0 };
         let largest = (usual.photons as f64 * MOST_FACTOR).min(most.photons as f64);

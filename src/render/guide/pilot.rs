@@ -153,7 +153,8 @@ impl Pilot {
 
     /// Returns all photons with what they tell. `power` is that of all lights, W.
     pub fn samples(&self, seen: &Seen, power: f64) -> Vec<Sample> {
-        let weights = self.weights();
+        let weight = |photon: &PilotPhoton| 1.0 / (PHOTONS_OF_ROUND as f64 * photon.densities);
+        let weights: Vec<f64> = self.photons.iter().map(weight).collect();
         let importances = seen.importances(&self.brought, &weights, power);
         let squares = self.squares(&importances);
         let of_nearness = (1.0 - self.hits() as f64 / ENOUGH as f64).max(0.0);
@@ -170,11 +171,6 @@ impl Pilot {
             cost: photon.cost,
         };
         self.photons.iter().zip(&weights).zip(&squares).map(sample).collect()
-    }
-
-    /// Returns the share of each photon in a mean over photons that begin with density 1.
-    fn weights(&self) -> Vec<f64> {
-        self.photons.iter().map(|photon| 1.0 / (PHOTONS_OF_ROUND as f64 * photon.densities)).collect()
     }
 
     /// Returns for each photon the square of what it brings at density 1, summed over points by their importances.
@@ -218,7 +214,8 @@ impl Pilot {
             reached[0] += weight;
             reached[1] += weight * tree.density(numbers);
         }
-        let direct = direct::learn(seen, &self.lit, &self.weights(), on.settings.mean_power, &on.lights.direct);
+        let weights: Vec<f64> = samples.iter().map(|sample| sample.weight).collect();
+        let direct = direct::learn(seen, &self.lit, &weights, on.settings.mean_power, &on.lights.direct);
         Guide { finding, gain, reached: reached.map(|share| share.min(1.0)), tree, direct, time: Duration::ZERO }
     }
 }

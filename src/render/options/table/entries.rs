@@ -18,7 +18,7 @@ const DEVICE: &str = "Device";
 const RESEARCH: &str = "Research";
 
 /// What `auto` does as a number of photons or of eye paths.
-const AUTO: &str = "With auto, a short trial at few pixels measures the noise of photons and that of eye paths, and their \
+const MORE_OF_AUTO: &str = "With auto, a short trial at few pixels measures the noise of photons and that of eye paths, and their \
                     work; the number is the one with which noise falls fastest. With both, an iteration has about as \
                     much work as by default. A checkpoint has the numbers; a window takes the defaults.";
 
@@ -98,7 +98,7 @@ pub const OPTIONS: &[RenderOption] = &[
         fallback: Fallback::Words("the scene's, else one per pixel"),
         group: QUALITY,
         help: "Photons emitted per iteration, or auto",
-        more: AUTO,
+        more: MORE_OF_AUTO,
         effect: Effect::Image("photons per iteration", |_, resolved| resolved.photons.to_string()),
         needs: Needs::Nothing,
         is_knob: true,
