@@ -220,7 +220,11 @@ pub struct InfoArgs {
 
 /// Arguments of `goblet devices`.
 #[derive(Args, Clone, Copy, Debug)]
-pub struct DevicesArgs {}
+pub struct DevicesArgs {
+    /// Print JSON
+    #[arg(long)]
+    pub json: bool,
+}
 
 #[cfg(test)]
 mod tests;
