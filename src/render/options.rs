@@ -1,4 +1,5 @@
-//! The options of a render, and which of them fit a scene. [`table`] lists them as people write them.
+//! The options of a render, and the check of their values for a scene. [`table`] lists the options of the command
+//! line.
 
 pub mod request;
 pub mod table;

@@ -1,4 +1,4 @@
-//! Cells of the numbers by which a photon begins, and where to split them.
+//! Cells of the space of random numbers by which a photon is emitted, and the places where they are split.
 
 use std::ops::Range;
 

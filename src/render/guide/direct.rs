@@ -1,7 +1,9 @@
-//! Guided next-event estimation: the chances of lights by what a pilot's photons bring straight from them to what is seen.
+//! Guided next-event estimation: the probability with which each light is picked, learned from the direct light that
+//! the photons of a pilot bring to visible surfaces.
 //!
-//! One sample of all lights has the least variance if a light's chance is proportional to the root of the mean square
-//! of what it brings (Cauchy-Schwarz). The mean is over places, relative to what each shows, as for photons.
+//! If one light is picked for a sample, the variance is least with a probability proportional to the root of the mean
+//! square of the light's contribution (by the Cauchy-Schwarz inequality). The mean is over visible points. A contribution
+//! is relative to the radiance that the point shows, as for photons.
 
 use super::lights::morton_code;
 use super::seen::{Brought, Seen};

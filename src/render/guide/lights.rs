@@ -1,4 +1,4 @@
-//! What a guide knows of the scene's lights before a pilot.
+//! The properties of the scene's lights that a guide uses.
 
 use crate::kernels::{AREA, GONIOMETRIC, GuideLight, Light, POINT, PROJECTION, SPOT};
 

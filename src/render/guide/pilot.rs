@@ -1,4 +1,4 @@
-//! The photons of a pilot: how they began, and what they have brought.
+//! The photons of a pilot: the random numbers by which they were emitted, and the light that they brought.
 
 use std::time::Duration;
 

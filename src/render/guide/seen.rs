@@ -1,4 +1,4 @@
-//! What the photons of a pilot bring to the visible points, as far as a sample of the points tells.
+//! The light that the photons of a pilot bring to a sample of the visible points.
 
 use std::collections::HashMap;
 

@@ -1,10 +1,10 @@
-//! The tree of guided emission: a density over the six numbers by which a photon begins, learned from the photons of a
-//! pilot. `shaders/include/light/guide.glsl` warps numbers by it.
+//! The tree of guided emission: a density of the six random numbers by which a photon is emitted, learned from the photons
+//! of a pilot. `shaders/include/light/guide.glsl` warps random numbers by this density.
 //!
-//! The best density in a cell is proportional to the square root of the mean square of what its photons bring, over
-//! their mean cost: it minimizes the product of variance and time. A tree of cells then has the product of (sum over
-//! leaves of sqrt(Q C))², where Q and C are the integrals of squares and costs over a leaf (by the Cauchy-Schwarz
-//! inequality). A cell is split where this lowers its mass sqrt(Q C) by more than noise would.
+//! The best density of a cell is proportional to sqrt(q / c), where q is the mean square of the light that its photons
+//! bring, and c is their mean cost. It minimizes the product of variance and time. With this density in each leaf, the
+//! product is (sum over leaves of sqrt(Q C))², where Q and C are the integrals of squares and of costs over a leaf (by the
+//! Cauchy-Schwarz inequality). A cell is split where the split lowers its mass sqrt(Q C) by more than noise would.
 
 use std::cmp::Reverse;
 use std::collections::BinaryHeap;

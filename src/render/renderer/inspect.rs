@@ -1,4 +1,4 @@
-//! Quantities of each pixel that the last iteration has left on the device.
+//! Quantities of each pixel that are read from the device after an iteration.
 
 use super::Renderer;
 use crate::render::error::RenderError;

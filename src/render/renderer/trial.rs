@@ -1,12 +1,12 @@
 //! A trial before the first iteration, which chooses the numbers of photons and of eye paths: [`crate::render::counts`].
 //!
-//! The trial renders the scene with what was built for the render, at few pixels, each as wide as one of the full image and
-//! with a disc of the same size. Iterations come in pairs that share their eye paths: what differs within a pair is noise of
-//! photons. Eye paths leave the light that they bring on the device; what differs between pairs there is noise of eye paths.
-//! What else differs between pairs is noise that falls with the number of iterations alone.
+//! The trial renders a sparse sample of the pixels, with the hierarchy and the kernels of the render, and with pixels and
+//! discs as wide as those of the full image. Iterations come in pairs that share their eye paths. The difference within a
+//! pair is the noise of photons. The difference between pairs in the light of eye paths is the noise of eye paths. The
+//! rest of the difference between pairs is noise that depends on the number of iterations only.
 //!
-//! What the trial finds depends on the scene, the options and the seed alone, and on no clock: every shard, and a render
-//! that is resumed, finds the same.
+//! The result depends on the scene, the options and the seed only, and not on a clock. Every shard, and a resumed render,
+//! gets the same result.
 
 use std::sync::Arc;
 use std::time::Instant;
@@ -23,13 +23,14 @@ use crate::render::radius::{GlobalShrink, RadiusSchedule};
 use crate::render::sequence::Shard;
 use crate::scene::Scene;
 
-/// The number of pixels of a trial, about.
+/// The approximate number of pixels of a trial.
 const PIXELS: f64 = 4096.0;
 /// The number of pairs of iterations.
 const PAIRS: usize = 4;
-/// The numbers of photons in an iteration of a trial, at most and at least, unless the render has fewer.
+/// The least and the largest number of photons in an iteration of a trial, unless the render has fewer.
 const PHOTONS: [u64; 2] = [1 << 12, 1 << 15];
-/// The number of iterations of a usual render. Discs shrink meanwhile, so that photons leave more noise than in the first.
+/// The number of iterations of a typical render. The discs shrink during these iterations, so that the noise of photons
+/// is larger than in the first iteration.
 const USUAL_ITERATIONS: u64 = 64;
 
 /// Work in eye paths: of a photon's path, of each record on it, from which most paths go on, and of a record on the disc of
