@@ -59,8 +59,9 @@ pub enum Command {
     /// the gather radius of its visible point. The radius blurs the image; it shrinks from
     /// iteration to iteration, so that noise and blur both vanish.
     ///
-    /// All options have defaults, many of them from the scene. docs/guide.md explains rendering,
-    /// docs/settings.md what the options do to noise, blur and time, docs/glossary.md the terms.
+    /// No option is required: the scene has most settings, and the others have defaults.
+    /// docs/guide.md explains rendering, docs/settings.md what the options do to noise, blur and
+    /// time, docs/glossary.md the terms.
     ///
     /// Ctrl-C (or SIGTERM, SIGHUP) finishes the running iteration, writes the images and the
     /// checkpoint, and exits. A second Ctrl-C, or one before the first iteration, exits at once
@@ -91,8 +92,10 @@ pub enum Command {
     Merge(MergeArgs),
     /// Compare an image with a reference, and print the error
     ///
-    /// Reads EXR, HDR, JPEG, PFM, PNG and TGA files. With a limit (--max-...), it can be a test
-    /// in CI.
+    /// Prints the mean energy ratio (mean of the image over mean of the reference), relMSE (mean of
+    /// the squared difference over the squared reference plus 0.01), RMSE and the largest difference.
+    /// Reads EXR, HDR, JPEG, PFM, PNG and TGA files. With a limit (--max-...), the command can be a
+    /// test in CI.
     ///
     /// Exit codes: 0 no limit exceeded; 1 a limit exceeded; 2 wrong usage, or images that cannot
     /// be compared.

@@ -36,7 +36,7 @@ pub struct AdviseArgs {
     #[arg(allow_negative_numbers = true)]
     pub error: Option<f64>,
 
-    /// Time to spend on the probe, about [default: a fifth of --time, 3 to 30; 10 for --error]
+    /// Approximate time of the probe, in seconds [default: a fifth of --time, from 3 to 30; 10 with --error]
     #[arg(long, value_name = "SECONDS", value_parser = seconds, allow_negative_numbers = true)]
     pub probe: Option<Duration>,
 

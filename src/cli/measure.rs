@@ -66,7 +66,7 @@ pub struct MeasureArgs {
     #[arg(long)]
     pub each: bool,
 
-    /// Render time of each setting in the first turn; in later turns, it renders as many iterations
+    /// Render time of each setting in the first turn, in seconds; later turns repeat its iterations
     #[arg(long, value_name = "SECONDS", value_parser = seconds, default_value = "10")]
     #[arg(allow_negative_numbers = true)]
     pub budget: Duration,

@@ -104,7 +104,7 @@ named! {
         Adaptive: "adaptive",
         /// All radii shrink by the same factor in each iteration; --shard needs this, or --integrator ppm
         Global: "global",
-        /// Each pixel's radius follows from the noise and the blur that its photons and its neighbours' show
+        /// Each pixel has the radius with the least error, estimated from its photons and those of its neighbours
         Data: "data",
     }
 }
