@@ -92,8 +92,8 @@ pub enum Command {
     Merge(MergeArgs),
     /// Compare an image with a reference, and print the error
     ///
-    /// Prints the mean energy ratio (mean of the image over mean of the reference), relMSE (mean of
-    /// the squared difference over the squared reference plus 0.01), RMSE and the largest difference.
+    /// Prints the mean energy ratio (mean of the image / mean of the reference), relMSE (mean of
+    /// difference² / (reference² + 0.01)), RMSE and the largest difference.
     /// Reads EXR, HDR, JPEG, PFM, PNG and TGA files. With a limit (--max-...), the command can be a
     /// test in CI.
     ///
