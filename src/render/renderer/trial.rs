@@ -162,8 +162,7 @@ impl Renderer {
     }
 }
 
-/// Returns the noise of photons in a usual render over that with discs of the first size, and the area of discs over the
-/// first one.
+/// Returns two ratios of a typical render to its first iteration: of the noise of photons, and of the area of discs.
 fn shrinkage(alpha: f64, round_length: u32) -> [f64; 2] {
     let count = if round_length > 1 { u64::from(round_length).min(USUAL_ITERATIONS) } else { USUAL_ITERATIONS };
     let mut shrink = GlobalShrink::new(alpha);
@@ -174,16 +173,16 @@ fn shrinkage(alpha: f64, round_length: u32) -> [f64; 2] {
 
 /// Luminances of the pixels of a trial, in multiples of the unit.
 struct Shots {
-    /// Those of the two iterations of each pair.
+    /// The luminances of the two iterations of each pair.
     pairs: Vec<[Vec<f64>; 2]>,
-    /// The part of it that eye paths have brought, for each pair.
+    /// The luminances of the light that eye paths find, for each pair.
     of_eye_paths: Vec<Vec<f64>>,
     /// The number of records that visible points have gathered.
     gathered: f64,
 }
 
 impl Shots {
-    /// Returns the squared relative noise of an iteration: that of eye paths, that of photons, and what is left.
+    /// Returns three parts of the squared relative noise of an iteration: of eye paths, of photons, and the rest.
     fn noise(&self, width: usize) -> [f64; 3] {
         let pairs = self.pairs.len() as f64;
         let images = || self.pairs.iter().flatten();
@@ -197,7 +196,7 @@ impl Shots {
             all().map(|value| (value - mean).powi(2)).sum::<f64>() / (pairs - 1.0)
         };
         let eye = |pixel: usize| variance(&|pair| self.of_eye_paths[pair][pixel]);
-        // The mean of a pair has the noise of eye paths, half of that of photons, and what is left.
+        // The mean of a pair has the noise of eye paths, half of the noise of photons, and the rest.
         let of_means = |pixel: usize| variance(&|pair| 0.5 * (self.pairs[pair][0][pixel] + self.pairs[pair][1][pixel]));
         let photons =
             |pixel: usize| self.pairs.iter().map(|[a, b]| (a[pixel] - b[pixel]).powi(2) / 2.0).sum::<f64>() / pairs;
