@@ -225,10 +225,9 @@ impl Stats {
             one => format!("and one more photon would add {} of the light of the image", percent(one)),
         };
         Some(format!(
-            "hardly any photons reach the visible surfaces: {recorded} of {emitted} were recorded ({}), {one}. Caustics and \
-             other light of photons may be missing, and the error may be larger than estimated. Render more iterations, or \
-             use more --photons, or remove surroundings outside the view: most of the light of a sun, a sky or a far lamp \
-             falls on them",
+            "light of photons may be missing, such as caustics: {recorded} of {emitted} photons were recorded ({}), {one}. The \
+             error may be larger than estimated. Render more iterations, or use more --photons, or remove surroundings \
+             outside the view: most of the light of a sun, a sky or a far lamp falls on them",
             percent(recorded as f64 / emitted as f64)
         ))
     }

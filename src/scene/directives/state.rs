@@ -433,7 +433,7 @@ impl SceneBuilder {
             if self.objects.is_first_emitter() {
                 self.warn(
                     directive,
-                    "a shape in an object emits no light: as in pbrt, only shapes outside of objects do",
+                    "a shape of an object emits no light: as in pbrt, only shapes outside of objects do",
                 );
             }
         }
