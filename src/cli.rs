@@ -36,8 +36,9 @@ use std::path::PathBuf;
 
 use clap::{Args, Parser, Subcommand};
 
-use values::{aov, limit, output_path, scene_path, tolerance};
+use values::{aov, exposure, limit, output_path, scene_path, tolerance};
 
+use crate::image::exposure::Exposure;
 use crate::render::aov::Aov;
 
 /// Renders pbrt-v4 scenes with caustics by progressive photon mapping, on a GPU or a CPU through Vulkan.
@@ -160,6 +161,13 @@ pub struct MergeArgs {
     #[arg(long, value_name = "FILE")]
     pub checkpoint: Option<PathBuf>,
 
+    /// Exposure of PNG images: brighter by a factor of 2 for each stop, or auto
+    ///
+    /// With auto, the geometric mean of the luminance of all pixels that are not black becomes 0.18, a middle grey. EXR
+    /// images keep the radiance as it is.
+    #[arg(long, value_name = "STOPS|auto", value_parser = exposure, default_value = "0", allow_negative_numbers = true)]
+    pub exposure: Exposure,
+
     /// Layer to write to EXR images besides the colour; repeat the option for several layers
     #[arg(long, value_parser = aov(), value_name = "NAME", ignore_case = true)]
     pub aov: Vec<&'static Aov>,
@@ -240,7 +248,11 @@ pub struct InfoArgs {
 
 /// Arguments of `goblet devices`.
 #[derive(Args, Clone, Copy, Debug)]
-pub struct DevicesArgs {}
+pub struct DevicesArgs {
+    /// Print JSON
+    #[arg(long)]
+    pub json: bool,
+}
 
 #[cfg(test)]
 mod tests;
