@@ -58,6 +58,16 @@ pub enum Failure {
         /// The reason.
         reason: CheckpointError,
     },
+    /// Two of the files to merge have the same shard.
+    #[error("{}: shard {shard} is in {} as well; expected each shard once", .path.display(), .other.display())]
+    ShardTwice {
+        /// The file.
+        path: PathBuf,
+        /// The file before it that has the shard too.
+        other: PathBuf,
+        /// The shard, as in `--shard`.
+        shard: String,
+    },
     /// A layer that was asked for does not follow from the sums of a checkpoint.
     #[error(transparent)]
     Layer(#[from] NoSums),
@@ -176,6 +186,7 @@ impl Failure {
             | Self::Compare(_)
             | Self::Tessellate(_)
             | Self::SameFile { .. }
+            | Self::ShardTwice { .. }
             | Self::NoCommand { .. }
             | Self::Layer(_)
             | Self::Render(RenderError::Scene(_) | RenderError::Option(_))
