@@ -215,18 +215,18 @@ mod tests {
             line().within(100),
             "[=============>                ] 4.2 of 10 s, iteration 123, error 3.20 %, 1.31 M photons/s"
         );
-        assert_eq!(line().within(80), "[======>         ] 4.2 of 10 s, iteration 123, error 3.20 %, 1.31 M photons/s");
-        assert_eq!(line().within(60), "[======>        ] 4.2 of 10 s, iteration 123, error 3.20 %");
+        assert_eq!(
+            line().within(80),
+            "[========>         ] 4.2 of 10 s, iteration 123, error 3.20 %, 1.31 M photons/s"
+        );
+        assert_eq!(line().within(60), "[=======>        ] 4.2 of 10 s, iteration 123, error 3.20 %");
         assert_eq!(line().within(40), "[====>     ] 4.2 of 10 s, iteration 123");
         assert_eq!(line().within(20), "4.2 of 10 s");
         for width in 0..200 {
             let text = line().within(width);
             assert!(text.len() < width.max(1), "{width}: {text}");
         }
-        assert_eq!(
-            Line { share: None, ..line() }.within(40),
-            "4.2 of 10 s, iteration 123, error 3.20 %"[..26].to_owned()
-        );
+        assert_eq!(Line { share: None, ..line() }.within(40), "4.2 of 10 s, iteration 123");
         assert_eq!(Line::default().within(80), "");
     }
 
