@@ -36,8 +36,10 @@ use std::path::PathBuf;
 
 use clap::{Args, Parser, Subcommand};
 
-use values::{aov, limit, output_path, scene_path, tolerance};
+use values::{aov, limit, named, output_path, positive, scene_path, tolerance};
 
+use crate::base::names::Named;
+use crate::image::difference::Difference;
 use crate::render::aov::Aov;
 
 /// A progressive photon mapper that runs as Vulkan compute.
@@ -151,11 +153,25 @@ pub struct CompareArgs {
     #[arg(value_name = "REFERENCE")]
     pub reference: PathBuf,
 
-    /// Write a picture of the relative error
+    /// Write a map of the difference: a .png in false colours with their scale, or an .exr
     ///
-    /// Red is too bright, blue too dark, green not finite.
+    /// An EXR has the values of the map, without colours and scale. In a PNG, what is not a
+    /// number is green.
     #[arg(long, value_name = "FILE", value_parser = output_path)]
     pub diff: Option<PathBuf>,
+
+    /// Quantity of the map
+    #[arg(long, value_name = "KIND", value_parser = named::<Difference>(), default_value = Difference::default().name())]
+    #[arg(requires = "diff")]
+    pub diff_kind: Difference,
+
+    /// Value at the end of the map's scale [default: for flip 1, else a round value above 99 % of the pixels]
+    #[arg(long, value_name = "X", value_parser = positive, allow_negative_numbers = true, requires = "diff")]
+    pub diff_max: Option<f64>,
+
+    /// Put the image and the reference beside the map, in the same PNG
+    #[arg(long, requires = "diff")]
+    pub side_by_side: bool,
 
     /// Print JSON; a value that is not finite is null
     #[arg(long)]

@@ -124,6 +124,12 @@ pub enum CompareError {
     /// The images are parts of a larger image that have no pixel in common.
     #[error(transparent)]
     Apart(#[from] Apart),
+    /// An EXR was asked to have what only a picture has.
+    #[error("{0}: expected a --diff that ends in .png; an .exr has the values of the map alone")]
+    NoPicture(&'static str),
+    /// This goblet cannot measure FLIP.
+    #[error("--diff-kind flip: this goblet was built without the feature `study`, which measures FLIP")]
+    NoFlip,
 }
 
 /// The reason why the bodies of a scene could not be replaced by meshes.

@@ -92,6 +92,12 @@ impl WriteFormat {
     }
 }
 
+/// Returns whether the extension is that of a format for looking at, whose 8 bits a channel depend on the exposure.
+#[must_use]
+pub fn is_picture(path: &Path) -> bool {
+    matches!(WriteFormat::of(path), Ok(WriteFormat::Png))
+}
+
 /// Returns the extension in lower case; empty if there is none.
 fn extension(path: &Path) -> String {
     path.extension().map(|extension| extension.to_string_lossy().to_lowercase()).unwrap_or_default()

@@ -6,8 +6,10 @@ use image::imageops::{FilterType, resize};
 use image::{ImageBuffer, Rgb};
 use serde::Serialize;
 
-use crate::image::compare::{DARK_SQUARE, SizeMismatch, compare, difference_image};
+use crate::image::compare::{DARK_SQUARE, SizeMismatch, compare};
+use crate::image::difference::{Difference, DifferenceMap};
 use crate::image::film::{self, Image};
+use crate::study::flip::flip_of_pictures;
 
 /// The error of one image against the reference.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
@@ -55,17 +57,12 @@ impl Reference {
     pub fn error_of(&self, image: &Image) -> Result<ErrorOf, SizeMismatch> {
         let image = &*self.resampled(image);
         let comparison = compare(image, &self.image)?;
-        let flip_image = |picture: &[u8]| nv_flip::FlipImageRgb8::with_data(image.width, image.height, picture);
-        let map = nv_flip::flip(
-            flip_image(&self.picture),
-            flip_image(&film::picture(image)),
-            nv_flip::DEFAULT_PIXELS_PER_DEGREE,
-        );
+        let (flip, _) = flip_of_pictures(image, &film::picture(image), &self.picture);
         Ok(ErrorOf {
             relmse: comparison.relmse,
             relmse_trimmed: comparison.relmse_trimmed,
             energy_ratio: comparison.energy_ratio,
-            flip: f64::from(nv_flip::FlipPool::from_image(&map).mean()),
+            flip: flip.mean,
         })
     }
 
@@ -91,12 +88,17 @@ impl Reference {
         squares.sum::<f64>() / (3 * sums.len()) as f64
     }
 
-    /// Returns [`difference_image`] in the reference's size.
+    /// Returns how the luminance differs from the reference's, in its size.
     ///
     /// # Errors
     /// The image has another size.
-    pub fn difference_image(&self, image: &Image) -> Result<Image, SizeMismatch> {
-        difference_image(&self.resampled(image), &self.image)
+    pub fn difference(&self, image: &Image) -> Result<Option<DifferenceMap>, SizeMismatch> {
+        DifferenceMap::new(Difference::Signed, &self.resampled(image), &self.image)
+    }
+
+    /// Returns the reference itself.
+    pub fn image(&self) -> &Image {
+        &self.image
     }
 
     fn resampled<'a>(&self, image: &'a Image) -> Cow<'a, Image> {
