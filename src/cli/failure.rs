@@ -119,8 +119,17 @@ pub enum CompareError {
     #[error(transparent)]
     Image(#[from] ImageError),
     /// The images have different sizes.
-    #[error(transparent)]
+    #[error(
+        "{0}; `goblet render --resolution {width}x{height}` renders in that of the reference",
+        width = .0.reference[0], height = .0.reference[1]
+    )]
     Size(#[from] SizeMismatch),
+    /// The scene's images do not have the size of the reference.
+    #[error(
+        "{0}; `--vary resolution={width}x{height}` renders in that of the reference",
+        width = .0.reference[0], height = .0.reference[1]
+    )]
+    FilmSize(SizeMismatch),
     /// The images are parts of a larger image that have no pixel in common.
     #[error(transparent)]
     Apart(#[from] Apart),

@@ -226,7 +226,7 @@ fn check_sizes(reference: &Reference, scene: &Scene, settings: &[Setting]) -> Re
     let image = [end[0] - first[0], end[1] - first[1]];
     let as_the_scene_says = settings.iter().any(|setting| setting.request.options.resolution.is_none());
     if as_the_scene_says && image != reference.resolution() {
-        return Err(CompareError::from(SizeMismatch { image, reference: reference.resolution() }).into());
+        return Err(CompareError::FilmSize(SizeMismatch { image, reference: reference.resolution() }).into());
     }
     Ok(())
 }

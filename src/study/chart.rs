@@ -76,8 +76,8 @@ pub fn draw(area: &Area<'_>, axes: Axes<'_>, curves: &[Curve]) -> Result<(), Box
         .configure_mesh()
         .x_desc(x_label)
         .y_desc(y_label)
-        .label_style(("sans-serif", 13))
-        .axis_desc_style(("sans-serif", 14))
+        .label_style(("sans-serif", 14))
+        .axis_desc_style(("sans-serif", 15))
         .light_line_style(WHITE)
         .x_label_formatter(&|value| label(*value))
         .y_label_formatter(&|value| label(*value))
@@ -112,9 +112,10 @@ pub fn draw(area: &Area<'_>, axes: Axes<'_>, curves: &[Curve]) -> Result<(), Box
 
 /// The digits of the values at a logarithmic axis, by the number of them in a decade: the fewest that give an axis
 /// four values.
-const DIGITS: [&[f64]; 4] = [
+const DIGITS: [&[f64]; 5] = [
     &[1.0],
     &[1.0, 2.0, 5.0],
+    &[1.0, 2.0, 3.0, 5.0, 7.0],
     &[1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0, 8.0, 9.0],
     &[1.0, 1.2, 1.4, 1.6, 1.8, 2.0, 2.5, 3.0, 3.5, 4.0, 4.5, 5.0, 5.5, 6.0, 6.5, 7.0, 7.5, 8.0, 8.5, 9.0, 9.5],
 ];

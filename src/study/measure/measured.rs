@@ -4,6 +4,7 @@ use std::collections::BTreeMap;
 
 use serde::Serialize;
 
+use super::error_of::ErrorOf;
 use super::knob::Setting;
 use super::trajectory::Trajectory;
 
@@ -63,12 +64,14 @@ pub struct Bias {
 }
 
 /// The error at a point in one turn.
-#[derive(Clone, Debug, Serialize)]
+#[derive(Clone, Debug, Default, Serialize)]
 pub struct Run {
     /// As [`Point::seconds`].
     pub seconds: f64,
     /// As [`Point::relmse`].
     pub relmse: f64,
+    /// As [`Point::relmse_trimmed`].
+    pub relmse_trimmed: f64,
     /// As [`Point::energy_ratio`].
     pub energy_ratio: f64,
     /// As [`Point::flip`].
@@ -127,8 +130,8 @@ impl Measured {
 impl Run {
     fn new(run: &Trajectory, i: usize) -> Self {
         let step = run.steps[i.min(run.steps.len() - 1)];
-        let error = step.error;
-        Self { seconds: step.seconds, relmse: error.relmse, energy_ratio: error.energy_ratio, flip: error.flip }
+        let ErrorOf { relmse, relmse_trimmed, energy_ratio, flip } = step.error;
+        Self { seconds: step.seconds, relmse, relmse_trimmed, energy_ratio, flip }
     }
 }
 

@@ -5,6 +5,7 @@ mod words;
 
 use std::collections::BTreeSet;
 use std::error::Error;
+use std::path::Path;
 
 use maud::{DOCTYPE, Markup, PreEscaped, html};
 
@@ -25,7 +26,8 @@ const POLICY: &str = "default-src 'none'; img-src data:; style-src 'unsafe-inlin
 /// # Errors
 /// A plot cannot be drawn or an image not encoded.
 pub fn html(results: &Results, reference: &Image, shown: &[Option<LastImage>]) -> Result<String, Box<dyn Error>> {
-    let title = format!("goblet measure: {}", results.conditions.scene);
+    let scene = Path::new(&results.conditions.scene);
+    let title = format!("goblet measure: {}", scene.file_name().unwrap_or(scene.as_os_str()).display());
     let names = Names::new(&results.settings);
     let page = html! {
         (DOCTYPE)
@@ -44,6 +46,7 @@ pub fn html(results: &Results, reference: &Image, shown: &[Option<LastImage>]) -
                 (verdict(results, &names))
                 (shared(&names))
                 (table(results, &names))
+                (turns(results, &names))
                 h2 { "Charts" }
                 div.grid { @for plot in plots(results)? { (figure(plot, &names)) } }
                 h2 { "Where the time of an iteration goes" }
@@ -159,6 +162,33 @@ fn row(index: usize, setting: &Measured, name: &str, is_best: bool) -> Markup {
     }
 }
 
+/// The last image of each turn: what limits of a test in continuous integration may follow from.
+fn turns(results: &Results, names: &Names) -> Markup {
+    const HEADS: [&str; 6] = ["setting", "turn", "relMSE", "trimmed", "mean energy", "FLIP"];
+    html! {
+        details {
+            summary { "Each turn by itself" }
+            div.wide tabindex="0" {
+                table {
+                    tr { @for head in HEADS { th scope="col" { (head) } } }
+                    @for (index, (name, setting)) in names.names.iter().zip(&results.settings).enumerate() {
+                        @for (turn, run) in setting.points.last().iter().flat_map(|last| last.runs.iter().enumerate()) {
+                            tr {
+                                td { (swatch(index)) (name) }
+                                td { (turn + 1) }
+                                td { (figures(run.relmse)) }
+                                td { (figures(run.relmse_trimmed)) }
+                                td { (format!("{:.4}", run.energy_ratio)) }
+                                td { (figures(run.flip)) }
+                            }
+                        }
+                    }
+                }
+            }
+        }
+    }
+}
+
 fn figure(plot: Plot, names: &Names) -> Markup {
     html! {
         figure aria-label=(plot.title) {
@@ -221,11 +251,12 @@ fn all_pictures(names: &Names, shown: &[Option<LastImage>]) -> Result<Markup, Bo
 }
 
 fn conditions(conditions: &Conditions) -> Markup {
-    let Conditions { machine, command, reference, budget, repeat, .. } = conditions;
+    let Conditions { machine, command, scene, reference, budget, repeat } = conditions;
     let commit = machine.commit.unwrap_or("unknown");
     let [width, height] = reference.resolution;
     html! {
         p { code { (command) } }
+        p { "Scene: " (scene) "." }
         p {
             (machine.device) " (driver " (machine.driver) ")"
             @if let Some(cpus) = machine.cpus { ", " (cpus) " CPU threads" }

@@ -86,8 +86,9 @@ impl Verdict {
 
     fn first_sentence(&self, name: &str, best: &Rank, settings: usize) -> String {
         let [least, most] = best.seeds.map(figures);
-        let seeds = if least == most { String::new() } else { format!(", from {least} to {most} by the seed") };
-        let error = format!("relMSE {}{seeds}", figures(best.relmse));
+        let seeds = if least == most { String::new() } else { format!("; {least} to {most} depending on the seed") };
+        let percent = 100.0 * best.relmse.sqrt();
+        let error = format!("about {} % (relMSE {}{seeds})", figures(percent), figures(best.relmse));
         let time = figures(self.seconds);
         if settings == 1 {
             format!("After {time} s of iterations, {name} has an error of {error}.")
@@ -189,7 +190,7 @@ mod tests {
     fn setting(points: &[(f64, &[f64])]) -> Measured {
         let point = |(seconds, turns): &(f64, &[f64])| {
             let relmse = turns.iter().sum::<f64>() / turns.len() as f64;
-            let run = |relmse: &f64| Run { seconds: *seconds, relmse: *relmse, energy_ratio: 1.0, flip: 0.1 };
+            let run = |relmse: &f64| Run { seconds: *seconds, relmse: *relmse, ..Run::default() };
             Point {
                 seconds: *seconds,
                 relmse,
@@ -225,8 +226,8 @@ mod tests {
         assert_eq!(
             said(&settings),
             [
-                "At equal time, after 4.00 s of iterations, b has the least error: relMSE 0.105, from 0.100 to 0.110 by \
-                 the seed.",
+                "At equal time, after 4.00 s of iterations, b has the least error: about 32.4 % (relMSE 0.105; 0.100 to \
+                 0.110 depending on the seed).",
                 "The next, a, has 2.10 times its error: more noise (0.165 against 0.0394) and more bias (0.0550 against \
                  0.0131).",
                 "By then, c has not finished the first iteration.",
@@ -252,11 +253,14 @@ mod tests {
     #[test]
     fn one_turn_knows_no_noise_and_one_setting_no_winner() {
         let two = said(&[setting(&[(1.0, &[0.1])]), setting(&[(1.0, &[0.2])])]);
-        assert_eq!(two[0], "At equal time, after 1.00 s of iterations, a has the least error: relMSE 0.100.");
+        assert_eq!(
+            two[0],
+            "At equal time, after 1.00 s of iterations, a has the least error: about 31.6 % (relMSE 0.100)."
+        );
         assert_eq!(two[1], "The next, b, has 2.00 times its error.");
         assert!(two[2].contains("single turn") && two.len() == 3, "{two:?}");
         let one = said(&[setting(&[(1.0, &[0.1, 0.1])])]);
-        assert_eq!(one, ["After 1.00 s of iterations, a has an error of relMSE 0.100."]);
+        assert_eq!(one, ["After 1.00 s of iterations, a has an error of about 31.6 % (relMSE 0.100)."]);
         assert_eq!(Verdict::new(&[]), None);
     }
 

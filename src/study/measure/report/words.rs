@@ -49,7 +49,10 @@ const WORDS: [(&str, &str); 11] = [
         "start",
         "Seconds before the first iteration: reading, building the hierarchy, compiling kernels. Times of iterations are without it.",
     ),
-    ("front", "Whether it is on the Pareto front: at some time, no other setting had a smaller error in the same time or less."),
+    (
+        "front",
+        "Whether it is on the Pareto front: at some time, no other setting had a smaller error in the same time or less.",
+    ),
 ];
 
 /// A list of all words.
