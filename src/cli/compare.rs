@@ -22,12 +22,12 @@ pub use sheet::{Place, draw};
 
 /// The version of the JSON that `--json` prints, which docs/compare.md describes. Within a version, keys may be
 /// added, and those that are there keep their meaning.
-const JSON_VERSION: u32 = 1;
+const SCHEMA_VERSION: u32 = 1;
 
 /// The result that is printed.
 #[derive(Serialize)]
 struct Report<'a> {
-    version: u32,
+    schema_version: u32,
     image: &'a Path,
     reference: &'a Path,
     #[serde(flatten)]
@@ -84,7 +84,7 @@ pub fn run(args: &CompareArgs) -> Result<bool, Failure> {
     let gates = Gates { max_relmse: args.max_relmse, max_energy: args.max_energy };
     let failures = comparison.failures(&gates);
     let report = Report {
-        version: JSON_VERSION,
+        schema_version: SCHEMA_VERSION,
         image: &args.image,
         reference: &args.reference,
         comparison,
@@ -274,7 +274,7 @@ mod tests {
     fn json_says_what_was_measured() {
         let image = Image::new(1, 1);
         let report = Report {
-            version: JSON_VERSION,
+            schema_version: SCHEMA_VERSION,
             flip: None,
             diff: None,
             image: Path::new("a.exr"),

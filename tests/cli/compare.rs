@@ -150,7 +150,7 @@ fn the_json_is_as_documented() {
     assert_eq!(keys, documented);
 
     // A snapshot of what does not depend on roundings.
-    assert_eq!(json["version"], 1);
+    assert_eq!(json["schema_version"], 1);
     assert_eq!(
         json["diff"],
         serde_json::json!({ "file": "map.png", "kind": "relative", "unit": "1", "scale": [0.0, 0.5] })
