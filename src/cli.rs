@@ -36,10 +36,11 @@ use std::path::PathBuf;
 
 use clap::{Args, Parser, Subcommand};
 
-use values::{aov, limit, named, output_path, positive, scene_path, tolerance};
+use values::{aov, exposure, limit, named, output_path, positive, scene_path, tolerance};
 
 use crate::base::names::Named;
 use crate::image::difference::Difference;
+use crate::image::exposure::Exposure;
 use crate::render::aov::Aov;
 
 /// A progressive photon mapper that runs as Vulkan compute.
@@ -133,6 +134,13 @@ pub struct MergeArgs {
     #[arg(long, value_name = "FILE")]
     pub checkpoint: Option<PathBuf>,
 
+    /// Exposure of PNGs in stops, or auto
+    ///
+    /// A stop doubles the brightness. With auto, the geometric mean of the luminance of all pixels that are not
+    /// black becomes 0.18, middle grey. EXRs keep the radiance as it is.
+    #[arg(long, value_name = "STOPS|auto", value_parser = exposure, default_value = "0", allow_negative_numbers = true)]
+    pub exposure: Exposure,
+
     /// Further channels of EXR outputs
     #[arg(long, value_parser = aov(), value_name = "NAME", ignore_case = true)]
     pub aov: Vec<&'static Aov>,
@@ -168,6 +176,13 @@ pub struct CompareArgs {
     /// Value at the end of the map's scale [default: for flip 1, else a round value above 99 % of the pixels]
     #[arg(long, value_name = "X", value_parser = positive, allow_negative_numbers = true, requires = "diff")]
     pub diff_max: Option<f64>,
+
+    /// Exposure at which FLIP sees both images, and --side-by-side shows them: stops, or auto
+    ///
+    /// A stop doubles the brightness. With auto, the geometric mean of the reference's luminance becomes 0.18, middle
+    /// grey. No other number depends on it.
+    #[arg(long, value_name = "STOPS|auto", value_parser = exposure, default_value = "0", allow_negative_numbers = true)]
+    pub exposure: Exposure,
 
     /// Put the image and the reference beside the map, in the same PNG
     #[arg(long, requires = "diff")]
@@ -228,7 +243,11 @@ pub struct InfoArgs {
 
 /// Arguments of `goblet devices`.
 #[derive(Args, Clone, Copy, Debug)]
-pub struct DevicesArgs {}
+pub struct DevicesArgs {
+    /// Print JSON
+    #[arg(long)]
+    pub json: bool,
+}
 
 #[cfg(test)]
 mod tests;

@@ -13,6 +13,7 @@ use crate::base::input::Budget;
 use crate::base::names::Named;
 use crate::image::compare::{Comparison, Gates, SizeMismatch, compare};
 use crate::image::difference::{DifferenceMap, Scale};
+use crate::image::exposure::exposed;
 use crate::image::file::{self, ImageError, Layers, Transfer, Use};
 use crate::image::film::{Image, Window, common_part};
 #[cfg(feature = "study")]
@@ -20,8 +21,8 @@ use crate::study::flip::{Flip, flip};
 
 pub use sheet::{Place, draw};
 
-/// The version of the JSON that `--json` prints, which docs/compare.md describes. Within a version, keys may be
-/// added, and those that are there keep their meaning.
+/// The version of the JSON that `--json` prints, which docs/json.md describes. It is raised when a key vanishes, or
+/// changes its type or its meaning.
 const SCHEMA_VERSION: u32 = 1;
 
 /// The result that is printed.
@@ -66,7 +67,8 @@ pub fn run(args: &CompareArgs) -> Result<bool, Failure> {
     }
     let (image, reference) = read_both(args)?;
     let comparison = compare(&image, &reference).map_err(CompareError::from)?;
-    let (flip, flip_map) = seen(&image, &reference).map_err(CompareError::from)?.unzip();
+    let stops = args.exposure.stops(&reference);
+    let (flip, flip_map) = seen(&image, &reference, stops).map_err(CompareError::from)?.unzip();
     let mut written = Written::default();
     let diff = match &args.diff {
         Some(file) => {
@@ -74,7 +76,7 @@ pub fn run(args: &CompareArgs) -> Result<bool, Failure> {
                 Some(map) => map,
                 None => flip_map.ok_or(CompareError::NoFlip)?,
             };
-            let (map, outcome) = write_map(args, file, &map, [&image, &reference]);
+            let (map, outcome) = write_map(args, file, &map, [&image, &reference].map(|it| exposed(it, stops)));
             written.note(outcome);
             Some(map)
         }
@@ -110,12 +112,12 @@ fn check_picture(args: &CompareArgs, diff: &Path) -> Result<(), CompareError> {
 
 /// Returns the difference that people see, if goblet can measure it.
 #[cfg(feature = "study")]
-fn seen(image: &Image, reference: &Image) -> Result<Option<(Flip, DifferenceMap)>, SizeMismatch> {
-    flip(image, reference).map(Some)
+fn seen(image: &Image, reference: &Image, stops: f32) -> Result<Option<(Flip, DifferenceMap)>, SizeMismatch> {
+    flip(image, reference, stops).map(Some)
 }
 
 #[cfg(not(feature = "study"))]
-fn seen(_: &Image, _: &Image) -> Result<Option<(Flip, DifferenceMap)>, SizeMismatch> {
+fn seen(_: &Image, _: &Image, _: f32) -> Result<Option<(Flip, DifferenceMap)>, SizeMismatch> {
     Ok(None)
 }
 
@@ -124,14 +126,14 @@ fn write_map<'a>(
     args: &CompareArgs,
     path: &'a Path,
     map: &DifferenceMap,
-    sides: [&Image; 2],
+    sides: [Image; 2],
 ) -> (Map<'a>, Result<(), Failure>) {
     let said = Map { file: path, kind: map.kind.name(), unit: map.kind.unit(), scale: None };
     if !file::is_picture(path) {
         return (said, file::write(path, &map.image(), &[]).map_err(Failure::from));
     }
     let scale = args.diff_max.map_or_else(|| map.scale(), |most| Scale::new(map.kind, most));
-    let (sheet, _) = draw(map, &scale, args.side_by_side.then_some(sides));
+    let (sheet, _) = draw(map, &scale, args.side_by_side.then_some([&sides[0], &sides[1]]));
     (Map { scale: Some(scale.ends()), ..said }, file::write(path, &sheet, &[]).map_err(Failure::from))
 }
 
@@ -228,6 +230,7 @@ fn digits(value: f64) -> String {
 mod tests {
     use super::*;
     use crate::image::difference::Difference;
+    use crate::image::exposure::Exposure;
 
     /// The result of comparing a grey image with a slightly darker one.
     fn compare_files(change: impl Fn(&mut CompareArgs)) -> Result<bool, Failure> {
@@ -245,6 +248,7 @@ mod tests {
             diff: Some(diff.clone()),
             diff_kind: Difference::default(),
             diff_max: None,
+            exposure: Exposure::default(),
             side_by_side: false,
             json: false,
             max_relmse: None,

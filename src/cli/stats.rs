@@ -17,12 +17,17 @@ use crate::render::renderer::Renderer;
 use crate::render::unsampled::Noise;
 use crate::scene::{Geometry, Scene};
 
+/// The version of the keys of the JSON and of their meaning (docs/json.md). It is raised when one vanishes, or changes
+/// its type or its meaning; keys are added without.
+const SCHEMA_VERSION: u32 = 1;
+
 /// The largest share of photon paths that may be lost in glass without a warning.
 const MOST_LOST: f64 = 1e-4;
 
 /// Times, counts and memory of a render.
 #[derive(Serialize)]
 pub struct Stats {
+    schema_version: u32,
     device: String,
     driver: String,
     /// Counts of shapes, materials and lights by type.
@@ -152,6 +157,7 @@ impl Stats {
         let tally = *renderer.tally();
         let finite = |value: f64| value.is_finite().then_some(value);
         Ok(Self {
+            schema_version: SCHEMA_VERSION,
             device: device.info().name.clone(),
             driver: device.info().driver.clone(),
             scene: count(scene),
@@ -218,7 +224,7 @@ impl Stats {
             return None;
         }
         let one = match self.noise.of_one_photon {
-            infinite if infinite.is_infinite() => "and the image is black".to_owned(),
+            infinite if infinite.is_infinite() => "but the image is black".to_owned(),
             one if one > 1.0 => format!("and one more would bring {one:.1} times the light that is seen"),
             one => format!("and one more would bring {} of the light that is seen", percent(one)),
         };

@@ -3,6 +3,7 @@
 pub mod compare;
 pub mod difference;
 pub mod estimate;
+pub mod exposure;
 pub mod false_color;
 pub mod file;
 pub mod film;

@@ -143,7 +143,7 @@ impl<'a> Measurement<'a> {
             let biases = known.differences.iter().map(|sums| self.reference.squared_mean(sums, known.runs.len()));
             Measured::new(setting, &known.runs, &biases.collect::<Vec<_>>())
         });
-        Results::new(conditions, measured.collect())
+        Results::new(conditions, self.reference.exposure_stops(), measured.collect())
     }
 
     /// Returns the image that is taken to be right.

@@ -1,7 +1,5 @@
 //! `goblet compare`: its limits, its maps and its JSON.
 
-use std::collections::BTreeSet;
-
 use goblet::cli::compare::{Place, draw};
 use goblet::image::difference::{Difference, DifferenceMap, Scale};
 use goblet::image::file;
@@ -9,6 +7,7 @@ use goblet::image::film::{Image, picture};
 use serde_json::Value;
 
 use crate::support::command::Bench;
+use crate::support::schema::Schema;
 
 #[test]
 fn compare_measures_and_keeps_the_gates() {
@@ -128,26 +127,27 @@ fn an_exr_has_the_values_of_the_map() {
     assert!(mean > 0.05 && (mean - json["flip"]["mean"].as_f64().unwrap()).abs() < 1e-6, "{mean}: {json:#}");
 }
 
-/// docs/compare.md lists every key, and no other.
 #[test]
 fn the_json_is_as_documented() {
-    fn add(keys: &mut BTreeSet<String>, prefix: &str, value: &Value) {
-        for (key, value) in value.as_object().into_iter().flatten() {
-            keys.insert(format!("{prefix}{key}"));
-            add(keys, &format!("{prefix}{key}."), value);
-        }
-    }
     let bench = Bench::new();
     columns(&bench);
-    let run = bench.run(&["compare", "image.exr", "reference.exr", "--diff", "map.png", "--max-relmse", "0", "--json"]);
-    assert_eq!(run.code, 1, "{run:?}");
-    let json: Value = serde_json::from_str(&run.stdout).unwrap();
-    let mut keys = BTreeSet::new();
-    add(&mut keys, "", &json);
-    let (_, table) = include_str!("../../docs/compare.md").split_once("## JSON").unwrap();
-    let rows = table.lines().filter_map(|line| line.strip_prefix("| `"));
-    let documented: BTreeSet<String> = rows.filter_map(|row| Some(row.split_once('`')?.0.to_owned())).collect();
-    assert_eq!(keys, documented);
+    let mut schema = Schema::default();
+    let arguments = ["compare", "image.exr", "reference.exr", "--json"];
+    let mut add = |more: &[&str], code: i32| {
+        let run = bench.run(&[&arguments[..], more].concat());
+        assert_eq!(run.code, code, "{run:?}");
+        let json: Value = serde_json::from_str(&run.stdout).unwrap();
+        schema.add(&json);
+        json
+    };
+    add(&["--max-energy", "1", "--max-relmse", "1"], 0);
+    add(&["--diff", "map.exr"], 0);
+    let exposed = add(&["--exposure", "-2.5"], 0);
+    let json = add(&["--diff", "map.png", "--max-relmse", "0"], 1);
+    schema.assert_is(include_str!("schemas/compare-1.txt"), "compare-1.txt");
+    schema.assert_documented("goblet compare --json");
+    assert_eq!(exposed["flip"]["exposure_stops"], -2.5);
+    assert!(exposed["flip"]["mean"].as_f64() < json["flip"]["mean"].as_f64(), "{exposed:#}");
 
     // A snapshot of what does not depend on roundings.
     assert_eq!(json["schema_version"], 1);

@@ -15,6 +15,7 @@ mod hostile;
 mod info;
 mod manual;
 #[cfg(unix)]
+mod pictures;
 mod pipes;
 mod render;
 mod report;

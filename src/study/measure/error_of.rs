@@ -8,8 +8,9 @@ use serde::Serialize;
 
 use crate::image::compare::{DARK_SQUARE, SizeMismatch, compare};
 use crate::image::difference::{Difference, DifferenceMap};
-use crate::image::film::{self, Image};
-use crate::study::flip::flip_of_pictures;
+use crate::image::exposure::exposed;
+use crate::image::film::{Image, picture};
+use crate::study::flip::{flip_with, viewing_stops};
 
 /// The error of one image against the reference.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
@@ -20,15 +21,17 @@ pub struct ErrorOf {
     pub relmse_trimmed: f64,
     /// [`crate::image::compare::Comparison::energy_ratio`].
     pub energy_ratio: f64,
-    /// Perceived difference, 0 to 1: the mean of LDR-FLIP (Andersson and others 2020) over the images as
-    /// PNG shows them, at 67 pixels a degree.
+    /// Perceived difference, 0 to 1: the mean of LDR-FLIP over the images as PNGs show them at
+    /// [`Reference::exposure_stops`].
     pub flip: f64,
 }
 
 /// The image that is taken to be right.
 pub struct Reference {
     image: Image,
-    /// The image as 8-bit sRGB, to which FLIP compares.
+    /// The exposure of pictures, stops.
+    stops: f32,
+    /// The image as 8-bit sRGB at this exposure, to which FLIP compares.
     picture: Vec<u8>,
     /// Whether images of other sizes are resampled to this one's size.
     resample: bool,
@@ -37,7 +40,8 @@ pub struct Reference {
 impl Reference {
     /// Creates a reference. Without `resample`, images of other sizes are errors.
     pub fn new(image: Image, resample: bool) -> Self {
-        Self { picture: film::picture(&image), image, resample }
+        let stops = viewing_stops(&image);
+        Self { picture: picture(&exposed(&image, stops)), stops, image, resample }
     }
 
     /// Returns the number of pixels.
@@ -57,7 +61,7 @@ impl Reference {
     pub fn error_of(&self, image: &Image) -> Result<ErrorOf, SizeMismatch> {
         let image = &*self.resampled(image);
         let comparison = compare(image, &self.image)?;
-        let (flip, _) = flip_of_pictures(image, &film::picture(image), &self.picture);
+        let (flip, _) = flip_with(image, &self.picture, self.stops);
         Ok(ErrorOf {
             relmse: comparison.relmse,
             relmse_trimmed: comparison.relmse_trimmed,
@@ -94,6 +98,11 @@ impl Reference {
     /// The image has another size.
     pub fn difference(&self, image: &Image) -> Result<Option<DifferenceMap>, SizeMismatch> {
         DifferenceMap::new(Difference::Signed, &self.resampled(image), &self.image)
+    }
+
+    /// Returns the exposure at which FLIP and the report see images, in stops: [`viewing_stops`].
+    pub fn exposure_stops(&self) -> f32 {
+        self.stops
     }
 
     /// Returns the reference itself.

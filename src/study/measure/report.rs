@@ -38,7 +38,7 @@ pub fn html(results: &Results, reference: &Image, shown: &[Option<LastImage>]) -
                 meta name="viewport" content="width=device-width, initial-scale=1";
                 title { (title) }
                 link rel="icon" href="data:,";
-                style { (PreEscaped(include_str!("report.css"))) (pictures::reference_style(reference)?) }
+                style { (PreEscaped(include_str!("report.css"))) (pictures::reference_style(reference, results.exposure_stops)?) }
                 script { (PreEscaped(include_str!("report.js"))) }
             }
             body {
@@ -51,7 +51,7 @@ pub fn html(results: &Results, reference: &Image, shown: &[Option<LastImage>]) -
                 div.grid { @for plot in plots(results)? { (figure(plot, &names)) } }
                 h2 { "Where the time of an iteration goes" }
                 (stack(results, &names))
-                (all_pictures(&names, shown)?)
+                (all_pictures(&names, results.exposure_stops, shown)?)
                 h2 { "What the words mean" }
                 (words::list())
                 h2 { "How it was measured" }
@@ -226,13 +226,13 @@ fn stack(results: &Results, names: &Names) -> Markup {
 }
 
 /// The pictures of each setting.
-fn all_pictures(names: &Names, shown: &[Option<LastImage>]) -> Result<Markup, Box<dyn Error>> {
+fn all_pictures(names: &Names, stops: f32, shown: &[Option<LastImage>]) -> Result<Markup, Box<dyn Error>> {
     let differences: Vec<_> = shown.iter().flatten().filter_map(|shown| shown.difference.as_ref()).collect();
     let scale = pictures::common_scale(&differences);
     let mut cards = Vec::new();
     for (index, (name, shown)) in names.names.iter().zip(shown).enumerate().take(SHOWN) {
         let Some(LastImage { image, difference, .. }) = shown else { continue };
-        let slider = pictures::slider(name, image)?;
+        let slider = pictures::slider(name, image, stops)?;
         let difference = difference.as_ref().map(|map| pictures::difference(name, map, &scale)).transpose()?;
         cards.push(html! {
             h3 { (swatch(index)) (name) }
@@ -244,6 +244,9 @@ fn all_pictures(names: &Names, shown: &[Option<LastImage>]) -> Result<Markup, Bo
         p {
             "The last image of each setting, of the last turn. Drag the line, or use the arrow keys. \
              All differences have one scale, so that they can be compared."
+            @if stops != 0.0 {
+                " The reference is very bright or very dark: pictures, and FLIP, are at an exposure of " (stops) " stops."
+            }
             @if names.names.len() > SHOWN { " These are the first " (SHOWN) " settings; the files beside this page are of all." }
         }
         @for card in cards { (card) }

@@ -44,6 +44,8 @@ pub struct Results {
     /// The conditions that all settings have in common.
     #[serde(flatten)]
     pub conditions: Conditions,
+    /// The exposure at which FLIP and the report see images, stops: 0 unless the reference is very bright or dark.
+    pub exposure_stops: f32,
     /// Which setting is best; null if none has an image.
     pub verdict: Option<Verdict>,
     /// In the order of the command line.
@@ -52,7 +54,7 @@ pub struct Results {
 
 impl Results {
     /// Marks the Pareto front: the points for which no other has less error in the same time or less.
-    pub fn new(conditions: Conditions, mut settings: Vec<Measured>) -> Self {
+    pub fn new(conditions: Conditions, exposure_stops: f32, mut settings: Vec<Measured>) -> Self {
         let all: Vec<[f64; 2]> =
             settings.iter().flat_map(|setting| &setting.points).map(|point| [point.seconds, point.relmse]).collect();
         for setting in &mut settings {
@@ -64,7 +66,7 @@ impl Results {
             }
             setting.on_front = setting.points.iter().any(|point| point.on_front);
         }
-        Self { conditions, verdict: Verdict::new(&settings), settings }
+        Self { conditions, exposure_stops, verdict: Verdict::new(&settings), settings }
     }
 
     /// Returns the points of all settings as CSV: a line for each, after a line of names.
@@ -148,7 +150,7 @@ mod tests {
             points: vec![point(None), point(Some(Bias { bias: 0.0625, noise: 4.0 }))],
             on_front: true,
         };
-        let results = Results { conditions: conditions(), verdict: None, settings: vec![setting] };
+        let results = Results { conditions: conditions(), exposure_stops: 0.0, verdict: None, settings: vec![setting] };
         let expected = "setting,iterations,photons,seconds,relmse,relmse_trimmed,energy_ratio,flip,bias,noise,on_front\n\
                         \"a \"\"b\"\", c\",2,3,0.5,0.25,0.125,1.0,0.75,,,true\n\
                         \"a \"\"b\"\", c\",2,3,0.5,0.25,0.125,1.0,0.75,0.0625,4.0,true\n";

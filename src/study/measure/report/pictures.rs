@@ -11,6 +11,7 @@ use image::{ExtendedColorType, ImageEncoder, RgbImage};
 use maud::{Markup, PreEscaped, html};
 
 use crate::image::difference::{Difference, DifferenceMap, Scale};
+use crate::image::exposure::exposed;
 use crate::image::film::{Image, Window, picture};
 
 /// The page shows the pictures of this many settings.
@@ -42,15 +43,15 @@ pub fn common_scale(differences: &[&DifferenceMap]) -> Scale {
 }
 
 /// The style by which all sliders share one copy of the reference.
-pub fn reference_style(reference: &Image) -> Result<Markup, Box<dyn Error>> {
-    let url = data_url(reference.width, reference.height, picture(reference))?;
+pub fn reference_style(reference: &Image, stops: f32) -> Result<Markup, Box<dyn Error>> {
+    let url = data_url(reference.width, reference.height, picture(&exposed(reference, stops)))?;
     let size = format!("{}/{}", reference.width, reference.height);
     Ok(PreEscaped(format!(".reference{{background-image:url({url})}}.picture{{aspect-ratio:{size}}}")))
 }
 
 /// The render of a setting and the reference, with a slider between them.
-pub fn slider(name: &str, image: &Image) -> Result<Markup, Box<dyn Error>> {
-    let source = data_url(image.width, image.height, picture(image))?;
+pub fn slider(name: &str, image: &Image, stops: f32) -> Result<Markup, Box<dyn Error>> {
+    let source = data_url(image.width, image.height, picture(&exposed(image, stops)))?;
     Ok(html! {
         figure {
             div.slide {

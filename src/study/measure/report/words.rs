@@ -43,7 +43,8 @@ const WORDS: [(&str, &str); 11] = [
     (
         "FLIP",
         "What a person sees when image and reference are shown in turn, from 0 (nothing) to 1 (black against white). This is \
-         LDR-FLIP (Andersson and others 2020) of the images as a PNG shows them, at 67 pixels a degree.",
+         LDR-FLIP (Andersson and others 2020) of the images as a PNG shows them (exposure 0, unless this page says \
+         otherwise), at 67 pixels a degree.",
     ),
     (
         "start",
