@@ -56,6 +56,9 @@ impl Verdict {
 
     /// Returns sentences for people, the winner first; `names` has one for each setting of the results.
     pub fn sentences(&self, names: &[String]) -> Vec<String> {
+        // A name of several words needs marks in a sentence.
+        let quoted = |name: &String| if name.contains(' ') { format!("“{name}”") } else { name.clone() };
+        let names: Vec<String> = names.iter().map(quoted).collect();
         let name = |rank: &Rank| names[rank.setting].as_str();
         let Some((best, others)) = self.ranking.split_first() else { return Vec::new() };
         let mut said = vec![self.first_sentence(name(best), best, names.len())];
@@ -87,8 +90,10 @@ impl Verdict {
     fn first_sentence(&self, name: &str, best: &Rank, settings: usize) -> String {
         let [least, most] = best.seeds.map(figures);
         let seeds = if least == most { String::new() } else { format!("; {least} to {most} depending on the seed") };
+        let relmse = format!("relMSE {}{seeds}", figures(best.relmse));
         let percent = 100.0 * best.relmse.sqrt();
-        let error = format!("about {} % (relMSE {}{seeds})", figures(percent), figures(best.relmse));
+        // Where a reference is dark beside the image, percents say nothing.
+        let error = if percent < 100.0 { format!("about {} % ({relmse})", figures(percent)) } else { relmse };
         let time = figures(self.seconds);
         if settings == 1 {
             format!("After {time} s of iterations, {name} has an error of {error}.")
@@ -230,7 +235,7 @@ mod tests {
                  0.110 depending on the seed).",
                 "The next, a, has 2.10 times its error: more noise (0.165 against 0.0394) and more bias (0.0550 against \
                  0.0131).",
-                "By then, c has not finished the first iteration.",
+                "By then, “c=1 d=2” has not finished the first iteration.",
             ]
         );
     }
@@ -247,7 +252,7 @@ mod tests {
         assert_eq!(as_good, [Some(true), Some(true), Some(false)]);
         let said = said(&settings);
         assert_eq!(said[1], "Within the noise of the seeds, b is as good: it may win with other seeds.");
-        assert!(said[2].starts_with("The next, c, has 3.00 times its error"), "{said:?}");
+        assert!(said[2].starts_with("The next, “c=1 d=2”, has 3.00 times its error"), "{said:?}");
     }
 
     #[test]
