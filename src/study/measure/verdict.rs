@@ -210,7 +210,7 @@ mod tests {
 
     fn said(settings: &[Measured]) -> Vec<String> {
         let names: Vec<String> =
-            ["a", "b", "c", "d"].iter().take(settings.len()).map(|&name| name.to_owned()).collect();
+            ["a", "b", "c=1 d=2"].iter().take(settings.len()).map(|&name| name.to_owned()).collect();
         Verdict::new(settings).unwrap().sentences(&names)
     }
 
