@@ -163,8 +163,8 @@ pub struct CompareArgs {
 
     /// Write a map of the difference: a .png in false colours with their scale, or an .exr
     ///
-    /// An EXR has the values of the map, without colours and scale. In a PNG, what is not a
-    /// number is green.
+    /// An EXR has the values of the map, without colours and scale. In a PNG, what is not
+    /// finite is green.
     #[arg(long, value_name = "FILE", value_parser = output_path)]
     pub diff: Option<PathBuf>,
 

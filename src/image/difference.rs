@@ -143,10 +143,10 @@ impl Scale {
         (value - least) / (most - least)
     }
 
-    /// Returns the colour of a value, sRGB. Values beyond an end have its colour; what is not a number is green.
+    /// Returns the colour of a value, sRGB. Values beyond an end have its colour; what is not finite is green.
     #[must_use]
     pub fn color(&self, value: f32) -> [u8; 3] {
-        if value.is_nan() {
+        if !value.is_finite() {
             return bytes(NOT_FINITE);
         }
         self.kind.palette().bytes(self.place(f64::from(value)) as f32)
@@ -252,7 +252,8 @@ mod tests {
         let relative = Scale::new(Difference::Relative, 2.0);
         assert_eq!(relative.color(0.0), [0; 3]);
         assert_eq!(relative.color(1.0), Palette::Magma.bytes(0.5));
-        assert_eq!(relative.color(f32::INFINITY), Palette::Magma.bytes(1.0));
+        assert_eq!(relative.color(f32::INFINITY), [0, 255, 0]);
+        assert_eq!(relative.color(1e30), Palette::Magma.bytes(1.0));
     }
 
     #[test]

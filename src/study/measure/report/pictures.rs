@@ -75,7 +75,7 @@ pub fn difference(name: &str, map: &DifferenceMap, scale: &Scale) -> Result<Mark
             img.picture.map.(pixels(map.width)) alt=(format!("difference of {name} from the reference")) src=(source);
             (bar(scale))
             figcaption {
-                "Relative difference of luminance: blue is too dark, white is equal, red is too bright, green is not a number."
+                "Relative difference of luminance: blue is too dark, white is equal, red is too bright, green is not finite."
             }
         }
     })
