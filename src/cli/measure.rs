@@ -14,7 +14,7 @@ use super::failure::CompareError;
 use super::outputs::{Files, Written};
 use super::status::{Line, Status, duration, of_limit};
 use super::values::{positive_u32, seconds};
-use super::{Failure, SceneMemory, terminal};
+use super::{Failure, SceneMemory, compare, terminal};
 use crate::base::output::replace;
 use crate::gpu_scene::pack::pack;
 use crate::image::compare::SizeMismatch;
@@ -296,7 +296,7 @@ fn check_sizes(reference: &Reference, scene: &Scene, settings: &[Setting]) -> Re
     let image = [end[0] - first[0], end[1] - first[1]];
     let as_the_scene_says = settings.iter().any(|setting| setting.request.options.resolution.is_none());
     if as_the_scene_says && image != reference.resolution() {
-        return Err(CompareError::from(SizeMismatch { image, reference: reference.resolution() }).into());
+        return Err(CompareError::FilmSize(SizeMismatch { image, reference: reference.resolution() }).into());
     }
     Ok(())
 }
@@ -313,23 +313,16 @@ fn write(folder: &Path, measurement: &Measurement, conditions: Conditions) -> Re
     let json = serde_json::to_string_pretty(&results).map(|json| json + "\n");
     written.note(save(RESULTS[0], json.map_err(|error| error.to_string())));
     written.note(save(RESULTS[1], results.csv().map_err(|error| error.to_string())));
-    let mut differences = Vec::new();
-    for (i, images) in measurement.images().enumerate() {
-        let difference = match images {
-            Some((image, window, difference)) => {
-                let path = folder.join(image_file(i));
-                written.note(file::write_part(&path, image, &window, &[], &[]).map_err(Failure::from));
-                difference
-            }
-            None => None,
-        };
-        if let Some(difference) = &difference {
-            let path = folder.join(difference_file(i));
-            written.note(file::write(&path, difference, &[]).map_err(Failure::from));
+    let images: Vec<_> = measurement.images().collect();
+    for (i, last) in images.iter().enumerate().filter_map(|(i, last)| Some((i, last.as_ref()?))) {
+        let path = folder.join(image_file(i));
+        written.note(file::write_part(&path, last.image, &last.window, &[], &[]).map_err(Failure::from));
+        if let Some(difference) = &last.difference {
+            let (sheet, _) = compare::draw(difference, &difference.scale(), None);
+            written.note(file::write(&folder.join(difference_file(i)), &sheet, &[]).map_err(Failure::from));
         }
-        differences.push(difference);
     }
-    let report = report::html(&results, &differences);
+    let report = report::html(&results, measurement.reference(), &images);
     written.note(save(REPORT, report.map_err(|error| error.to_string())));
     written.end()
 }

@@ -1,22 +1,11 @@
-//! False colours: from dark violet for the least value to yellow for the most. They get brighter from one end to the
-//! other, so that they can be told apart without hues too. Black is for no value.
+//! False colours of the quantities that a window shows: from dark violet for the least value to yellow for the most.
+//! Black is for no value.
 
-/// Encoded sRGB colours at equal distances, which are blended linearly.
-const COLORS: [[f32; 3]; 6] = [
-    [0.22, 0.05, 0.36],
-    [0.16, 0.23, 0.62],
-    [0.06, 0.45, 0.62],
-    [0.10, 0.63, 0.45],
-    [0.55, 0.79, 0.20],
-    [1.0, 0.92, 0.20],
-];
+use crate::image::false_color::Palette;
 
 /// Returns the colour at a place of the scale: 0 is its beginning, 1 its end.
 pub fn color(at: f32) -> [f32; 3] {
-    let place = at.clamp(0.0, 1.0) * (COLORS.len() - 1) as f32;
-    let lower = (place as usize).min(COLORS.len() - 2);
-    let t = place - lower as f32;
-    [0, 1, 2].map(|channel| COLORS[lower][channel] * (1.0 - t) + COLORS[lower + 1][channel] * t)
+    Palette::Viridis.color(at)
 }
 
 /// Returns the colours of shares from 0 to 1; black for 0.
@@ -39,16 +28,6 @@ fn shown(value: f32, place: impl Fn(f32) -> f32) -> [f32; 4] {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::image::film::{luminance, srgb_decode};
-
-    #[test]
-    fn colors_get_brighter_along_the_scale() {
-        let brightness = |step: u16| luminance(color(f32::from(step) / 100.0).map(srgb_decode));
-        assert!(brightness(0) > 0.0, "black is for no value");
-        for step in 1..=100 {
-            assert!(brightness(step) > brightness(step - 1), "{step} %");
-        }
-    }
 
     #[test]
     fn shares_go_from_end_to_end_and_amounts_by_decades() {
