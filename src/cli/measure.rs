@@ -20,7 +20,7 @@ use crate::gpu_scene::pack::pack;
 use crate::image::compare::SizeMismatch;
 use crate::image::file;
 use crate::image::film::Image;
-use crate::render::activity::Activity;
+use crate::render::activity::{Activity, Since};
 use crate::render::error::RenderError;
 use crate::render::options::Options;
 use crate::render::renderer::Prepared;
@@ -137,10 +137,13 @@ pub fn run(args: &MeasureArgs) -> Result<(), Failure> {
 
     let mut measurement = Measurement::new(&device, &scene, &reference, &settings, args.budget);
     let begin = Instant::now();
+    let planned = settings.len() as f64 * f64::from(args.repeat) * args.budget.as_secs_f64();
     for turn in 0..args.repeat {
         let tell = |setting: &Setting, done: f64| {
-            let place = Place { turn, turns: args.repeat, done, label: setting.label(), begin };
-            status.show(Box::new(move |_| place.line()));
+            let (turns, label, now) = (args.repeat, setting.label(), Instant::now());
+            let place = Place { turn, turns, done, label, planned, begin, now };
+            status.show(Box::new(move |since| place.line(since)));
+            status.note(Activity::Rendering);
             status.draw();
         };
         measurement.turn(turn, tell, |setting, run| say(args, turn, setting, run))?;
@@ -152,6 +155,7 @@ pub fn run(args: &MeasureArgs) -> Result<(), Failure> {
             budget: args.budget.as_secs_f64(),
             repeat: turn + 1,
         };
+        status.note(Activity::Writing);
         write(&args.output, &measurement, conditions)?;
     }
     drop(status);
@@ -187,18 +191,26 @@ struct Place {
     done: f64,
     /// The setting that is rendered.
     label: String,
+    /// The time of rendering in all turns, before anything is known about what comes with it.
+    planned: f64,
     begin: Instant,
+    /// When the measurement was here.
+    now: Instant,
 }
 
 impl Place {
-    fn line(&self) -> Line {
-        let Self { turn, turns, done, ref label, begin } = *self;
+    fn line(&self, since: &Since) -> Line {
+        let Self { turn, turns, done, ref label, planned, begin, now } = *self;
         let share = (f64::from(turn) + done) / f64::from(turns);
         let elapsed = begin.elapsed().as_secs_f64();
         let mut parts = vec![format!("turn {} of {turns}", turn + 1)];
         // Turns take equal times, nearly.
-        parts.extend((share > 0.0).then(|| format!("about {} left", duration(elapsed * (1.0 / share - 1.0)))));
-        parts.push(label.clone());
+        let all = if share > 0.0 { (now - begin).as_secs_f64() / share } else { planned };
+        parts.push(format!("about {} left", duration(((1.0 - share) * all - now.elapsed().as_secs_f64()).max(0.0))));
+        parts.push(match since.activity {
+            Activity::Writing => since.activity.to_string(),
+            _ => label.clone(),
+        });
         parts.push(format!("{} so far", duration(elapsed)));
         Line { share: Some(share), parts }
     }
