@@ -4,14 +4,24 @@
 
 mod app;
 mod area;
+mod bindings;
 mod camera_control;
 pub mod command;
+mod compared;
+mod dialog;
 mod display;
+mod doing;
 mod false_color;
 mod guiding;
+mod help;
+mod histogram;
+mod history;
+#[cfg(test)]
+mod key_tests;
 mod keys;
 mod latency;
 mod layout;
+mod paint;
 mod panel;
 mod plan;
 mod quantity;
@@ -37,6 +47,7 @@ use crate::cli::{Failure, RenderArgs};
 use crate::render::options::Options;
 use crate::scene::Scene;
 
+pub use bindings::key_list;
 pub use latency::LatencyStats;
 
 /// Opens a window, and shows a scene until the window is closed. Returns the statistics of the window.

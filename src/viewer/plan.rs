@@ -139,7 +139,12 @@ mod tests {
     }
 
     fn save(photons: u64) -> Save {
-        Save { path: PathBuf::from("image.exr"), target: target(photons), quantity: Quantity::Image }
+        Save {
+            path: PathBuf::from("image.exr"),
+            may_replace: false,
+            target: target(photons),
+            quantity: Quantity::Image,
+        }
     }
 
     /// Calls `check` with every state that the plan distinguishes, each with a wish for target 1.

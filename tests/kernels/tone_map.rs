@@ -16,7 +16,7 @@ fn show(image: [u32; 2], colors: &[[f32; 3]], change: impl FnOnce(&mut ToneMapPu
         exposure: 1.0,
         curve: CURVE_SRGB,
         bgra: 0,
-        pad: 0,
+        nearest: 0,
     };
     change(&mut push);
     let colors: Vec<[f32; 4]> = colors.iter().map(|[r, g, b]| [*r, *g, *b, 0.0]).collect();
