@@ -36,8 +36,9 @@ use std::path::PathBuf;
 
 use clap::{Args, Parser, Subcommand};
 
-use values::{aov, limit, output_path, scene_path, tolerance};
+use values::{aov, exposure, limit, output_path, scene_path, tolerance};
 
+use crate::image::exposure::Exposure;
 use crate::render::aov::Aov;
 
 /// A progressive photon mapper that runs as Vulkan compute.
@@ -130,6 +131,13 @@ pub struct MergeArgs {
     /// Write the sum as a checkpoint too, to merge it with further shards
     #[arg(long, value_name = "FILE")]
     pub checkpoint: Option<PathBuf>,
+
+    /// Exposure of PNGs in stops, or auto
+    ///
+    /// A stop doubles the brightness. With auto, the geometric mean of the luminance of all pixels that are not
+    /// black becomes 0.18, middle grey. EXRs keep the radiance as it is.
+    #[arg(long, value_name = "STOPS|auto", value_parser = exposure, default_value = "0", allow_negative_numbers = true)]
+    pub exposure: Exposure,
 
     /// Further channels of EXR outputs
     #[arg(long, value_parser = aov(), value_name = "NAME", ignore_case = true)]

@@ -1,7 +1,7 @@
 //! The subcommand `goblet merge`: adds the checkpoints of shards and writes their image.
 
 use super::outputs::{AN_IMAGE, Files, THE_CHECKPOINT, Written};
-use super::render::{at, metadata, read_checkpoint, warn_of_other_maker, write_images};
+use super::render::{at, read_checkpoint, warn_of_other_maker, write_images};
 use super::{Failure, MergeArgs, terminal};
 use crate::image::file;
 use crate::render::aov;
@@ -44,8 +44,8 @@ pub fn run(args: &MergeArgs) -> Result<(), Failure> {
     if let Some(path) = &args.checkpoint {
         written.note(sum.write(path).map_err(|reason| at(path, reason)));
     }
-    let metadata = metadata(&sum.scene, &sum.made_by, &sum.estimate, sum.tally.emitted);
-    written.note(write_images(&args.output, &sum.estimate, &channels, &metadata, args.quiet));
+    let metadata = sum.metadata();
+    written.note(write_images(&args.output, &sum.estimate, &channels, &metadata, args.exposure, args.quiet));
     written.end()
 }
 

@@ -26,15 +26,20 @@ use spinner::Spinner;
 
 use super::cache::open_device;
 use super::outputs::{AN_IMAGE, Files, THE_CHECKPOINT, THE_STATISTICS, Written};
-use super::stats::Stats;
+use super::stats::{Stats, percent};
 use super::{Failure, terminal};
 use crate::image::estimate::Estimate;
-use crate::image::file::{self, Channel};
+use crate::image::exposure::{self, Exposure, exposed, white_share};
+use crate::image::file::{self, Attribute, Channel, ImageError};
+use crate::image::film::Image;
 use crate::render::aov;
 use crate::render::checkpoint::{Checkpoint, CheckpointError, MadeBy};
 use crate::render::error::RenderError;
 use crate::render::renderer::Renderer;
 use crate::scene::Scene;
+
+/// The largest share of white pixels in a picture without a warning.
+const MOST_WHITE: f64 = 0.5;
 
 /// The way in which a render ended.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -127,11 +132,15 @@ fn write(
     times: [Duration; 3],
 ) -> Result<(), Failure> {
     let estimate = renderer.estimate()?;
-    let made_by = MadeBy::new(renderer.device());
-    let metadata = metadata(&scene_name(&args.scene), &made_by, &estimate, renderer.photons());
+    let mut metadata = renderer.metadata(&scene_name(&args.scene), &estimate);
+    if args.record_times {
+        let [_, render, total] = times;
+        let seconds = [("renderTimeSeconds", render), ("goblet.totalSeconds", total)];
+        metadata.extend(seconds.map(|(name, time)| (name.to_owned(), Attribute::Float(time.as_secs_f32()))));
+    }
     let channels = aov::channels(&args.aov, &estimate)?;
     let mut written = Written::default();
-    written.note(write_images(outputs, &estimate, &channels, &metadata, args.quiet));
+    written.note(write_images(outputs, &estimate, &channels, &metadata, args.exposure, args.quiet));
     written.note(write_stats(args, scene, renderer, &estimate, begin, times));
     written.end()
 }
@@ -286,23 +295,8 @@ pub fn warn_of_other_maker(path: &Path, there: &MadeBy, here: &MadeBy) {
     }
 }
 
-/// Returns the metadata of an EXR. They contain neither the time nor the host, so that the same render gives
-/// the same file.
-pub fn metadata(scene: &str, made_by: &MadeBy, estimate: &Estimate, photons: u64) -> Vec<(String, String)> {
-    [
-        ("goblet.version", made_by.version.clone()),
-        ("goblet.scene", scene.to_owned()),
-        ("goblet.iterations", estimate.iterations().to_string()),
-        ("goblet.photons", photons.to_string()),
-        ("goblet.device", made_by.device.clone()),
-        ("goblet.driver", made_by.driver.clone()),
-    ]
-    .map(|(key, value)| (key.to_owned(), value))
-    .to_vec()
-}
-
-/// Writes the image of an estimate, with further channels. A file that cannot be written does not stop the
-/// others.
+/// Writes the image of an estimate: as it is to EXRs, with further channels and attributes, and with an exposure to
+/// PNGs. A file that cannot be written does not stop the others.
 ///
 /// # Errors
 /// A file cannot be written.
@@ -310,17 +304,37 @@ pub fn write_images(
     paths: &[PathBuf],
     estimate: &Estimate,
     channels: &[Channel],
-    metadata: &[(String, String)],
+    metadata: &[(String, Attribute)],
+    exposure: Exposure,
     quiet: bool,
 ) -> Result<(), Failure> {
     let image = estimate.image();
     let mut written = Written::default();
     for path in paths {
-        let outcome = file::write_part(path, &image, &estimate.window, channels, metadata);
+        let outcome = if file::is_picture(path) {
+            write_picture(path, &image, exposure, quiet)
+        } else {
+            file::write_part(path, &image, &estimate.window, channels, metadata)
+        };
         if outcome.is_ok() && !quiet {
             terminal::say(format_args!("wrote {}", path.display()));
         }
         written.note(outcome.map_err(Failure::from));
     }
     written.end()
+}
+
+/// Writes a picture of an image, and warns if most of it is white.
+fn write_picture(path: &Path, image: &Image, exposure: Exposure, quiet: bool) -> Result<(), ImageError> {
+    let stops = exposure.stops(image);
+    let picture = exposed(image, stops);
+    file::write(path, &picture, &[])?;
+    let white = white_share(&picture);
+    if white > MOST_WHITE && !quiet {
+        let (path, white, stops) = (path.display(), percent(white), exposure::text(stops));
+        terminal::warn(format_args!(
+            "{path}: {white} of the pixels are white at an exposure of {stops}; --exposure auto shows more"
+        ));
+    }
+    Ok(())
 }

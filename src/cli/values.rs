@@ -4,6 +4,7 @@ use std::path::PathBuf;
 
 use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 
+use crate::image::exposure::{Exposure, MAX_STOPS};
 use crate::image::file;
 use crate::render::aov::{AOVS, Aov};
 use crate::render::options::values::{number, whole_number};
@@ -33,6 +34,16 @@ pub fn scene_path(text: &str) -> Result<PathBuf, String> {
         (Some(_), Some(extension)) if extension == "pbrt" => Ok(path),
         _ => Err("expected a file name ending in .pbrt".to_owned()),
     }
+}
+
+/// Reads the exposure of pictures: a number of stops, or `auto`.
+pub fn exposure(text: &str) -> Result<Exposure, String> {
+    if text == "auto" {
+        return Ok(Exposure::Auto);
+    }
+    let most = f64::from(MAX_STOPS);
+    let expected = format!("a number of stops from -{most} to {most}, or auto");
+    number(text, |stops| stops.abs() <= most, &expected).map(|stops| Exposure::Stops(stops as f32))
 }
 
 pub fn positive_u32(text: &str) -> Result<u32, String> {

@@ -4,15 +4,14 @@
 //! whole, so that a write that fails or is interrupted leaves the previous image as it was. The same
 //! image and metadata give the same bytes.
 
+mod attribute;
 mod read;
 
-use std::collections::BTreeMap;
 use std::io::{self, Cursor};
 use std::path::{Path, PathBuf};
 
-use exr::meta::attribute::AttributeValue;
 use exr::prelude::{
-    AnyChannel, AnyChannels, Encoding, FlatSamples, IntegerBounds, Layer, LayerAttributes, SmallVec, Text, Vec2,
+    AnyChannel, AnyChannels, Encoding, FlatSamples, IntegerBounds, Layer, LayerAttributes, SmallVec, Vec2,
     WritableImage,
 };
 use image::{ExtendedColorType, ImageEncoder, codecs::png::PngEncoder};
@@ -21,6 +20,7 @@ use crate::base::host_memory;
 use crate::base::output::{Replacement, replace};
 use crate::image::estimate::Sum;
 use crate::image::film::{Image, Window, picture};
+pub use attribute::Attribute;
 pub use read::{Layers, Transfer, Use, read, read_layers};
 
 /// Why an image file could not be read or written; says which file.
@@ -92,6 +92,12 @@ impl WriteFormat {
     }
 }
 
+/// Returns whether the extension is that of a format for looking at, whose 8 bits a channel depend on the exposure.
+#[must_use]
+pub fn is_picture(path: &Path) -> bool {
+    matches!(WriteFormat::of(path), Ok(WriteFormat::Png))
+}
+
 /// Returns the extension in lower case; empty if there is none.
 fn extension(path: &Path) -> String {
     path.extension().map(|extension| extension.to_string_lossy().to_lowercase()).unwrap_or_default()
@@ -126,15 +132,15 @@ pub struct Channel {
 
 /// Writes an image, atomically: `path` holds the old file or the whole new one.
 ///
-/// EXR stores 32-bit floats (channels R, G, B) and each metadata pair as an
-/// attribute: a `double` if the value reads as a finite number, else a `string`.
+/// EXR stores 32-bit floats (channels R, G, B), the chromaticities of sRGB, and each
+/// metadata pair as an attribute.
 /// PNG stores 8 bits in the sRGB transfer function, clamped to 0 to 1, with NaN as
 /// black, and no metadata.
 ///
 /// # Errors
 /// When the extension is unknown, the image's shape or a metadata key cannot be
 /// expressed, or the file cannot be written.
-pub fn write(path: &Path, image: &Image, metadata: &[(String, String)]) -> Result<(), ImageError> {
+pub fn write(path: &Path, image: &Image, metadata: &[(String, Attribute)]) -> Result<(), ImageError> {
     write_part(path, image, &Window::whole([image.width, image.height]), &[], metadata)
 }
 
@@ -149,7 +155,7 @@ pub fn write_part(
     image: &Image,
     window: &Window,
     channels: &[Channel],
-    metadata: &[(String, String)],
+    metadata: &[(String, Attribute)],
 ) -> Result<(), ImageError> {
     let format = WriteFormat::of(path)?;
     let room = encoding_bytes([image.width, image.height]) + 4 * channels.len() as u64 * image.pixels.len() as u64;
@@ -190,11 +196,11 @@ fn encode_exr(
     image: &Image,
     window: &Window,
     extra: &[Channel],
-    metadata: &[(String, String)],
+    metadata: &[(String, Attribute)],
 ) -> Result<Vec<u8>, String> {
     let [x, y] = window.first;
     let mut attributes = LayerAttributes { layer_position: Vec2(x, y), ..LayerAttributes::default() };
-    attributes.other.extend(exr_attributes(metadata)?);
+    attribute::add(&mut attributes, metadata)?;
     let size = (image.width as usize, image.height as usize);
     if extra.iter().any(|channel| channel.values.len() != image.pixels.len()) {
         return Err("a channel has not as many values as the image has pixels".to_owned());
@@ -207,9 +213,10 @@ fn encode_exr(
     let mut file = Cursor::new(Vec::new());
     let mut exr = exr::prelude::Image::from_layer(layer);
     exr.attributes.display_window = IntegerBounds::new((0, 0), (window.full[0] as usize, window.full[1] as usize));
+    exr.attributes.chromaticities = Some(attribute::chromaticities());
     exr.write().to_buffered(&mut file).map_err(|error| error.to_string())?;
     let mut bytes = file.into_inner();
-    sort_exr_attributes(&mut bytes).ok_or("the EXR header is malformed")?;
+    attribute::sort(&mut bytes).ok_or("the EXR header is malformed")?;
     Ok(bytes)
 }
 
@@ -219,51 +226,6 @@ fn rgb_channels(image: &Image) -> SmallVec<[AnyChannel<FlatSamples>; 4]> {
         AnyChannel::new(["R", "G", "B"][channel], FlatSamples::F32(samples))
     };
     (0..3).map(plane).collect()
-}
-
-fn exr_attributes(metadata: &[(String, String)]) -> Result<BTreeMap<Text, AttributeValue>, String> {
-    // The format allows UTF-8 in keys and values; the crate's checked constructor does not.
-    let text = |text: &str| Text::from_slice_unchecked(text.as_bytes());
-    let mut attributes = BTreeMap::new();
-    for (key, value) in metadata {
-        if key.is_empty() || key.len() > 255 || key.contains('\0') {
-            return Err(format!("the metadata key {key:?} must have 1 to 255 bytes, none of them zero"));
-        }
-        let attribute = match value.parse::<f64>() {
-            Ok(number) if number.is_finite() => AttributeValue::F64(number),
-            _ => AttributeValue::Text(text(value)),
-        };
-        if attributes.insert(text(key), attribute).is_some() {
-            return Err(format!("the metadata key {key:?} occurs twice"));
-        }
-    }
-    Ok(attributes)
-}
-
-/// Sorts the attributes of the header by name. The format leaves their order free, and the `exr` crate
-/// writes them in the order of a randomly seeded hash map, so that the bytes of an image would differ
-/// between runs. No offset changes.
-///
-/// `None` if the header is not that of a file with a single part.
-fn sort_exr_attributes(file: &mut [u8]) -> Option<()> {
-    const MAGIC_AND_VERSION: usize = 8;
-    let text_end = |from: usize| Some(from + file.get(from..)?.iter().position(|&b| b == 0)?);
-
-    let mut attributes = Vec::new();
-    let mut start = MAGIC_AND_VERSION;
-    while *file.get(start)? != 0 {
-        let name_end = text_end(start)?;
-        let type_end = text_end(name_end + 1)?;
-        let size_bytes = file.get(type_end + 1..type_end + 5)?;
-        let size = u32::from_le_bytes(size_bytes.try_into().ok()?) as usize;
-        let end = type_end + 5 + size;
-        attributes.push((file.get(start..name_end)?, file.get(start..end)?));
-        start = end;
-    }
-    attributes.sort();
-    let sorted: Vec<u8> = attributes.iter().flat_map(|(_, bytes)| bytes.iter().copied()).collect();
-    file.get_mut(MAGIC_AND_VERSION..start)?.copy_from_slice(&sorted);
-    Some(())
 }
 
 /// Returns the bytes of a PNG file.

@@ -2,6 +2,7 @@
 
 pub mod compare;
 pub mod estimate;
+pub mod exposure;
 pub mod file;
 pub mod film;
 pub mod layers;

@@ -31,6 +31,7 @@ use crate::image::film::Window;
 use crate::image::layers::{LayerForm, Layers};
 use crate::kernels::PixelState;
 use crate::render::counters::Tally;
+use crate::render::frame::Frame;
 use crate::render::identity::Identity;
 use crate::render::options::MAX_SIDE;
 use crate::render::radius::{FirstRadius, RadiusSchedule};
@@ -92,6 +93,8 @@ pub struct Checkpoint {
     pub done: BTreeMap<u32, u32>,
     /// The radius that visible points start with.
     pub first_radius: Option<FirstRadius>,
+    /// The camera as image files describe it; `None` if the file does not tell.
+    pub frame: Option<Frame>,
     /// Counts of how paths ended.
     pub tally: Tally,
     /// The sums of the image.
@@ -110,6 +113,8 @@ struct Header {
     shards: u32,
     done: BTreeMap<u32, u32>,
     first_radius: Option<[f32; 3]>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    frame: Option<Frame>,
     tally: Tally,
     resolution: [u32; 2],
     /// For a part of an image: the position of its first pixel, and the size of the full image.
@@ -211,6 +216,7 @@ impl Checkpoint {
         self.tally.merge(&other.tally);
         self.done.extend(&other.done);
         self.first_radius = self.first_radius.or(other.first_radius);
+        self.frame = self.frame.or(other.frame);
         self.states = Vec::new();
         Ok(())
     }
@@ -264,6 +270,7 @@ impl Checkpoint {
             shards: self.shards,
             done: self.done.clone(),
             first_radius: self.first_radius.map(|radius| [radius.per_length, radius.least, radius.most]),
+            frame: self.frame,
             tally: self.tally,
             resolution: self.estimate.resolution,
             window: window_of(&self.estimate),
@@ -351,6 +358,7 @@ impl Checkpoint {
             shards: header.shards,
             done: header.done,
             first_radius: header.first_radius.map(|[per_length, least, most]| FirstRadius { per_length, least, most }),
+            frame: header.frame,
             tally: header.tally,
             estimate,
             states,

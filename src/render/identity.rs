@@ -99,6 +99,11 @@ impl Identity {
         }
     }
 
+    /// Returns the value of an option or the digest of a part of the scene; `None` if the identity has none.
+    pub(crate) fn value(&self, name: &str) -> Option<&str> {
+        self.0.get(name).map(String::as_str)
+    }
+
     /// Returns whether radii shrink by this schedule.
     pub(crate) fn has_schedule(&self, schedule: RadiusSchedule) -> bool {
         self.0.get(RADIUS_SCHEDULE).is_some_and(|name| name == schedule.name())

@@ -43,6 +43,11 @@ impl FirstRadius {
         Self { per_length: width as f32, least: (radius / SPREAD) as f32, most: (radius * SPREAD) as f32 }
     }
 
+    /// Returns the radius of most visible points in render units: the geometric mean of the smallest and the largest.
+    pub fn middle(&self) -> f64 {
+        (f64::from(self.least) * f64::from(self.most)).sqrt()
+    }
+
     /// Returns the radius of a visible point at the end of an eye path of this length, in render units.
     pub fn at(&self, length: f64) -> f64 {
         (f64::from(self.per_length) * length).clamp(self.least.into(), self.most.into())

@@ -26,6 +26,7 @@ use crate::render::counters::Tally;
 use crate::render::counts::Choice;
 use crate::render::device::device_features;
 use crate::render::error::RenderError;
+use crate::render::frame::Frame;
 use crate::render::guide::guidance::Guidance;
 use crate::render::guide::lights::GuideLights;
 use crate::render::identity::Identity;
@@ -145,6 +146,7 @@ impl Base {
             has_photons: self.mean_power > 0.0 && self.has_surfaces,
             photons_matter: photons_matter(options, resolved.max_depth, self.is_plane),
             layers: self.layer_form(scene, resolved),
+            frame: Frame::new(&scene.camera, 1.0 / self.space.scale),
         }
     }
 
@@ -312,6 +314,11 @@ impl Renderer {
         })
     }
 
+    /// Returns the identity, the radius that visible points start with, and the camera as files describe it.
+    pub(crate) fn facts(&self) -> (&Identity, Option<FirstRadius>, Option<Frame>) {
+        (&self.identity, self.progress.first_radius, self.settings.frame)
+    }
+
     fn layers(&self) -> Option<&LayerArrays> {
         self.passes.layers.as_ref().map(|passes| &passes.arrays)
     }
@@ -340,6 +347,7 @@ impl Renderer {
             shards: shard.count,
             done: [(shard.index, self.progress.done)].into(),
             first_radius: self.progress.first_radius,
+            frame: self.settings.frame,
             tally: self.progress.tally,
             estimate: self.estimate()?,
             states: self.device.read_first_texels(&self.buffers.pixel_states, self.settings.pixels())?,

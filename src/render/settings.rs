@@ -4,6 +4,7 @@ use glam::DMat3;
 
 use crate::image::film::{Window, balanced_luminance};
 use crate::image::layers::LayerForm;
+use crate::render::frame::Frame;
 use crate::render::guide::guidance::Guidance;
 use crate::render::options::Contribution;
 use crate::render::radius::RadiusSchedule;
@@ -48,6 +49,8 @@ pub struct Settings {
     pub photons_matter: bool,
     /// The form of the layers' sums.
     pub layers: LayerForm,
+    /// The camera as files describe it; `None` if a number of it is too large for a file.
+    pub frame: Option<Frame>,
 }
 
 impl Settings {

@@ -34,6 +34,7 @@ fn refuse(args: &RenderArgs) -> Result<(), Failure> {
         ("--checkpoint", args.checkpoint.is_some()),
         ("--resume", args.resume.is_some()),
         ("--shard", args.shard.is_some()),
+        ("--record-times", args.record_times),
     ];
     match others.into_iter().find(|(_, is_given)| *is_given) {
         Some((name, _)) => Err(RenderError::Option(format!("{name} is of goblet render, not of goblet view")).into()),

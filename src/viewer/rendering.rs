@@ -8,10 +8,9 @@ use super::guiding::Guiding;
 use super::plan::Rendered;
 use super::quantity::Quantity;
 use super::shared::{Save, Shared, Status, Target, View};
-use crate::cli::render::{at, metadata, save_checkpoint, scene_name, write_images};
+use crate::cli::render::{at, save_checkpoint, scene_name, write_images};
 use crate::cli::{Failure, RenderArgs};
 use crate::render::aov;
-use crate::render::checkpoint::MadeBy;
 use crate::render::options::{Contribution, Options};
 use crate::render::renderer::{Aside, Renderer};
 use crate::scene::Scene;
@@ -189,9 +188,9 @@ impl Render {
             save_checkpoint(&scene, path, renderer)?;
         } else {
             let estimate = renderer.estimate()?;
-            let metadata = metadata(&scene, &MadeBy::new(renderer.device()), &estimate, renderer.photons());
+            let metadata = renderer.metadata(&scene, &estimate);
             let channels = aov::channels(&args.aov, &estimate)?;
-            write_images(std::slice::from_ref(path), &estimate, &channels, &metadata, true)?;
+            write_images(std::slice::from_ref(path), &estimate, &channels, &metadata, args.exposure, true)?;
         }
         self.tell(shared, *quantity, Doing::Renders, Some(wrote(path, &self.target, renderer.iterations())))
     }

@@ -13,6 +13,7 @@ mod hostile;
 mod info;
 mod manual;
 #[cfg(unix)]
+mod pictures;
 mod pipes;
 mod render;
 mod report;

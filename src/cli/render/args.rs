@@ -7,7 +7,8 @@ use clap::Args;
 
 use super::display_server::Address;
 use crate::cli::SceneMemory;
-use crate::cli::values::{aov, output_path, seconds};
+use crate::cli::values::{aov, exposure, output_path, seconds};
+use crate::image::exposure::Exposure;
 use crate::render::aov::{Aov, groups};
 use crate::render::options::Options;
 use crate::render::options::request::Request;
@@ -27,9 +28,23 @@ pub struct RenderArgs {
     #[arg(short, long, value_name = "FILE", value_parser = output_path)]
     pub output: Vec<PathBuf>,
 
+    /// Exposure of PNGs in stops, or auto
+    ///
+    /// A stop doubles the brightness. With auto, the geometric mean of the luminance of all pixels that are not
+    /// black becomes 0.18, middle grey. EXRs keep the radiance as it is.
+    #[arg(long, value_name = "STOPS|auto", value_parser = exposure, default_value = "0", allow_negative_numbers = true)]
+    pub exposure: Exposure,
+
     /// Further channels of EXR outputs
     #[arg(long, value_parser = aov(), value_name = "NAME", ignore_case = true)]
     pub aov: Vec<&'static Aov>,
+
+    /// Write the times of the render into EXRs, as pbrt does
+    ///
+    /// renderTimeSeconds is the time of the iterations, goblet.totalSeconds includes reading the scene and compiling
+    /// the kernels. Without this option, the same render gives the same file.
+    #[arg(long)]
+    pub record_times: bool,
 
     /// Show the image in tev while it is rendered
     ///

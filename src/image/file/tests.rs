@@ -2,6 +2,9 @@
 
 use std::fs;
 
+use exr::meta::attribute::AttributeValue;
+use exr::prelude::Text;
+
 use super::*;
 use crate::base::input::Budget;
 use crate::image::film::srgb_encode;
@@ -22,8 +25,8 @@ fn bits(image: &Image) -> Vec<[u32; 3]> {
     image.pixels.iter().map(|p| p.map(f32::to_bits)).collect()
 }
 
-fn pairs(list: &[(&str, &str)]) -> Vec<(String, String)> {
-    list.iter().map(|&(key, value)| (key.to_owned(), value.to_owned())).collect()
+fn pairs(list: &[(&str, &str)]) -> Vec<(String, Attribute)> {
+    list.iter().map(|&(key, value)| (key.to_owned(), Attribute::of_text(value))).collect()
 }
 
 #[test]
@@ -31,7 +34,10 @@ fn exr_keeps_every_bit_and_the_metadata() {
     let directory = tempfile::tempdir().unwrap();
     let path = directory.path().join("x.EXR");
     let image = extreme_image();
-    let metadata = pairs(&[("scene", "Kelch ü 杯"), ("seed", "4294967295")]);
+    let mut metadata = pairs(&[("scene", "Kelch ü 杯"), ("seed", "4294967295"), ("count", "-7"), ("alpha", "0.5")]);
+    let matrix = [[1.0, 2.0, 3.0, 4.0], [5.0, 6.0, 7.0, 8.0], [9.0, 10.0, 11.0, 12.0], [0.0, 0.0, 0.0, 1.0]];
+    metadata.push(("worldToCamera".to_owned(), Attribute::Matrix(matrix)));
+    metadata.push(("renderTimeSeconds".to_owned(), Attribute::Float(1.5)));
     write(&path, &image, &metadata).unwrap();
     let back = read(&path).unwrap();
     assert_eq!((back.width, back.height), (3, 2));
@@ -39,14 +45,20 @@ fn exr_keeps_every_bit_and_the_metadata() {
 
     let headers = exr::meta::MetaData::read_from_file(&path, true).unwrap().headers;
     let stored = |key: &str| headers[0].own_attributes.other[&Text::from(key)].clone();
+    // The format has no unsigned integers, and none of more than 32 bits.
     assert_eq!(stored("seed"), AttributeValue::F64(4_294_967_295.0));
+    assert_eq!((stored("count"), stored("alpha")), (AttributeValue::I32(-7), AttributeValue::F64(0.5)));
+    assert_eq!(stored("renderTimeSeconds"), AttributeValue::F32(1.5));
+    assert_eq!(headers[0].own_attributes.world_to_camera.unwrap()[..8], [1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0, 8.0]);
+    let chromaticities = headers[0].shared_attributes.chromaticities.unwrap();
+    assert_eq!((chromaticities.red, chromaticities.white), (Vec2(0.64, 0.33), Vec2(0.3127, 0.3290)));
     let scene = Text::from_slice_unchecked("Kelch ü 杯".as_bytes());
     assert_eq!(stored("scene"), AttributeValue::Text(scene));
 }
 
 #[test]
 fn the_same_image_gives_the_same_bytes() {
-    let keys: Vec<_> = (0..12).map(|i| (format!("key{i}"), i.to_string())).collect();
+    let keys: Vec<_> = (0..12).map(|i| (format!("key{i}"), Attribute::Integer(i))).collect();
     let first = encode_exr(&extreme_image(), &Window::whole([3, 2]), &[], &keys).unwrap();
     for _ in 0..8 {
         assert!(encode_exr(&extreme_image(), &Window::whole([3, 2]), &[], &keys).unwrap() == first);

@@ -49,6 +49,11 @@ fn small() -> impl Strategy<Value = Checkpoint> {
                     least: a.min(b),
                     most: a.max(b),
                 }),
+                frame: radius.map(|[a, b, c]| Frame {
+                    world_to_camera: [[a, b, c, 1.0]; 4],
+                    world_to_ndc: (resolution[0] > 1).then_some([[c; 4]; 4]),
+                    length: a.into(),
+                }),
                 tally: tally(&counts),
                 estimate: Estimate {
                     resolution,

@@ -68,6 +68,7 @@ fn exr_number(bench: &Bench, key: &str) -> f64 {
     let headers = exr::meta::MetaData::read_from_file(bench.path("x.exr"), true).unwrap().headers;
     match headers[0].own_attributes.other[&exr::prelude::Text::from(key)] {
         exr::meta::attribute::AttributeValue::F64(number) => number,
+        exr::meta::attribute::AttributeValue::I32(number) => number.into(),
         ref other => panic!("{key} is {other:?}"),
     }
 }
