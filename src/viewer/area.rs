@@ -26,7 +26,8 @@ pub fn show(context: &Context, session: &mut Session) {
     CentralPanel::default().frame(Frame::NONE).show(context, |ui| {
         // The image never takes the keyboard focus, with which it would get all keys.
         let response = ui.interact(ui.max_rect(), ui.id().with("image"), Sense::CLICK | Sense::DRAG);
-        session.cursor = response.hover_pos().map(|position| pixels(context, position));
+        let is_there = ui.rect_contains_pointer(ui.max_rect());
+        session.cursor = context.pointer_latest_pos().filter(|_| is_there).map(|position| pixels(context, position));
         let is_alt = context.input(|input| input.modifiers.alt);
         if !line(ui, &response, session) {
             drag(&response, session, is_alt);

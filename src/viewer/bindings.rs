@@ -16,6 +16,8 @@ pub enum Command {
     Colors,
     /// Change the exposure by so many half stops.
     Expose(i8),
+    /// Choose the exposure by the image, or keep it as it is.
+    AutoExpose,
     /// Show more (true) or less of the image's detail.
     Zoom(bool),
     /// Show the whole image.
@@ -129,18 +131,18 @@ const CAMERA: [Binding; 13] = [
 ];
 
 const IMAGE: [Binding; 9] = [
-    plain(&[Key::Plus, Key::Equals], Command::Zoom(true), "enlarge the image at the cursor, up to squares for pixels"),
+    plain(&[Key::Plus, Key::Equals], Command::Zoom(true), "enlarge the image at the cursor"),
     plain(&[Key::Minus], Command::Zoom(false), "make the image smaller"),
     plain(&[Key::F], Command::Fit, "fit the whole image into the window"),
-    plain(&[Key::X], Command::Pixels, "one pixel of the window for each pixel of the image"),
+    plain(&[Key::X], Command::Pixels, "show the image in its own size"),
     plain(&[Key::ArrowLeft], Command::Shift([1, 0]), "show what is to the left"),
     plain(&[Key::ArrowRight], Command::Shift([-1, 0]), "show what is to the right"),
     plain(&[Key::ArrowUp], Command::Shift([0, 1]), "show what is above"),
     plain(&[Key::ArrowDown], Command::Shift([0, -1]), "show what is below"),
-    plain(&[Key::G], Command::Colors, "own colours, or false colours with a scale"),
+    plain(&[Key::G], Command::Colors, "own colours, or false ones"),
 ];
 
-const LOOK: [Binding; 12] = [
+const LOOK: [Binding; 13] = [
     shows(&[Key::Num1], 0),
     shows(&[Key::Num2], 1),
     shows(&[Key::Num3], 2),
@@ -153,11 +155,12 @@ const LOOK: [Binding; 12] = [
     shows(&[Key::Num0], 9),
     plain(&[Key::O], Command::Expose(-1), "darker by half a stop"),
     plain(&[Key::P], Command::Expose(1), "brighter by half a stop"),
+    plain(&[Key::L], Command::AutoExpose, "exposure by the image, or as it is"),
 ];
 
 const COMPARE: [Binding; 6] = [
-    plain(&[Key::K], Command::Keep, "keep this image, to compare with it later"),
-    plain(&[Key::B], Command::Flip, "show the kept image, and this one again"),
+    plain(&[Key::K], Command::Keep, "keep this image to compare with"),
+    plain(&[Key::B], Command::Flip, "the kept image, and this one again"),
     plain(&[Key::V], Command::Split, "both images side by side; drag the line"),
     plain(&[Key::Comma], Command::MoveSplit(false), "move the line to the left"),
     plain(&[Key::Period], Command::MoveSplit(true), "move the line to the right"),
@@ -166,7 +169,7 @@ const COMPARE: [Binding; 6] = [
 
 const WINDOW: [Binding; 7] = [
     plain(&[Key::Space], Command::Pause, "pause after this iteration, or go on"),
-    ctrl(&[Key::S], Command::Save, "save; a number is added to the name of a file that exists"),
+    ctrl(&[Key::S], Command::Save, "save; a name that exists gets a number"),
     ctrl_shift(&[Key::S], Command::Ask(Question::Save), "choose a file to save to"),
     ctrl(&[Key::O], Command::Ask(Question::Scene), "choose a scene to open"),
     plain(&[Key::H], Command::Panel, "hide or show the panel"),
@@ -198,14 +201,14 @@ pub static BINDINGS: [Binding; COUNT] = {
 /// What the mouse does on the image: the input, and its effect.
 pub const MOUSE: [(&str, &str); 9] = [
     ("drag", "turn about the point in focus"),
-    ("right drag, shift+drag", "move the camera sideways"),
+    ("right drag", "move sideways; so does shift+drag"),
     ("wheel", "move closer or further away"),
-    ("click", "focus on that point, and turn about it"),
+    ("click", "focus there, and turn about it"),
     ("Ctrl+wheel", "open or close the aperture"),
     ("Alt+wheel", "enlarge the image at the cursor"),
     ("Alt+drag", "move the image in the window"),
-    ("drag the line", "move the line between two images"),
-    ("drop a file", "open a scene, or compare with an image"),
+    ("drag the line", "move it between two images"),
+    ("drop a file", "open a scene, or compare an image"),
 ];
 
 impl Binding {

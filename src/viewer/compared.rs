@@ -8,7 +8,6 @@ use super::paint::{Colors, Scale, Shade, paint};
 use super::quantity::{Picture, Quantity};
 use crate::image::compare::{Comparison, compare};
 use crate::image::file;
-use crate::image::film::Image;
 
 /// A picture to compare with.
 #[derive(Clone, Debug, PartialEq)]
@@ -106,12 +105,7 @@ fn split<'a>(left: &Shown<'_>, right: Shown<'a>, line: f32) -> Shown<'a> {
 /// # Errors
 /// The sizes differ.
 pub fn error(current: &Picture, other: &Picture) -> Result<Comparison, String> {
-    let image = |picture: &Picture| Image {
-        width: picture.size[0],
-        height: picture.size[1],
-        pixels: picture.values.iter().map(|[r, g, b, _]| [*r, *g, *b]).collect(),
-    };
-    compare(&image(current), &image(other)).map_err(|error| error.to_string())
+    compare(&current.to_image(), &other.to_image()).map_err(|error| error.to_string())
 }
 
 #[cfg(test)]

@@ -62,8 +62,8 @@ pub fn ask(question: Question, start: &Path, window: &Window, shared: Arc<Shared
     });
 }
 
-/// The last error of the crate `rfd`, which reports errors to the log alone, and returns the same as when the user
-/// chooses nothing.
+/// The first error of the crate `rfd`, which reports errors to the log alone, and returns the same as when the user
+/// chooses nothing. The first one is that of the portal; the next ones are of programs that it tries instead.
 struct Errors(Mutex<Option<String>>);
 
 static ERRORS: LazyLock<Errors> = LazyLock::new(|| Errors(Mutex::new(None)));
@@ -90,7 +90,8 @@ impl Log for Errors {
 
     fn log(&self, record: &Record<'_>) {
         if self.enabled(record.metadata()) {
-            *self.0.lock().unwrap_or_else(PoisonError::into_inner) = Some(record.args().to_string());
+            let mut first = self.0.lock().unwrap_or_else(PoisonError::into_inner);
+            first.get_or_insert_with(|| record.args().to_string());
         }
     }
 

@@ -5,8 +5,8 @@ use egui::{Align2, Context, Grid, RichText, ScrollArea, Ui, Window};
 use super::bindings::{Binding, MOUSE, PARTS};
 use super::session::Session;
 
-/// The width of a window in points from which the list has two columns.
-const TWO_COLUMNS: f32 = 960.0;
+/// The width of a window in points from which the list has three columns.
+const THREE_COLUMNS: f32 = 1000.0;
 /// The space around the list in points, with its title.
 const AROUND: f32 = 70.0;
 
@@ -16,20 +16,31 @@ pub fn show(context: &Context, session: &mut Session) {
     let window = Window::new("Keys and mouse").open(&mut session.has_keys).collapsible(false).resizable(false);
     window.anchor(Align2::CENTER_CENTER, [0.0, 0.0]).show(context, |ui| {
         let height = (screen.height() - AROUND).max(100.0);
-        ScrollArea::vertical().max_height(height).show(ui, |ui| {
-            if screen.width() < TWO_COLUMNS {
+        ScrollArea::vertical().max_height(height).min_scrolled_height(height).show(ui, |ui| {
+            if screen.width() < THREE_COLUMNS {
                 PARTS[..].iter().for_each(|(title, keys)| part(ui, title, keys));
                 mouse(ui);
             } else {
-                ui.horizontal_top(|ui| {
-                    ui.vertical(|ui| PARTS[..2].iter().for_each(|(title, keys)| part(ui, title, keys)));
-                    ui.add_space(16.0);
-                    ui.vertical(|ui| PARTS[2..].iter().for_each(|(title, keys)| part(ui, title, keys)));
-                });
-                mouse(ui);
+                columns(ui);
             }
             ui.label(RichText::new("Keys act on the image while no text is being typed.").small());
         });
+    });
+}
+
+/// Shows the list in columns of about the same height.
+fn columns(ui: &mut Ui) {
+    let [camera, others @ ..] = &PARTS[..] else { return };
+    let (image, window) = others.split_at(2);
+    ui.horizontal_top(|ui| {
+        ui.vertical(|ui| {
+            part(ui, camera.0, camera.1);
+            mouse(ui);
+        });
+        for parts in [image, window] {
+            ui.add_space(10.0);
+            ui.vertical(|ui| parts.iter().for_each(|(title, keys)| part(ui, title, keys)));
+        }
     });
 }
 

@@ -11,6 +11,7 @@ use super::paint::Colors;
 use super::quantity::Quantity;
 use super::session::Effect;
 use super::state_tests::Hand;
+use crate::image::exposure::{Exposure, auto_stops};
 
 /// Presses a key of an entry.
 fn press(hand: &mut Hand, binding: &Binding, key: Key) -> Option<Effect> {
@@ -43,7 +44,7 @@ fn prepare(hand: &mut Hand) {
     hand.session.compared = Default::default();
     hand.press(plain(Key::K));
     hand.session.set_beside(Beside::Split(0.5));
-    hand.session.look.stops = 0.0;
+    hand.session.set_exposure(Exposure::Stops(0.0));
     hand.session.message = None;
 }
 
@@ -83,6 +84,10 @@ fn check(hand: &mut Hand, binding: &Binding, key: Key) {
         Command::Show(quantity) => assert_eq!(hand.session.quantity, quantity, "{context}"),
         Command::Colors => assert_eq!(hand.session.colors, Colors::False(0), "{context}"),
         Command::Expose(steps) => assert_eq!(hand.session.look.stops, 0.5 * f32::from(steps), "{context}"),
+        Command::AutoExpose => {
+            let stops = auto_stops(&hand.session.picture.as_ref().unwrap().to_image());
+            assert!(stops != 0.0 && hand.session.look.stops == stops, "{context}: {stops}");
+        }
         Command::Zoom(is_in) => {
             let Zoom::Own { scale, .. } = hand.session.zoom else { panic!("{context}") };
             assert!((scale - if is_in { 4.0 } else { 2.0 }).abs() < 1e-3, "{context}: {scale}");

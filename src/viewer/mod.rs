@@ -62,7 +62,8 @@ pub fn run(args: &RenderArgs, scene: Scene) -> Result<LatencyStats, Failure> {
     let shared = Shared::new(first_wish(&args.scene, &options), move || wake(&proxy, Wake::News));
     let shared = Arc::new(shared);
     let save = args.output.first().map(|path| path.as_path());
-    let session = Session::new(&args.scene, &scene, options, save, Arc::clone(&shared));
+    let mut session = Session::new(&args.scene, &scene, options, save, Arc::clone(&shared));
+    session.set_exposure(args.exposure);
     let mut app = App::new(session, args.device.clone(), args.validate);
     let files = render_thread::files(&args.scene, &scene);
     let proxy = events.create_proxy();

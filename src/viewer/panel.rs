@@ -11,6 +11,7 @@ mod status;
 #[cfg(test)]
 mod tests;
 
+use egui::containers::scroll_area::ScrollSource;
 use egui::{Color32, Context, ScrollArea, SidePanel, Ui};
 
 use super::bindings::Command;
@@ -22,7 +23,12 @@ pub fn show(context: &Context, session: &mut Session) -> Vec<Effect> {
     let mut effects = Vec::new();
     if session.has_panel {
         SidePanel::left("panel").resizable(false).exact_width(PANEL).show(context, |ui| {
-            ScrollArea::vertical().auto_shrink(false).show(ui, |ui| contents(ui, session, &mut effects));
+            // An area that is dragged would take the keyboard's focus, and nobody would see where it is.
+            let by = ScrollSource { drag: false, ..ScrollSource::ALL };
+            ScrollArea::vertical()
+                .auto_shrink(false)
+                .scroll_source(by)
+                .show(ui, |ui| contents(ui, session, &mut effects));
         });
     }
     effects

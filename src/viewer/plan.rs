@@ -123,6 +123,7 @@ mod tests {
     use std::time::Instant;
 
     use super::*;
+    use crate::image::exposure::Exposure;
     use crate::render::options::Options;
 
     const MOST: u32 = 5;
@@ -142,6 +143,7 @@ mod tests {
         Save {
             path: PathBuf::from("image.exr"),
             may_replace: false,
+            exposure: Exposure::default(),
             target: target(photons),
             quantity: Quantity::Image,
         }

@@ -1,6 +1,7 @@
 //! The quantities of a render that the window can show: the image, two parts of its light, and every AOV.
 
 use crate::image::estimate::Estimate;
+use crate::image::film::Image;
 use crate::image::layers::Groups;
 use crate::render::aov::{AOVS, Aov, AovKind};
 use crate::render::options::{Contribution, Options};
@@ -161,6 +162,12 @@ impl Quantity {
 }
 
 impl Picture {
+    /// Returns the values as red, green and blue.
+    pub fn to_image(&self) -> Image {
+        let [width, height] = self.size;
+        Image { width, height, pixels: self.values.iter().map(|[r, g, b, _]| [*r, *g, *b]).collect() }
+    }
+
     /// Returns the values of a place on the image, whose corners are (0, 0) and (1, 1); `None` outside.
     pub fn at(&self, [x, y]: [f64; 2]) -> Option<[f32; 3]> {
         let [width, height] = self.size;

@@ -190,7 +190,7 @@ impl Render {
             let estimate = renderer.estimate()?;
             let metadata = renderer.metadata(&scene, &estimate);
             let channels = aov::channels(&args.aov, &estimate)?;
-            write_images(std::slice::from_ref(path), &estimate, &channels, &metadata, args.exposure, true)?;
+            write_images(std::slice::from_ref(path), &estimate, &channels, &metadata, save.exposure, true)?;
         }
         self.tell(shared, *quantity, Doing::Renders, Some(wrote(path, &self.target, renderer.iterations())))
     }

@@ -56,6 +56,8 @@ pub struct Session {
     pub picture: Option<Arc<Picture>>,
     /// How values become colours.
     pub colors: Colors,
+    /// Whether the exposure follows from the image.
+    pub has_auto_exposure: bool,
     /// The scale of false colours that are shown.
     pub scale: Option<Scale>,
     /// How large the image is shown.
@@ -136,6 +138,7 @@ impl Session {
             message: None,
             picture: None,
             colors: Colors::default(),
+            has_auto_exposure: false,
             scale: None,
             zoom: Zoom::default(),
             cursor: None,
@@ -173,6 +176,7 @@ impl Session {
             Command::Show(quantity) => self.show(quantity),
             Command::Colors => self.color(self.colors.next(self.quantity)),
             Command::Expose(steps) => self.expose(steps),
+            Command::AutoExpose => self.auto_expose(!self.has_auto_exposure),
             Command::Zoom(is_in) => self.zoom = self.zoom.step(is_in, self.hand(), self.area, self.image()),
             Command::Fit => self.zoom = Zoom::Fit,
             Command::Pixels => self.zoom = Zoom::Own { scale: 1.0, middle: [0.5; 2] },
@@ -232,6 +236,7 @@ impl Session {
         let picture = Arc::new(view.picture);
         self.picture = Some(Arc::clone(&picture));
         self.pictures += 1;
+        self.follow_exposure();
         self.is_changed = true;
         picture
     }

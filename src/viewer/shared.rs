@@ -12,6 +12,7 @@ use super::guiding::Guiding;
 use super::quantity::{Picture, Quantity};
 use crate::cli::Failure;
 use crate::image::compare::Comparison;
+use crate::image::exposure::Exposure;
 use crate::render::options::Options;
 use crate::scene::{Camera, Film, Integrator};
 
@@ -41,6 +42,8 @@ pub struct Save {
     pub path: PathBuf,
     /// Whether a file with this name is replaced, because the user was asked. Else the file gets the next free name.
     pub may_replace: bool,
+    /// The exposure of a PNG.
+    pub exposure: Exposure,
     /// The target of the image. A later target replaces it if it does not get an iteration.
     pub target: Target,
     /// The quantity that was shown when the user saved.
@@ -289,7 +292,13 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("image.v2.exr");
         let target = Target { loads: 0, camera: None, options: Options::default() };
-        let save = Save { path: path.clone(), may_replace: false, target, quantity: Quantity::Image };
+        let save = Save {
+            path: path.clone(),
+            may_replace: false,
+            exposure: Exposure::default(),
+            target,
+            quantity: Quantity::Image,
+        };
         for expected in ["image.v2.exr", "image.v2-2.exr", "image.v2-3.exr"] {
             let free = save.with_free_name().path;
             assert_eq!(free, folder.path().join(expected));

@@ -92,7 +92,7 @@ impl Rendering {
     /// Returns the wish to save the first image.
     fn save(&self, name: &str) -> Save {
         let Wish { target, quantity, .. } = first_wish(&self.args.scene, &self.args.options());
-        Save { path: self.path(name), may_replace: false, target, quantity }
+        Save { path: self.path(name), may_replace: false, exposure: self.args.exposure, target, quantity }
     }
 
     /// Waits for news of a kind.

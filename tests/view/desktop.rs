@@ -76,15 +76,49 @@ impl Desktop {
     pub fn find_window(&mut self) {
         self.window = wait_for("a window", || {
             let children = self.connection.query_tree(self.root).ok()?.reply().ok()?.children;
-            children.into_iter().find(|window| self.title(*window).as_deref() == Some("goblet"))
+            children.into_iter().find(|window| self.title_of(*window).is_some_and(|title| title.ends_with("goblet")))
         });
         self.connection.set_input_focus(InputFocus::PARENT, self.window, x11rb::CURRENT_TIME).expect("focus");
         self.connection.flush().expect("a connection");
     }
 
-    fn title(&self, window: Window) -> Option<String> {
+    /// The title of the window.
+    pub fn title(&self) -> String {
+        self.title_of(self.window).unwrap_or_default()
+    }
+
+    fn title_of(&self, window: Window) -> Option<String> {
         let property = self.connection.get_property(false, window, AtomEnum::WM_NAME, AtomEnum::ANY, 0, 64).ok()?;
         String::from_utf8(property.reply().ok()?.value).ok()
+    }
+
+    /// Moves the mouse without a button.
+    pub fn point(&self, place: [i16; 2]) {
+        self.input(MOTION_NOTIFY_EVENT, 0, place);
+    }
+
+    /// Clicks.
+    pub fn click(&self, place: [i16; 2]) {
+        self.point(place);
+        self.input(BUTTON_PRESS_EVENT, 1, [0, 0]);
+        self.input(BUTTON_RELEASE_EVENT, 1, [0, 0]);
+    }
+
+    /// Turns the wheel by notches, away from the hand.
+    pub fn turn(&self, notches: u32) {
+        for _ in 0..notches {
+            self.input(BUTTON_PRESS_EVENT, 4, [0, 0]);
+            self.input(BUTTON_RELEASE_EVENT, 4, [0, 0]);
+        }
+    }
+
+    /// Holds a key down while something is done.
+    pub fn with_key(&self, symbol: u32, act: impl FnOnce()) {
+        let code = self.key_code(symbol);
+        self.input(KEY_PRESS_EVENT, code, [0, 0]);
+        act();
+        std::thread::sleep(Duration::from_millis(200));
+        self.input(KEY_RELEASE_EVENT, code, [0, 0]);
     }
 
     /// What the window shows.

@@ -3,6 +3,7 @@
 #![cfg(feature = "view")]
 
 mod desktop;
+mod keys;
 #[path = "../support/mod.rs"]
 mod support;
 
@@ -41,16 +42,23 @@ fn scene() -> PathBuf {
 const OPTIONS: [&str; 9] =
     ["--iterations", "3", "--photons", "4000", "--eye-paths", "2", "--max-depth", "6", "--validate"];
 
-/// What `goblet render` makes of the scene.
+/// What `goblet render` makes of the scene. The window takes no guide, and files say so.
 fn rendered(scene: &Path, resolution: &str, path: &Path) {
     let mut command = goblet();
-    command.arg("render").arg(scene).args(OPTIONS).args(["--resolution", resolution, "--quiet", "-o"]).arg(path);
+    command
+        .arg("render")
+        .arg(scene)
+        .args(OPTIONS)
+        .args(["--resolution", resolution, "--guide", "off", "--quiet", "-o"])
+        .arg(path);
     assert!(command.status().expect("goblet").success());
 }
 
 fn view(desktop: &Desktop, options: &[&str]) -> Child {
     let mut command = goblet();
     command.arg("view").args(options).env("DISPLAY", desktop.name()).env_remove("WAYLAND_DISPLAY");
+    // Else a desktop on which the tests run would show dialogs, and wait for an answer.
+    command.env("DBUS_SESSION_BUS_ADDRESS", "unix:path=/nonexistent").env("PATH", "");
     command.stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().expect("goblet")
 }
 
@@ -194,6 +202,15 @@ fn a_small_film_has_a_usable_window_and_what_is_saved_is_what_is_shown() {
         assert!(fs::read(&saved).expect("a file") == fs::read(&expected).expect("a file"), "the same bytes");
         fs::remove_file(&saved).expect("a file");
     }
+    // A file that is there is kept, and the next one gets a number.
+    fs::write(&saved, "mine").expect("a file");
+    desktop.strike(&[CONTROL, S]);
+    let numbered = saved.with_file_name("saved-2.png");
+    wait_for("a file", || numbered.exists().then_some(()));
+    std::thread::sleep(Duration::from_millis(100));
+    assert!(fs::read(&numbered).expect("a file") == fs::read(&expected).expect("a file"), "the same bytes");
+    assert_eq!(fs::read(&saved).expect("a file"), b"mine");
+    fs::remove_file(&saved).expect("a file");
     shows_beside(&desktop, PANEL, &expected);
 
     desktop.press(&[SPACE]);

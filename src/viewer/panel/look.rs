@@ -1,24 +1,28 @@
 //! What is shown, in which colours, and how brightly.
 
-use egui::{Align, Color32, ComboBox, Layout, Rect, RichText, Sense, Slider, Ui, vec2};
+use egui::{Align, Color32, ComboBox, Layout, Rect, RichText, Sense, Slider, SliderClamping, Ui, vec2};
 
+use crate::image::exposure::Exposure;
 use crate::viewer::display::Curve;
 use crate::viewer::false_color;
 use crate::viewer::paint::{Colors, Scale, Shade};
 use crate::viewer::quantity::Quantity;
 use crate::viewer::session::{EXPOSURES, Session};
 
+/// Width of the lists in points.
+const WIDTH: f32 = 190.0;
+
 /// Shows the controls of the picture's look.
 pub fn show(ui: &mut Ui, session: &mut Session) {
     let mut wanted = session.quantity;
-    ComboBox::from_label("shown").selected_text(wanted.name()).show_ui(ui, |ui| {
+    ComboBox::from_label("shown").width(WIDTH).selected_text(wanted.name()).show_ui(ui, |ui| {
         for quantity in Quantity::ALL {
             ui.selectable_value(&mut wanted, quantity, quantity.name()).on_hover_text(quantity.help());
         }
     });
     session.show(wanted);
     let (quantity, mut colors) = (session.quantity, session.colors);
-    ComboBox::from_label("colours").selected_text(colors.name(quantity)).width(190.0).show_ui(ui, |ui| {
+    ComboBox::from_label("colours").selected_text(colors.name(quantity)).width(WIDTH).show_ui(ui, |ui| {
         for other in Colors::all(quantity) {
             ui.selectable_value(&mut colors, other, other.name(quantity));
         }
@@ -29,14 +33,32 @@ pub fn show(ui: &mut Ui, session: &mut Session) {
         None => white(ui, session),
     }
     let shade = colors.shade(quantity);
-    let exposure = Slider::new(&mut session.look.stops, EXPOSURES[0]..=EXPOSURES[1]).text("exposure, stops");
-    ui.add_enabled(shade != Shade::Fixed, exposure).on_hover_text("O: darker; P: brighter");
+    ui.add_enabled_ui(shade != Shade::Fixed, |ui| exposure(ui, session));
     ui.add_enabled_ui(shade == Shade::Light, |ui| {
-        ComboBox::from_label("tone map").selected_text(session.look.curve.name()).show_ui(ui, |ui| {
+        ComboBox::from_label("tone map").width(WIDTH).selected_text(session.look.curve.name()).show_ui(ui, |ui| {
             for curve in Curve::ALL {
                 ui.selectable_value(&mut session.look.curve, curve, curve.name());
             }
         });
+    });
+}
+
+/// Shows the exposure in stops, and whether it follows from the image.
+fn exposure(ui: &mut Ui, session: &mut Session) {
+    ui.horizontal(|ui| {
+        let mut stops = session.look.stops;
+        // A number from the command line may be beyond the range of the slider.
+        let slider = Slider::new(&mut stops, EXPOSURES[0]..=EXPOSURES[1]).clamping(SliderClamping::Edits);
+        let slider = slider.fixed_decimals(2).text("exposure");
+        let response = ui.add(slider).on_hover_text("in stops; O: darker; P: brighter");
+        if response.changed() && stops != session.look.stops {
+            session.set_exposure(Exposure::Stops(stops));
+        }
+        let mut is_auto = session.has_auto_exposure;
+        ui.checkbox(&mut is_auto, "auto").on_hover_text("L: middle grey for the mean of the image");
+        if is_auto != session.has_auto_exposure {
+            session.auto_expose(is_auto);
+        }
     });
 }
 

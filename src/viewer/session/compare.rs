@@ -46,7 +46,8 @@ impl Session {
             return;
         };
         let iterations = self.status.iterations;
-        let name = format!("{} after {iterations} iterations", picture.quantity.name());
+        let unit = if iterations == 1 { "iteration" } else { "iterations" };
+        let name = format!("{} after {iterations} {unit}", picture.quantity.name());
         self.message = Some(Ok(format!("kept {name}: B shows it, V shows both")));
         let picture = Arc::clone(picture);
         self.take_other(Other { name, picture });

@@ -13,7 +13,8 @@ impl Session {
     }
 
     fn save_to(&mut self, path: PathBuf, may_replace: bool) {
-        let save = Save { path, may_replace, target: self.target(), quantity: self.quantity };
+        let save =
+            Save { path, may_replace, exposure: self.exposure(), target: self.target(), quantity: self.quantity };
         self.message = Some(Ok(format!("saving {} after this iteration", save.path.display())));
         self.shared.wish(false, |wish| wish.saves.push(save));
     }

@@ -5,16 +5,17 @@ use std::sync::Arc;
 use glam::DVec2;
 
 use super::Session;
+use crate::image::exposure::{Exposure, auto_stops};
 use crate::viewer::compared::{Shown, show};
 use crate::viewer::histogram::Histogram;
 use crate::viewer::layout::Placement;
 use crate::viewer::paint::Colors;
-use crate::viewer::quantity::Quantity;
+use crate::viewer::quantity::{Picture, Quantity};
 
 /// The steps of the exposure by keys, in stops, and the range.
 const EXPOSURE_STEP: f32 = 0.5;
 /// The range of the exposure, in stops.
-pub const EXPOSURES: [f32; 2] = [-10.0, 10.0];
+pub const EXPOSURES: [f32; 2] = [-20.0, 20.0];
 
 /// The values of the pixel under the cursor.
 #[derive(Clone, Debug, PartialEq)]
@@ -62,7 +63,35 @@ impl Session {
     /// Changes the exposure by steps.
     pub(super) fn expose(&mut self, steps: i8) {
         let stops = self.look.stops + f32::from(steps) * EXPOSURE_STEP;
-        self.look.stops = stops.clamp(EXPOSURES[0], EXPOSURES[1]);
+        self.set_exposure(Exposure::Stops(stops.clamp(EXPOSURES[0], EXPOSURES[1])));
+    }
+
+    /// Sets the exposure of the window and of PNGs that are saved.
+    pub fn set_exposure(&mut self, exposure: Exposure) {
+        self.has_auto_exposure = exposure == Exposure::Auto;
+        if let Exposure::Stops(stops) = exposure {
+            self.look.stops = stops;
+        }
+        self.follow_exposure();
+    }
+
+    /// Lets the exposure follow from the image, or keeps it as it is.
+    pub fn auto_expose(&mut self, is_auto: bool) {
+        self.set_exposure(if is_auto { Exposure::Auto } else { Exposure::Stops(self.look.stops) });
+    }
+
+    /// Returns the exposure of the window and of PNGs that are saved.
+    pub(super) fn exposure(&self) -> Exposure {
+        if self.has_auto_exposure { Exposure::Auto } else { Exposure::Stops(self.look.stops) }
+    }
+
+    /// Sets the automatic exposure of the picture, if it is light and not coarse, and the user wants it.
+    pub(super) fn follow_exposure(&mut self) {
+        let image = self.image();
+        let is_light = |picture: &&Arc<Picture>| picture.quantity.is_radiance() && picture.size == image;
+        if let Some(picture) = self.picture.as_ref().filter(|_| self.has_auto_exposure).filter(is_light) {
+            self.look.stops = auto_stops(&picture.to_image());
+        }
     }
 
     /// Hands the colours that the window shows to `take`, if they have changed.
