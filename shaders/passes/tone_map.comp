@@ -97,8 +97,9 @@ void main() {
     }
     vec2 at = (vec2(pixel % window.x, pixel / window.x) + 0.5 - origin) * per_pixel;
     bool inside = all(greaterThanEqual(at, vec2(0.0))) && all(lessThan(at, vec2(image)));
-    vec3 radiance = nearest != 0u ? pixel_at(clamp(ivec2(at), ivec2(0), ivec2(image) - 1)) : sample_image(at - 0.5);
-    vec3 color = inside ? tone_map(radiance * exposure) : BACKGROUND;
+    // At whole numbers, the interpolation takes one pixel alone.
+    vec2 place = nearest != 0u ? floor(at) : at - 0.5;
+    vec3 color = inside ? tone_map(sample_image(place) * exposure) : BACKGROUND;
     uvec3 bytes = uvec3(clamp(color, 0.0, 1.0) * 255.0 + 0.5);
     bytes = bgra != 0u ? bytes.bgr : bytes;
     pixels.data[pixel] = bytes.r | bytes.g << 8u | bytes.b << 16u | 0xff000000u;

@@ -203,7 +203,11 @@ impl App {
         let Some(Opened { input, window, .. }) = &mut self.opened else { return };
         match effect {
             Effect::Copy(text) => input.set_clipboard_text(text),
-            Effect::Ask(question, start) => dialog::ask(question, &start, window, self.session.shared()),
+            Effect::Ask(question, start) => {
+                let shared = self.session.shared();
+                let tell = move |answer| shared.tell(|news| news.answer = Some((question, answer)));
+                dialog::ask(question, &start, window, tell);
+            }
             Effect::Quit => events.exit(),
         }
     }

@@ -3,6 +3,7 @@
 use std::borrow::Cow;
 use std::path::Path;
 use std::sync::Arc;
+use std::time::Instant;
 
 use super::paint::{Colors, Scale, Shade, paint};
 use super::quantity::{Picture, Quantity};
@@ -29,6 +30,31 @@ pub enum Beside {
     /// The current picture to the left of a line, and the other one to the right. The line is at this share of the
     /// width.
     Split(f32),
+}
+
+/// The picture to compare with, and how both are shown.
+#[derive(Default)]
+pub struct Compared {
+    /// The other picture.
+    pub other: Option<Other>,
+    /// Which one is shown.
+    pub beside: Beside,
+    /// The error of the current picture against the other one.
+    pub error: Option<Comparison>,
+    /// The last measurement of the error.
+    pub measured: Option<Measurement>,
+}
+
+/// A measurement of the error, which another thread makes.
+pub struct Measurement {
+    /// Its number.
+    pub number: u64,
+    /// The number of the picture.
+    pub picture: u64,
+    /// The time when it began.
+    pub start: Instant,
+    /// Whether its result is there.
+    pub is_done: bool,
 }
 
 /// The colours that the window shows.

@@ -1,13 +1,11 @@
 //! File dialogs of the desktop. A dialog runs on a thread of its own, so that the window goes on.
 
 use std::path::{Path, PathBuf};
-use std::sync::{Arc, LazyLock, Mutex, PoisonError};
+use std::sync::{LazyLock, Mutex, PoisonError};
 
 use log::{LevelFilter, Log, Metadata, Record};
 use rfd::AsyncFileDialog;
 use winit::window::Window;
-
-use super::shared::Shared;
 
 /// What the user is asked for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -31,8 +29,8 @@ pub enum Answer {
     Failed(String),
 }
 
-/// Opens a dialog. The answer becomes news of the window. `start` is the file that is named first.
-pub fn ask(question: Question, start: &Path, window: &Window, shared: Arc<Shared>) {
+/// Opens a dialog, whose answer another thread hands to `tell`. `start` is the file that is named first.
+pub fn ask(question: Question, start: &Path, window: &Window, tell: impl FnOnce(Answer) + Send + 'static) {
     Errors::listen();
     let mut dialog = AsyncFileDialog::new().set_parent(window);
     if let Some(folder) = start.parent().and_then(|folder| std::path::absolute(folder).ok()) {
@@ -58,7 +56,7 @@ pub fn ask(question: Question, start: &Path, window: &Window, shared: Arc<Shared
             (None, Some(error)) => Answer::Failed(error),
             (None, None) => Answer::Cancelled,
         };
-        shared.tell(|news| news.answer = Some((question, answer)));
+        tell(answer);
     });
 }
 

@@ -5,11 +5,12 @@ use std::sync::Arc;
 use egui::Key;
 
 use super::bindings::{BINDINGS, Binding, Chord, Command, Does};
+use super::camera_control::Place;
 use super::compared::Beside;
 use super::layout::Zoom;
 use super::paint::Colors;
 use super::quantity::Quantity;
-use super::session::Effect;
+use super::session::{Effect, Session};
 use super::state_tests::Hand;
 use crate::image::exposure::{Exposure, auto_stops};
 
@@ -59,99 +60,145 @@ fn every_key_of_the_table_has_its_effect() {
     }
 }
 
+/// The state before a key is pressed.
+struct Before {
+    place: Place,
+    zoom: Zoom,
+    steps: [usize; 2],
+    flags: [bool; 3],
+}
+
+impl Before {
+    fn new(session: &Session) -> Self {
+        let Session { zoom, paused, has_panel, has_keys, .. } = *session;
+        let (place, steps) = (session.control.place(), session.steps());
+        Self { place, zoom, steps, flags: [paused, has_panel, has_keys] }
+    }
+
+    /// Checks that the key has changed one of the flags, and no other.
+    fn flips(&self, session: &Session, flag: usize, context: &str) {
+        let mut expected = self.flags;
+        expected[flag] ^= true;
+        assert_eq!(Self::new(session).flags, expected, "{context}");
+    }
+}
+
+/// Presses a key, and checks its effect.
 fn check(hand: &mut Hand, binding: &Binding, key: Key) {
     let context = format!("{key:?} {:?}", binding.with);
-    let place = hand.session.control.place();
-    let zoom = hand.session.zoom;
-    let [undone, redone] = hand.session.steps();
-    let session = |hand: &Hand| (hand.session.paused, hand.session.has_panel, hand.session.has_keys);
-    let before = session(hand);
     // Of the image, another quantity than the one that the key shows.
     if binding.does == Does::Command(Command::Show(Quantity::Image)) {
         hand.session.show(Quantity::ALL[4]);
     }
+    let before = Before::new(&hand.session);
     let effect = press(hand, binding, key);
+    let session = &hand.session;
     let command = match binding.does {
         Does::Fly(by) => {
-            let moved = hand.session.control.camera().world_from_camera.translation
-                - place.camera.world_from_camera.translation;
+            let places =
+                [session.control.place(), before.place].map(|place| place.camera.world_from_camera.translation);
+            let moved = places[0] - places[1];
             // The camera looks along z.
             return assert!(moved.dot(by) > 0.0 && (moved - moved.dot(by) * by).length() < 1e-9, "{context}: {moved}");
         }
         Does::Command(command) => command,
     };
     match command {
-        Command::Show(quantity) => assert_eq!(hand.session.quantity, quantity, "{context}"),
-        Command::Colors => assert_eq!(hand.session.colors, Colors::False(0), "{context}"),
-        Command::Expose(steps) => assert_eq!(hand.session.look.stops, 0.5 * f32::from(steps), "{context}"),
-        Command::AutoExpose => {
-            let stops = auto_stops(&hand.session.picture.as_ref().unwrap().to_image());
-            assert!(stops != 0.0 && hand.session.look.stops == stops, "{context}: {stops}");
+        Command::Show(_) | Command::Colors | Command::Expose(_) | Command::AutoExpose => {
+            look(session, command, &context)
         }
-        Command::Zoom(is_in) => {
-            let Zoom::Own { scale, .. } = hand.session.zoom else { panic!("{context}") };
+        Command::Zoom(_) | Command::Fit | Command::Pixels | Command::Shift(_) => {
+            image(session, &before, command, &context);
+        }
+        Command::Widen(_) | Command::Undo | Command::Redo | Command::Reset => {
+            camera(session, &before, command, &context);
+        }
+        Command::Keep | Command::Flip | Command::Split | Command::MoveSplit(_) => compare(session, command, &context),
+        Command::Pause => before.flips(session, 0, &context),
+        Command::Panel => before.flips(session, 1, &context),
+        Command::Keys => before.flips(session, 2, &context),
+        Command::Save => {
+            let path = hand.path("saved.exr");
+            hand.look("a file", |_| path.exists().then_some(()));
+        }
+        Command::Copy => {
+            return assert!(matches!(effect, Some(Effect::Copy(text)) if text.contains("Camera")), "{context}");
+        }
+        Command::Ask(question) => {
+            assert!(session.is_asking, "{context}");
+            return assert!(matches!(effect, Some(Effect::Ask(asked, _)) if asked == question), "{context}");
+        }
+        Command::Quit => return assert_eq!(effect, Some(Effect::Quit), "{context}"),
+    }
+    assert_eq!(effect, None, "{context}");
+}
+
+fn look(session: &Session, command: Command, context: &str) {
+    match command {
+        Command::Show(quantity) => assert_eq!(session.quantity, quantity, "{context}"),
+        Command::Colors => assert_eq!(session.colors, Colors::False(0), "{context}"),
+        Command::Expose(steps) => assert_eq!(session.look.stops, 0.5 * f32::from(steps), "{context}"),
+        Command::AutoExpose => {
+            let stops = auto_stops(&session.picture.as_ref().unwrap().to_image());
+            assert!(stops != 0.0 && session.look.stops == stops, "{context}: {stops}");
+        }
+        _ => panic!("{context}"),
+    }
+}
+
+fn image(session: &Session, before: &Before, command: Command, context: &str) {
+    match (command, session.zoom, before.zoom) {
+        (Command::Zoom(is_in), Zoom::Own { scale, .. }, _) => {
             assert!((scale - if is_in { 4.0 } else { 2.0 }).abs() < 1e-3, "{context}: {scale}");
         }
-        Command::Fit => assert_eq!(hand.session.zoom, Zoom::Fit, "{context}"),
-        Command::Pixels => assert_eq!(hand.session.zoom, Zoom::Own { scale: 1.0, middle: [0.5; 2] }, "{context}"),
-        Command::Shift(by) => {
-            let (Zoom::Own { middle: to, .. }, Zoom::Own { middle: from, .. }) = (hand.session.zoom, zoom) else {
-                panic!("{context}")
-            };
+        (Command::Fit, zoom, _) => assert_eq!(zoom, Zoom::Fit, "{context}"),
+        (Command::Pixels, zoom, _) => assert_eq!(zoom, Zoom::Own { scale: 1.0, middle: [0.5; 2] }, "{context}"),
+        (Command::Shift(by), Zoom::Own { middle: to, .. }, Zoom::Own { middle: from, .. }) => {
             for axis in [0, 1] {
                 let direction = if to[axis] == from[axis] { 0.0 } else { (from[axis] - to[axis]).signum() };
                 assert_eq!(direction, f32::from(by[axis]), "{context}: {from:?} {to:?}");
             }
         }
+        _ => panic!("{context}"),
+    }
+}
+
+fn camera(session: &Session, before: &Before, command: Command, context: &str) {
+    let [undone, redone] = before.steps;
+    match command {
         Command::Widen(is_wider) => {
-            let now = hand.session.control.field_of_view().unwrap();
-            let then = {
-                let mut control = hand.session.control.clone();
-                control.go_to(place);
-                control.field_of_view().unwrap()
-            };
+            let mut control = session.control.clone();
+            control.go_to(before.place);
+            let [then, now] = [&control, &session.control].map(|control| control.field_of_view().unwrap());
             assert_eq!(now > then, is_wider, "{context}: {then} {now}");
         }
         Command::Undo => {
-            assert!(hand.session.control.is_home() && hand.session.steps() == [undone - 1, redone + 1], "{context}")
+            assert!(session.control.is_home(), "{context}");
+            assert_eq!(session.steps(), [undone - 1, redone + 1], "{context}");
         }
         Command::Redo => {
-            assert!(
-                hand.session.control.place() != place && hand.session.steps() == [undone + 1, redone - 1],
-                "{context}"
-            );
+            assert!(session.control.place() != before.place, "{context}");
+            assert_eq!(session.steps(), [undone + 1, redone - 1], "{context}");
         }
-        Command::Reset => assert!(hand.session.control.is_home(), "{context}"),
-        Command::Copy => {
-            assert!(matches!(effect, Some(Effect::Copy(text)) if text.contains("Camera")), "{context}");
-            return;
-        }
-        Command::Keep => assert_eq!(
-            hand.session.message.clone().unwrap().unwrap().split(':').next(),
-            Some("kept image after 4 iterations")
-        ),
-        Command::Flip => assert_eq!(hand.session.compared.beside, Beside::Other, "{context}"),
-        Command::Split => assert_eq!(hand.session.compared.beside, Beside::Current, "{context}"),
-        Command::MoveSplit(is_right) => {
-            let Beside::Split(line) = hand.session.compared.beside else { panic!("{context}") };
-            assert_eq!(line > 0.5, is_right, "{context}");
-            assert!(line != 0.5, "{context}");
-        }
-        Command::Pause => assert_eq!(session(hand), (!before.0, before.1, before.2), "{context}"),
-        Command::Panel => assert_eq!(session(hand), (before.0, !before.1, before.2), "{context}"),
-        Command::Keys => assert_eq!(session(hand), (before.0, before.1, !before.2), "{context}"),
-        Command::Save => {
-            let path = hand.path("saved.exr");
-            hand.look("a file", |_| path.exists().then_some(()));
-        }
-        Command::Ask(question) => {
-            assert!(matches!(effect, Some(Effect::Ask(asked, _)) if asked == question), "{context}");
-            assert!(hand.session.is_asking, "{context}");
-            return;
-        }
-        Command::Quit => return assert_eq!(effect, Some(Effect::Quit), "{context}"),
+        Command::Reset => assert!(session.control.is_home(), "{context}"),
+        _ => panic!("{context}"),
     }
-    assert_eq!(effect, None, "{context}");
+}
+
+fn compare(session: &Session, command: Command, context: &str) {
+    let beside = session.compared.beside;
+    match (command, beside) {
+        (Command::Keep, _) => {
+            let said = session.message.clone().unwrap().unwrap();
+            assert!(said.starts_with("kept image after 4 iterations:"), "{context}: {said}");
+        }
+        (Command::Flip, _) => assert_eq!(beside, Beside::Other, "{context}"),
+        (Command::Split, _) => assert_eq!(beside, Beside::Current, "{context}"),
+        (Command::MoveSplit(is_right), Beside::Split(line)) => {
+            assert!(line != 0.5 && (line > 0.5) == is_right, "{context}: {line}");
+        }
+        _ => panic!("{context}"),
+    }
 }
 
 #[test]

@@ -33,6 +33,8 @@ mod shared;
 mod state_tests;
 #[cfg(test)]
 mod tests;
+#[cfg(test)]
+mod truth;
 mod watch;
 
 use std::path::Path;

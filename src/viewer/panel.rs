@@ -6,6 +6,7 @@ mod files;
 mod histogram;
 mod look;
 mod options;
+mod parts;
 mod pixel;
 mod status;
 #[cfg(test)]
@@ -14,7 +15,6 @@ mod tests;
 use egui::containers::scroll_area::ScrollSource;
 use egui::{Color32, Context, ScrollArea, SidePanel, Ui};
 
-use super::bindings::Command;
 use super::layout::PANEL;
 use super::session::{Effect, Session};
 
@@ -55,24 +55,4 @@ fn contents(ui: &mut Ui, session: &mut Session, effects: &mut Vec<Effect>) {
     ui.collapsing("Time per pass", |ui| status::passes(ui, session));
     ui.collapsing("Guide", |ui| ui.label(session.status.guiding.sentences()));
     ui.collapsing("Files", |ui| files::show(ui, session, effects));
-}
-
-/// Shows a button that gives a command, with its key as a hint.
-fn button(ui: &mut Ui, session: &mut Session, effects: &mut Vec<Effect>, text: &str, command: Command, hint: &str) {
-    if ui.button(text).on_hover_text(hint).clicked() {
-        effects.extend(session.obey(command));
-    }
-}
-
-/// Writes a value with about five digits.
-fn figure(value: f32) -> String {
-    let size = value.abs();
-    if value == 0.0 || !value.is_finite() {
-        return format!("{value}");
-    }
-    if !(1e-3..1e5).contains(&size) {
-        return format!("{value:.3e}");
-    }
-    let before = size.log10().floor().max(0.0) as usize;
-    format!("{value:.0$}", 4 - before.min(4))
 }

@@ -10,10 +10,10 @@ use std::time::Instant;
 
 use glam::{DVec2, DVec3};
 
-pub use self::compare::Compared;
 pub use self::image::{EXPOSURES, Probe};
 use super::bindings::Command;
 use super::camera_control::CameraControl;
+use super::compared::Compared;
 use super::dialog::Question;
 use super::display::Look;
 use super::histogram::Histogram;

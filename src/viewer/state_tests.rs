@@ -3,12 +3,11 @@
 //! picture.
 
 use std::fs;
-use std::sync::{Arc, LazyLock};
+use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use egui::Key;
 use glam::DVec3;
-use goblet_host::Device;
 
 use super::bindings::{BINDINGS, Chord, Command, Does};
 use super::doing::Doing;
@@ -16,9 +15,8 @@ use super::keys::{Busy, Keys, Stroke, With};
 use super::quantity::{Picture, Quantity};
 use super::session::{Effect, Session};
 use super::tests::{Rendering, SCENE, shared_device};
-use crate::render::device::{DeviceOptions, open_device};
+use super::truth::Truth;
 use crate::render::options::{Contribution, Options};
-use crate::render::renderer::Renderer;
 use crate::scene::{Camera, Scene};
 
 /// The number of iterations of a render that is not paused: enough that a render in progress, a paused one and
@@ -33,48 +31,6 @@ pub struct Hand {
     keys: Keys,
     /// The picture that the window shows.
     pub picture: Option<Arc<Picture>>,
-}
-
-/// The pictures that the window should show.
-struct Truth {
-    scene: Scene,
-    renderer: Renderer,
-    /// The camera and the options of the image that the renderer has.
-    last: Option<(Camera, Options)>,
-}
-
-/// Without validation layers, which the devices of the render threads have.
-static DEVICE: LazyLock<Arc<Device>> = LazyLock::new(|| Arc::new(open_device(&DeviceOptions::default()).unwrap()));
-
-impl Truth {
-    fn new() -> Self {
-        let scene = Scene::parse(SCENE, "scene.pbrt", ".").unwrap();
-        let renderer = Renderer::new(Arc::clone(&DEVICE), &scene, &Options::default()).unwrap();
-        Self { scene, renderer, last: None }
-    }
-
-    /// Returns the picture and the saved image after this number of iterations of the session's target.
-    fn after(&mut self, iterations: u32, session: &Session) -> (Picture, Vec<[f32; 3]>) {
-        let contribution = session.quantity.contribution();
-        let scene = Scene { camera: *session.control.camera(), ..self.scene.clone() };
-        let layers = session.options.layers.with(session.quantity.layers());
-        let options = Options { contribution, layers, ..session.options.clone() };
-        // Tests ask for the same image several times. It is rendered once.
-        let last = Some((scene.camera, options.clone()));
-        if self.last != last || self.renderer.iterations() > iterations {
-            if !self.renderer.restart(&scene, &options).unwrap() {
-                let of_layers = self.last.as_ref().is_none_or(|(_, last)| last.layers != options.layers);
-                assert!(of_layers, "the same kernels");
-                self.renderer = Renderer::new(Arc::clone(&DEVICE), &scene, &options).unwrap();
-            }
-            self.last = last;
-        }
-        while self.renderer.iterations() < iterations {
-            self.renderer.step().unwrap();
-        }
-        let estimate = self.renderer.estimate().unwrap();
-        (session.quantity.picture(&estimate), estimate.image().pixels)
-    }
 }
 
 impl Hand {

@@ -170,6 +170,18 @@ fn a_window_shows_and_saves_what_goblet_render_writes() {
     }
 }
 
+/// Saves to a file that is there: it is kept, and the image gets a number in its name.
+fn saves_beside(desktop: &Desktop, saved: &Path, expected: &Path) {
+    fs::write(saved, "mine").expect("a file");
+    desktop.strike(&[CONTROL, S]);
+    let numbered = saved.with_file_name("saved-2.png");
+    wait_for("a file", || numbered.exists().then_some(()));
+    std::thread::sleep(Duration::from_millis(100));
+    assert!(fs::read(&numbered).expect("a file") == fs::read(expected).expect("a file"), "the same bytes");
+    assert_eq!(fs::read(saved).expect("a file"), b"mine");
+    fs::remove_file(saved).expect("a file");
+}
+
 /// A film of 128x128 has a window in which both it and the panel can be seen, and a paused image
 /// is saved as it is shown wherever the camera has gone.
 #[test]
@@ -202,15 +214,7 @@ fn a_small_film_has_a_usable_window_and_what_is_saved_is_what_is_shown() {
         assert!(fs::read(&saved).expect("a file") == fs::read(&expected).expect("a file"), "the same bytes");
         fs::remove_file(&saved).expect("a file");
     }
-    // A file that is there is kept, and the next one gets a number.
-    fs::write(&saved, "mine").expect("a file");
-    desktop.strike(&[CONTROL, S]);
-    let numbered = saved.with_file_name("saved-2.png");
-    wait_for("a file", || numbered.exists().then_some(()));
-    std::thread::sleep(Duration::from_millis(100));
-    assert!(fs::read(&numbered).expect("a file") == fs::read(&expected).expect("a file"), "the same bytes");
-    assert_eq!(fs::read(&saved).expect("a file"), b"mine");
-    fs::remove_file(&saved).expect("a file");
+    saves_beside(&desktop, &saved, &expected);
     shows_beside(&desktop, PANEL, &expected);
 
     desktop.press(&[SPACE]);

@@ -2,7 +2,7 @@
 
 use egui::{DragValue, Slider, Ui};
 
-use super::button;
+use super::parts::button;
 use crate::viewer::bindings::Command;
 use crate::viewer::camera_control::FIELDS_OF_VIEW;
 use crate::viewer::session::{Effect, Session};

@@ -4,8 +4,7 @@ use std::path::PathBuf;
 
 use egui::{Color32, Grid, Slider, TextEdit, Ui};
 
-use super::button;
-use super::files::NAME;
+use super::parts::{NAME, button};
 use crate::viewer::bindings::Command;
 use crate::viewer::compared::Beside;
 use crate::viewer::dialog::Question;

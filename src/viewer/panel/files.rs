@@ -4,13 +4,10 @@ use std::path::PathBuf;
 
 use egui::{TextEdit, Ui};
 
-use super::button;
+use super::parts::{NAME, button};
 use crate::viewer::bindings::Command;
 use crate::viewer::dialog::Question;
 use crate::viewer::session::{Effect, Session};
-
-/// Width of the field for a file name, in points.
-pub const NAME: f32 = 190.0;
 
 /// Shows the names of the files.
 pub fn show(ui: &mut Ui, session: &mut Session, effects: &mut Vec<Effect>) {

@@ -2,8 +2,7 @@
 
 use egui::{Color32, Rect, RichText, Sense, Stroke, Ui, pos2, vec2};
 
-use super::figure;
-use super::look::between;
+use super::parts::{between, figure};
 use crate::cli::stats::percent;
 use crate::viewer::histogram::{BINS, Histogram};
 use crate::viewer::paint::Shade;

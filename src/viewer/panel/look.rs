@@ -1,7 +1,8 @@
 //! What is shown, in which colours, and how brightly.
 
-use egui::{Align, Color32, ComboBox, Layout, Rect, RichText, Sense, Slider, SliderClamping, Ui, vec2};
+use egui::{Color32, ComboBox, Rect, RichText, Sense, Slider, SliderClamping, Ui, vec2};
 
+use super::parts::{between, figure};
 use crate::image::exposure::Exposure;
 use crate::viewer::display::Curve;
 use crate::viewer::false_color;
@@ -68,7 +69,7 @@ fn white(ui: &mut Ui, session: &Session) {
     let white = picture.and_then(|picture| picture.ends).map_or(1.0, |[_, most]| most) * (-session.look.stops).exp2();
     let is_white = matches!(session.colors.shade(session.quantity), Shade::Light) || session.quantity.axes().len() == 1;
     let text = match (is_white, white.is_finite()) {
-        (true, true) => format!("white is {} {}", super::figure(white), session.unit()),
+        (true, true) => format!("white is {} {}", figure(white), session.unit()),
         (true, false) => "not known after so few iterations".to_owned(),
         (false, _) => session.unit(),
     };
@@ -86,17 +87,9 @@ fn bar(ui: &mut Ui, scale: &Scale, unit: &str) {
         let [r, g, b] = false_color::color(at).map(|channel| (255.0 * channel).round() as u8);
         ui.painter().rect_filled(part.intersect(bar), 0.0, Color32::from_rgb(r, g, b));
     }
-    let [first, last] = scale.ends.map(super::figure);
+    let [first, last] = scale.ends.map(figure);
     between(ui, &first, &last);
     let kind = if scale.is_log { "logarithmic" } else { "linear" };
     let text = if unit.is_empty() { format!("{kind} scale") } else { format!("{unit}, {kind} scale") };
     ui.label(RichText::new(text).small());
-}
-
-/// Shows a text at the left and one at the right.
-pub fn between(ui: &mut Ui, first: &str, last: &str) {
-    ui.horizontal(|ui| {
-        ui.label(first);
-        ui.with_layout(Layout::right_to_left(Align::Center), |ui| ui.label(last));
-    });
 }

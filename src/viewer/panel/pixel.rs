@@ -2,7 +2,7 @@
 
 use egui::{Grid, RichText, Ui};
 
-use super::figure;
+use super::parts::figure;
 use crate::viewer::session::{Probe, Session};
 
 /// Shows the values under the cursor. The lines are there without a cursor too, so that nothing jumps.

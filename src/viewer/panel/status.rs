@@ -4,7 +4,7 @@ use std::time::Duration;
 
 use egui::{Grid, RichText, Ui};
 
-use super::button;
+use super::parts::button;
 use crate::viewer::bindings::Command;
 use crate::viewer::session::{Effect, Session};
 

@@ -4,9 +4,11 @@ use std::sync::Arc;
 
 use egui::{Event, Key, Modifiers, PointerButton, Popup, RawInput, Shape};
 
+use super::parts::figure;
 use super::*;
 use crate::Options;
 use crate::scene::Scene;
+use crate::viewer::bindings::Command;
 use crate::viewer::first_wish;
 use crate::viewer::guiding::Guiding;
 use crate::viewer::keys::{Busy, Keys, Stroke, With};

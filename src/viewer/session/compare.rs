@@ -6,36 +6,13 @@ use std::time::{Duration, Instant};
 
 use super::Session;
 use crate::image::compare::Comparison;
-use crate::viewer::compared::{Beside, Other, error};
+use crate::viewer::compared::{Beside, Compared, Measurement, Other, error};
 use crate::viewer::quantity::Picture;
 
 /// The least time between two measurements of the error.
 const BETWEEN: Duration = Duration::from_secs(1);
 /// How far a key moves the line, in widths of the image.
 const STEP: f32 = 0.05;
-
-/// The picture to compare with, and how both are shown.
-#[derive(Default)]
-pub struct Compared {
-    /// The other picture.
-    pub other: Option<Other>,
-    /// Which one is shown.
-    pub beside: Beside,
-    /// The error of the current picture against the other one.
-    pub error: Option<Comparison>,
-    /// The last measurement of the error.
-    measured: Option<Measurement>,
-}
-
-/// A measurement of the error, which another thread makes.
-struct Measurement {
-    /// Its number.
-    number: u64,
-    /// The number of the picture.
-    picture: u64,
-    start: Instant,
-    is_done: bool,
-}
 
 impl Session {
     /// Keeps the current picture for a comparison.
