@@ -1,6 +1,8 @@
 //! The image in the window: mouse input that moves the camera or the image, and the line between two images.
 
-use egui::{Align2, CentralPanel, Color32, Context, FontId, Frame, PointerButton, Pos2, Rect, Response, Sense, Stroke};
+use egui::{
+    Align2, CentralPanel, Color32, Context, Event, FontId, Frame, PointerButton, Pos2, Rect, Response, Sense, Stroke,
+};
 use egui::{Ui, pos2, vec2};
 
 use super::compared::Beside;
@@ -33,7 +35,7 @@ pub fn show(context: &Context, session: &mut Session) {
             drag(&response, session, is_alt);
             click(&response, session);
         }
-        wheel(context, &response, session, is_alt);
+        wheel(context, &response, session);
     });
 }
 
@@ -83,7 +85,7 @@ fn drag(response: &Response, session: &mut Session, is_alt: bool) {
         return;
     }
     let pans = !response.dragged_by(PointerButton::Primary) || response.ctx.input(|input| input.modifiers.shift);
-    if is_alt {
+    if is_alt || response.dragged_by(PointerButton::Middle) {
         let by = pixels(&response.ctx, delta.to_pos2());
         session.zoom = session.zoom.dragged(by, session.area, session.image());
     } else if pans {
@@ -110,7 +112,14 @@ fn click(response: &Response, session: &mut Session) {
 }
 
 /// Handles the wheel: it moves the camera nearer, opens the lens with Ctrl, or enlarges the image with Alt.
-fn wheel(context: &Context, response: &Response, session: &mut Session, is_alt: bool) {
+fn wheel(context: &Context, response: &Response, session: &mut Session) {
+    // The last turn goes on smoothly for some frames, even if Alt is released meanwhile.
+    let with_alt = |event: &Event| match event {
+        Event::MouseWheel { modifiers, .. } => Some(modifiers.alt),
+        _ => None,
+    };
+    let turned = context.input(|input| input.events.iter().rev().find_map(with_alt));
+    session.enlarges = turned.unwrap_or(session.enlarges);
     let Some(position) = response.hover_pos() else { return };
     let (scroll, zoom) = context.input(|input| (input.smooth_scroll_delta.y, input.zoom_delta()));
     if zoom != 1.0 {
@@ -119,7 +128,7 @@ fn wheel(context: &Context, response: &Response, session: &mut Session, is_alt: 
             let radius = if camera.lens_radius > 0.0 { camera.lens_radius } else { FIRST_LENS * control.distance() };
             control.set_lens(radius * f64::from(zoom), camera.focal_distance);
         });
-    } else if scroll != 0.0 && is_alt {
+    } else if scroll != 0.0 && session.enlarges {
         let at = pixels(context, position);
         session.zoom = session.zoom.by((scroll / DOUBLE_POINTS).exp2(), at, session.area, session.image());
     } else if scroll != 0.0 {

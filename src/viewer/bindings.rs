@@ -206,7 +206,7 @@ pub const MOUSE: [(&str, &str); 9] = [
     ("click", "focus there, and turn about it"),
     ("Ctrl+wheel", "open or close the aperture"),
     ("Alt+wheel", "enlarge the image at the cursor"),
-    ("Alt+drag", "move the image in the window"),
+    ("middle drag", "move the image; so does Alt+drag"),
     ("drag the line", "move it between two images"),
     ("drop a file", "open a scene, or compare an image"),
 ];

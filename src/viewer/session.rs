@@ -62,6 +62,8 @@ pub struct Session {
     pub scale: Option<Scale>,
     /// How large the image is shown.
     pub zoom: Zoom,
+    /// Whether the last turn of the wheel was with Alt, and enlarges the image.
+    pub enlarges: bool,
     /// The pixel of the window under the cursor, while it is on the image.
     pub cursor: Option<[f32; 2]>,
     /// The picture to compare with, and how both are shown.
@@ -141,6 +143,7 @@ impl Session {
             has_auto_exposure: false,
             scale: None,
             zoom: Zoom::default(),
+            enlarges: false,
             cursor: None,
             compared: Compared::default(),
             has_keys: false,

@@ -97,13 +97,6 @@ impl Desktop {
         self.input(MOTION_NOTIFY_EVENT, 0, place);
     }
 
-    /// Clicks.
-    pub fn click(&self, place: [i16; 2]) {
-        self.point(place);
-        self.input(BUTTON_PRESS_EVENT, 1, [0, 0]);
-        self.input(BUTTON_RELEASE_EVENT, 1, [0, 0]);
-    }
-
     /// Turns the wheel by notches, away from the hand.
     pub fn turn(&self, notches: u32) {
         for _ in 0..notches {
@@ -138,14 +131,19 @@ impl Desktop {
 
     /// Presses the left button and moves it along a path.
     pub fn drag(&self, path: impl IntoIterator<Item = [i16; 2]>, between: Duration) {
+        self.drag_by(1, path, between);
+    }
+
+    /// Presses a button (1 is the left one, 2 the middle one) and moves it along a path.
+    pub fn drag_by(&self, button: u8, path: impl IntoIterator<Item = [i16; 2]>, between: Duration) {
         let mut path = path.into_iter();
         self.input(MOTION_NOTIFY_EVENT, 0, path.next().expect("a start"));
-        self.input(BUTTON_PRESS_EVENT, 1, [0, 0]);
+        self.input(BUTTON_PRESS_EVENT, button, [0, 0]);
         for place in path {
             std::thread::sleep(between);
             self.input(MOTION_NOTIFY_EVENT, 0, place);
         }
-        self.input(BUTTON_RELEASE_EVENT, 1, [0, 0]);
+        self.input(BUTTON_RELEASE_EVENT, button, [0, 0]);
     }
 
     /// Presses keys together, as a hand does.

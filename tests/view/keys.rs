@@ -10,6 +10,7 @@ use crate::desktop::{Desktop, Shot, wait_or};
 use crate::{CONTROL, PANEL, finish, scene, view};
 
 const SHIFT: u32 = 0xffe1;
+const ALT: u32 = 0xffe9;
 
 /// Where a key has its effect.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -124,5 +125,59 @@ fn every_key_of_the_list_has_an_effect() {
     press(&desktop, "Esc", Seen::Image);
     rest(&desktop, "Esc");
     desktop.press(&symbols("Esc"));
+    finish(child);
+}
+
+/// Does something at rest, and waits until the image has changed.
+fn changes(desktop: &Desktop, what: &str, act: impl FnOnce()) {
+    let before = part(&rest(desktop, what), Seen::Image);
+    act();
+    wait_or(|| (part(&desktop.shot(), Seen::Image) != before).then_some(()), || panic!("{what} has no effect"));
+}
+
+/// Returns whether the image consists of squares of a size, except for those that are cut off at the edges.
+fn has_squares(shot: &Shot, side: usize) -> bool {
+    let rows: Vec<&[[u8; 3]]> =
+        shot.pixels.chunks_exact(shot.width as usize).map(|row| &row[PANEL as usize..]).collect();
+    let row = rows[rows.len() / 2];
+    let edges: Vec<usize> = (1..row.len()).filter(|x| row[*x] != row[x - 1]).collect();
+    edges.len() > 4 && edges.iter().all(|edge| edge % side == edges[0] % side)
+}
+
+#[test]
+fn the_mouse_enlarges_and_moves_the_image_and_the_line_between_two() {
+    let scene = scene();
+    let scene = scene.to_str().expect("a path");
+    let mut desktop = Desktop::new();
+    let options = ["--resolution", "96x96", "--iterations", "1", "--photons", "2000", "--max-depth", "5", "--validate"];
+    let child = view(&desktop, &[&[scene], &options[..]].concat());
+    desktop.find_window();
+    desktop.resize(640, 700);
+    desktop.point([450, 350]);
+    let whole = rest(&desktop, "the whole image");
+    changes(&desktop, "Alt and the wheel", || desktop.with_key(ALT, || desktop.turn(6)));
+    let enlarged = rest(&desktop, "the enlarged image");
+    assert!(enlarged.pixels != whole.pixels);
+    desktop.press(&symbols("F"));
+    // Keys enlarge to whole squares.
+    for _ in 0..3 {
+        press(&desktop, "+", Seen::Image);
+    }
+    assert!(has_squares(&rest(&desktop, "squares"), 8), "8 pixels for each");
+    changes(&desktop, "the middle button", || {
+        desktop.drag_by(2, [[450, 350], [460, 355], [482, 366]], Duration::from_millis(30));
+    });
+    desktop.point([450, 350]);
+    press(&desktop, "F", Seen::Image);
+    assert!(part(&rest(&desktop, "F"), Seen::Image) == part(&whole, Seen::Image), "the whole image again");
+
+    press(&desktop, "K", Seen::Panel);
+    press(&desktop, "D", Seen::Image);
+    press(&desktop, "V", Seen::Image);
+    let middle = PANEL as i16 + (640 - PANEL as i16) / 2;
+    changes(&desktop, "the line", || {
+        desktop.drag((0..20).map(|step| [middle - 2 * step, 500]), Duration::from_millis(20));
+    });
+    desktop.close();
     finish(child);
 }
