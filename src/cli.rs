@@ -41,7 +41,7 @@ use values::{aov, exposure, limit, output_path, scene_path, tolerance};
 use crate::image::exposure::Exposure;
 use crate::render::aov::Aov;
 
-/// A progressive photon mapper that runs as Vulkan compute.
+/// Renders pbrt-v4 scenes with caustics by progressive photon mapping, on a GPU or a CPU through Vulkan.
 #[derive(Debug, Parser)]
 #[command(name = "goblet", version)]
 pub struct Cli {
@@ -55,63 +55,92 @@ pub struct Cli {
 pub enum Command {
     /// Render a pbrt-v4 scene to an image
     ///
-    /// Options that are left out take the scene's own values. Ctrl-C, SIGTERM and SIGHUP finish
-    /// the iteration in flight and write what there is; once more stops at once, and so does the
-    /// first before the first iteration. Exit codes: 0 done, 1 the render, the device or an output
-    /// failed, 2 wrong usage, scene or checkpoint, 130 stopped by a signal before it was done.
+    /// In each iteration, eye paths run from each pixel to a visible point, the first diffuse
+    /// surface that they meet, and photons run from the lights. A pixel sums the photons within
+    /// the gather radius of its visible point. The radius blurs the image; it shrinks from
+    /// iteration to iteration, so that noise and blur both vanish.
+    ///
+    /// No option is required: the scene has most settings, and the others have defaults.
+    /// docs/guide.md explains rendering, docs/settings.md what the options do to noise, blur and
+    /// time, docs/glossary.md the terms.
+    ///
+    /// Ctrl-C (or SIGTERM, SIGHUP) finishes the running iteration, writes the images and the
+    /// checkpoint, and exits. A second Ctrl-C, or one before the first iteration, exits at once
+    /// and writes nothing.
+    ///
+    /// Exit codes: 0 done; 1 the render, the device or an output failed; 2 wrong usage, scene or
+    /// checkpoint; 130 stopped early by a signal.
     Render(Box<RenderArgs>),
     /// Show a pbrt-v4 scene in a window, and move the camera in it
     ///
-    /// Takes the options of `goblet render`, but for those of long renders. Without
-    /// --iterations, it goes on until the window is closed; --output is the file that the panel
-    /// saves to, and --stats has how long events waited for a frame. Exit codes: 0 closed, 1 no
-    /// display, or the device failed, 2 wrong usage or scene.
+    /// Accepts the options of `goblet render`, except --time, --target-error, --rounds,
+    /// --checkpoint, --resume and --shard. Without --iterations, the render continues until the
+    /// window is closed. --output is the file to which the panel saves. --stats writes how long
+    /// input waited for a frame.
+    ///
+    /// Exit codes: 0 the window was closed; 1 no display, or the device failed; 2 wrong usage or
+    /// scene.
     #[cfg(feature = "view")]
     View(Box<RenderArgs>),
-    /// Add the checkpoints of shards, and write their image
+    /// Add up the checkpoints of shards and write their common image
     ///
-    /// The order of the files does not matter, and the image is the same, bit for bit, as
-    /// if one process had rendered all iterations. Exit codes: 0 done, 1 an output cannot
-    /// be written, 2 wrong usage, or checkpoints that do not belong together.
+    /// A shard is the part of a render that one process has rendered: see `goblet render --shard`.
+    /// The order of the files does not matter. The image is the same, bit for bit, as if one
+    /// process had rendered all iterations.
+    ///
+    /// Exit codes: 0 done; 1 an output cannot be written; 2 wrong usage, or checkpoints of
+    /// different renders.
     Merge(MergeArgs),
-    /// Measure how far an image is from a reference
+    /// Compare an image with a reference, and print the error
     ///
-    /// Reads EXR, PNG, PFM and HDR. Exit codes: 0 done and every limit kept,
-    /// 1 a limit exceeded, 2 wrong usage or an image that cannot be compared.
+    /// Prints the mean energy ratio (mean of the image / mean of the reference), relMSE (mean of
+    /// difference² / (reference² + 0.01)), RMSE and the largest difference.
+    /// Reads EXR, HDR, JPEG, PFM, PNG and TGA files. With a limit (--max-...), the command can be a
+    /// test in CI.
+    ///
+    /// Exit codes: 0 no limit exceeded; 1 a limit exceeded; 2 wrong usage, or images that cannot
+    /// be compared.
     Compare(CompareArgs),
-    /// Measure what settings are worth: error against time, on this device
+    /// Compare settings of a scene: the error of each against render time, on this device
     ///
-    /// Renders each combination of the values that --vary lists, in turns, and compares
-    /// with a reference on the way. Writes results.json, results.csv and report.html, a page
-    /// with plots that needs nothing else, after every turn. Exit codes: 0 done, 1 the device
-    /// or an output failed, 2 wrong usage, scene or reference.
+    /// Renders the scene with each combination of the values that --vary lists, and compares the
+    /// images with a reference while they are rendered. In a turn, every setting is rendered once,
+    /// with the same seed. After each turn, it writes results.json, results.csv and report.html, a
+    /// page with plots that needs no network.
+    ///
+    /// Exit codes: 0 done; 1 the device or an output failed; 2 wrong usage, scene or reference.
     #[cfg(feature = "study")]
     Measure(MeasureArgs),
-    /// Say which settings to use for a time or an error, from a short probe on this device
+    /// Suggest settings for a given render time or a given error
     ///
-    /// The error is relative and of noise and blur together. Prints the `goblet render`
-    /// command. Exit codes: 0 done, 1 the device failed, 2 wrong usage or scene.
+    /// Renders a short probe of the scene on this device, and prints the `goblet render` command
+    /// that has the least error for --time, or takes the shortest time for --error. The relative
+    /// error contains both noise and blur.
+    ///
+    /// Exit codes: 0 done; 1 the device failed; 2 wrong usage or scene.
     #[cfg(feature = "study")]
     Advise(AdviseArgs),
-    /// Write a scene with triangle meshes in place of its bodies of revolution
+    /// Replace the bodies of revolution of a scene by triangle meshes
     ///
-    /// Other renderers read the result: included files are put in their place, the
-    /// rest of the text is kept, and the meshes are written beside it as OUT-1.ply,
-    /// OUT-2.ply and so on. Exit codes: 0 done, 1 a file cannot be written, 2 wrong
-    /// usage or scene.
+    /// The result is for renderers that do not know bodies of revolution. Included files are
+    /// inlined and all other text is kept. The meshes are written beside OUT as OUT-1.ply,
+    /// OUT-2.ply and so on.
+    ///
+    /// Exit codes: 0 done; 1 a file cannot be written; 2 wrong usage or scene.
     Tessellate(TessellateArgs),
-    /// Say what is in a scene, what it needs, and what of it is not supported
+    /// Check a scene: list its contents, its memory, warnings and unsupported features
     ///
-    /// Needs no device. Exit codes: 0 the scene can be rendered, 2 wrong usage, or a scene
-    /// that cannot.
+    /// Needs no device.
+    ///
+    /// Exit codes: 0 the scene can be rendered; 2 wrong usage, or the scene cannot be rendered.
     Info(InfoArgs),
-    /// List the Vulkan devices and whether they can render
+    /// List the Vulkan devices, and say whether they can render
     Devices(DevicesArgs),
-    /// Print a script that completes goblet's arguments in a shell
+    /// Print a completion script for a shell
     ///
     /// For bash: goblet completions bash > ~/.local/share/bash-completion/completions/goblet
     Completions(CompletionsArgs),
-    /// Print the manual page, for man
+    /// Print the manual page in the format of man
     ///
     /// To read it: goblet man > goblet.1 && man ./goblet.1
     Man(ManArgs),
@@ -120,26 +149,26 @@ pub enum Command {
 /// Arguments of `goblet merge`.
 #[derive(Args, Clone, Debug)]
 pub struct MergeArgs {
-    /// The checkpoints that `goblet render --shard` has written
+    /// Checkpoints that `goblet render --shard` has written
     #[arg(value_name = "CHECKPOINT", required = true)]
     pub checkpoints: Vec<PathBuf>,
 
-    /// Image to write, .exr or .png; repeat it for more than one
+    /// Image to write, .exr or .png; repeat the option to write several images
     #[arg(short, long, value_name = "FILE", value_parser = output_path, required_unless_present = "checkpoint")]
     pub output: Vec<PathBuf>,
 
-    /// Write the sum as a checkpoint too, to merge it with further shards
+    /// Checkpoint to write: the sum of the shards, which can be merged with further shards
     #[arg(long, value_name = "FILE")]
     pub checkpoint: Option<PathBuf>,
 
-    /// Exposure of PNGs in stops, or auto
+    /// Exposure of PNG images: brighter by a factor of 2 for each stop, or auto
     ///
-    /// A stop doubles the brightness. With auto, the geometric mean of the luminance of all pixels that are not
-    /// black becomes 0.18, middle grey. EXRs keep the radiance as it is.
+    /// With auto, the geometric mean of the luminance of all pixels that are not black becomes 0.18, a middle grey. EXR
+    /// images keep the radiance as it is.
     #[arg(long, value_name = "STOPS|auto", value_parser = exposure, default_value = "0", allow_negative_numbers = true)]
     pub exposure: Exposure,
 
-    /// Further channels of EXR outputs
+    /// Layer to write to EXR images besides the colour; repeat the option for several layers
     #[arg(long, value_parser = aov(), value_name = "NAME", ignore_case = true)]
     pub aov: Vec<&'static Aov>,
 
@@ -151,17 +180,17 @@ pub struct MergeArgs {
 /// Arguments of `goblet compare`.
 #[derive(Args, Clone, Debug)]
 pub struct CompareArgs {
-    /// The image to judge
+    /// The image to compare
     #[arg(value_name = "IMAGE")]
     pub image: PathBuf,
 
-    /// The image that is taken to be right, of the same size
+    /// The reference: an image of the same size that is taken as correct
     #[arg(value_name = "REFERENCE")]
     pub reference: PathBuf,
 
     /// Write a picture of the relative error
     ///
-    /// Red is too bright, blue too dark, green not finite.
+    /// Red pixels are too bright, blue pixels are too dark, green pixels are not finite.
     #[arg(long, value_name = "FILE", value_parser = output_path)]
     pub diff: Option<PathBuf>,
 
@@ -169,11 +198,11 @@ pub struct CompareArgs {
     #[arg(long)]
     pub json: bool,
 
-    /// Fail when relMSE is above X, with the 0.1 % worst pixels left out
+    /// Exit with code 1 if relMSE, without the 0.1 % worst pixels, is above X
     #[arg(long, value_name = "X", value_parser = limit, allow_negative_numbers = true)]
     pub max_relmse: Option<f64>,
 
-    /// Fail when the mean energy ratio is further than X from 1, over the same pixels
+    /// Exit with code 1 if the mean energy ratio of these pixels differs from 1 by more than X
     #[arg(long, value_name = "X", value_parser = limit, allow_negative_numbers = true)]
     pub max_energy: Option<f64>,
 }
@@ -185,14 +214,13 @@ pub struct TessellateArgs {
     #[arg(value_name = "IN")]
     pub scene: PathBuf,
 
-    /// Scene to write, ending in .pbrt; none of the files that IN reads
+    /// Scene file to write, ending in .pbrt; it must not be a file that IN reads
     #[arg(short, long, value_name = "OUT", value_parser = scene_path)]
     pub output: PathBuf,
 
-    /// How far a mesh may be from the true surface, from 1e-7 to 0.1
+    /// Largest distance between a mesh and the true surface, relative to the body's size, 1e-7 to 0.1
     ///
-    /// In units of the body's size, which is the larger of its diameter and its height
-    /// in object space.
+    /// The size of a body is the larger of its diameter and its height in object space.
     #[arg(long, value_name = "T", value_parser = tolerance, default_value = "1e-4")]
     #[arg(allow_negative_numbers = true)]
     pub tolerance: f64,
@@ -220,7 +248,11 @@ pub struct InfoArgs {
 
 /// Arguments of `goblet devices`.
 #[derive(Args, Clone, Copy, Debug)]
-pub struct DevicesArgs {}
+pub struct DevicesArgs {
+    /// Print JSON
+    #[arg(long)]
+    pub json: bool,
+}
 
 #[cfg(test)]
 mod tests;

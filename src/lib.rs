@@ -1,8 +1,8 @@
 //! goblet renders caustics: a progressive photon mapper that runs as Vulkan compute.
 //!
 //! A render takes five steps: read a [`scene::Scene`], open a [`Device`], make a [`Renderer`], run
-//! iterations, and look at the image. The image is complete after each iteration, and each iteration
-//! improves it.
+//! iterations, and read the image. The image is complete after the first iteration. Each further
+//! iteration lowers its noise and its blur.
 //!
 //! ```no_run
 //! use std::sync::Arc;
@@ -46,21 +46,22 @@
 //!   option.
 //! - [`Renderer::relative_error`] estimates the noise of the image so far.
 //! - A [`Renderer`] is `Send`, and several of them may share a [`Device`].
-//! - `examples/` has three programs: render to a buffer, a callback at each iteration, a study of a
-//!   parameter.
+//! - `examples/` has three programs: a render to a buffer, a callback after each iteration, and a study of
+//!   a parameter.
 //!
 //! Radiance is in W/(m² sr), lengths are in scene units, angles in radians. The same scene, options,
 //! device and driver give the same bytes.
 //!
 //! # Features
 //!
-//! All features are on by default. A library needs none of them: `default-features = false`.
+//! All features are on by default. A program that uses the library needs none of them and can set
+//! `default-features = false`.
 //!
 //! - `cli`: the program `goblet`.
 //! - `study`: comparisons of settings, with charts, in the module `study`.
 //! - `view`: the window of `goblet view`; implies `cli`.
 //!
-//! The crate `goblet-host` has all Vulkan and all unsafe code, and no physics; this crate has the physics.
+//! The crate `goblet-host` has all Vulkan code and all unsafe code. This crate has the physics.
 #![forbid(unsafe_code)]
 // The print macros panic if the reader of the output is gone; `cli::terminal` prints without a panic.
 #![deny(clippy::print_stdout, clippy::print_stderr)]

@@ -29,7 +29,7 @@ fn main() -> ExitCode {
         Command::Advise(args) => cli::advise::run(&args).map(|()| ExitCode::SUCCESS),
         Command::Tessellate(args) => cli::tessellate::run(&args).map(|()| ExitCode::SUCCESS),
         Command::Info(args) => cli::info::run(&args).map(|()| ExitCode::SUCCESS),
-        Command::Devices(_) => cli::devices::run().map(|()| ExitCode::SUCCESS),
+        Command::Devices(args) => cli::devices::run(args).map(|()| ExitCode::SUCCESS),
         Command::Completions(args) => cli::manual::completions(&args).map(|()| ExitCode::SUCCESS),
         Command::Man(args) => cli::manual::man(&args).map(|()| ExitCode::SUCCESS),
     };

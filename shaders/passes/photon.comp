@@ -274,12 +274,13 @@ uint advance(inout Path path, Hit hit, inout Segment segment) {
     }
     if (receives && is_wanted) {
         float cos_i = abs(dot(wo, surface.shading_normal));
-        vec3 kept = path.weight * (transmittance_to_base(material, cos_i) * shading);
+        Material base = receiving_material_at(material, surface);
+        vec3 kept = path.weight * (transmittance_to_base(base, cos_i) * shading);
         uint mark = caustic_mark(path.depth > 0u && !path.met_diffuse);
         if (HAS_GUIDE) {
             mark = is_pilot != 0u ? pilot_mark(path.random.index, path.depth) : mark;
         }
-        record_photon(segment, surface, material, wo, scattering_factor(material, cos_i, kept), mark);
+        record_photon(segment, surface, material, wo, scattering_factor(base, cos_i, kept), mark);
     }
     if (HAS_ROUGH_GATHER) {
         if (path.depth > 0u && !path.met_rough && gathers_on_facets(material) && is_from_unmet_light(path.random)) {

@@ -1,9 +1,9 @@
 //! Checks that the host has memory for large arrays.
 //!
-//! A vector that cannot grow aborts the process, and finished iterations would be lost. So code that is
-//! about to fill large vectors checks first. The system answers: it knows limits such as `ulimit -v`, and
-//! refuses requests that no memory could hold. Linux grants more memory than it has; a process that then
-//! uses too much of it is killed all the same.
+//! A vector that cannot grow aborts the process, and finished iterations would be lost. So code that is about
+//! to fill large vectors first asks the system for this memory. The system applies limits such as `ulimit -v`
+//! and refuses requests that are too large for any memory. But Linux may grant more memory than there is, and
+//! kill the process when the process uses it.
 
 /// The host does not have enough memory.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]

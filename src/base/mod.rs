@@ -1,5 +1,5 @@
-//! Tools of every stage: reading files within a budget of memory, replacing files as a whole, checks for
-//! memory, colour spaces, enums with names.
+//! Tools that all layers use: reading of files within a memory budget, replacement of files as a whole, checks
+//! for memory, colour spaces, enums with names.
 
 pub(crate) mod color;
 pub(crate) mod host_memory;

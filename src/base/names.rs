@@ -1,4 +1,4 @@
-//! Enums whose values have names: on the command line, in checkpoints and in documents.
+//! Enums whose values have names, which the command line, checkpoints and documents use.
 
 /// A name of a value, and one line that says what the value does.
 pub type Name = (&'static str, &'static str);

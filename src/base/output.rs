@@ -1,5 +1,5 @@
-//! Files that are replaced as a whole: a reader, a crash or a full disk meets the old file or the new
-//! one, never a part of it.
+//! Files that are replaced as a whole: after a crash, on a full disk and for every reader, a name stands for
+//! the old file or for the whole new file.
 
 use std::fs::{self, File, OpenOptions};
 use std::io::{self, Write};

@@ -26,25 +26,25 @@ pub struct AdviseArgs {
     #[arg(value_name = "SCENE")]
     pub scene: PathBuf,
 
-    /// Render time that there is
+    /// Time available for the render, in seconds
     #[arg(long, value_name = "SECONDS", value_parser = seconds, required_unless_present = "error")]
     #[arg(allow_negative_numbers = true)]
     pub time: Option<Duration>,
 
-    /// Relative error that is wanted: the root mean square over pixels, of noise and blur
+    /// Relative error to reach, such as 0.05: the root mean square over pixels of noise and blur
     #[arg(long, value_name = "E", value_parser = target_error, conflicts_with = "time")]
     #[arg(allow_negative_numbers = true)]
     pub error: Option<f64>,
 
-    /// Time to spend on the probe, about [default: a fifth of --time, 3 to 30; 10 for --error]
+    /// Approximate time of the probe, in seconds [default: a fifth of --time, from 3 to 30; 10 with --error]
     #[arg(long, value_name = "SECONDS", value_parser = seconds, allow_negative_numbers = true)]
     pub probe: Option<Duration>,
 
-    /// Image size in pixels, such as 640x480 [default: the scene's]
+    /// Width and height of the image in pixels, such as 640x480 [default: the scene's]
     #[arg(long, value_name = "WxH", value_parser = resolution, allow_hyphen_values = true)]
     pub resolution: Option<[u32; 2]>,
 
-    /// The device, by its index or part of its name in `goblet devices`
+    /// Device to use: its index, or a part of its name, from `goblet devices` [default: the first that can render]
     #[arg(long, value_name = "INDEX|NAME")]
     pub device: Option<String>,
 
@@ -66,7 +66,7 @@ struct Report {
     options: Vec<String>,
     expected: Expected,
     by_default: Expected,
-    /// The numbers that a render with `--photons auto --eye-paths auto` takes, and why.
+    /// The numbers that `--photons auto --eye-paths auto` chooses, and why.
     auto: String,
     command: String,
 }
@@ -131,8 +131,8 @@ impl Report {
         let parts = expected.parts;
         format!(
             "probe      {probe_seconds:.1} s on {device}\n\
-             expect     {}: a relative error of noise and blur\n\
-             made of    noise of eye paths {:.0} %, noise of photons {:.0} %, blur {:.0} % of its square\n\
+             expect     {} (relative error of noise and blur)\n\
+             made of    {:.0} % noise of eye paths, {:.0} % noise of photons, {:.0} % blur (shares of the squared error)\n\
              default    {}\n\
              auto       {auto}\n\
              {command}\n",

@@ -105,7 +105,7 @@ pub enum Failure {
     #[error("{0}")]
     Unwritten(String),
     /// All photon paths or all eye paths were dropped. The image is written nevertheless.
-    #[error("every {0} was dropped for values that are not finite: the image is not right")]
+    #[error("every {0} was dropped because it had values that are not finite: the image is wrong")]
     NotFinite(&'static str),
     /// The validation layers have messages.
     #[error("{} validation message(s), the first: {}", .0.len(), .0[0])]

@@ -1,4 +1,4 @@
-//! The subcommand `goblet info`: describes the contents of a scene without a device. docs/info.md lists the
+//! The subcommand `goblet info`: describes the contents of a scene without a device. docs/json.md lists the
 //! keys of the JSON.
 
 // Circle: info.rs <-> text.rs: the text describes the structs of the JSON.
@@ -12,7 +12,7 @@ use serde_json::Value;
 
 use super::stats::count;
 use super::{Failure, InfoArgs, terminal};
-use crate::gpu_scene::camera::pack_camera;
+use crate::gpu_scene::camera::{View, pack_camera};
 use crate::gpu_scene::pack::{PackedScene, light_kind, pack};
 use crate::kernels::{Constant, Specialization};
 use crate::render::buffers::{LEAST_ROOM, Sizes};
@@ -23,9 +23,14 @@ use crate::render::specialize::specialization;
 use crate::scene::{self, FilterKind, Projection, Scene, Survey};
 use text::describe;
 
+/// The version of the keys of the JSON and of their meaning. It is raised when one vanishes, or changes its type or
+/// its meaning; keys are added without.
+const SCHEMA_VERSION: u32 = 1;
+
 /// The description of a scene. Parts that are unknown because of faults are left out.
 #[derive(Serialize)]
 struct Info {
+    schema_version: u32,
     #[serde(flatten)]
     contents: Option<Contents>,
     /// Parts of the scene that are ignored, or rendered differently than the file asks for.
@@ -95,7 +100,21 @@ struct Integrator {
     max_depth: u32,
     /// The initial radius in scene units; `None` if it follows the footprints of pixels.
     radius: Option<f64>,
+    /// The initial radius without one of the scene's own.
+    automatic_radius: AutomaticRadius,
     seed: u32,
+}
+
+/// An initial radius that follows the footprints of pixels. The length of the eye path decides; without a device it is
+/// known for one distance.
+#[derive(Serialize)]
+struct AutomaticRadius {
+    /// In widths of a pixel.
+    pixels: f64,
+    /// From the camera to the centre of the bounds, in scene units.
+    distance: f64,
+    /// At that distance, in scene units.
+    at_distance: f64,
 }
 
 /// The estimated device memory in bytes.
@@ -105,7 +124,7 @@ struct Memory {
     buffers: u64,
 }
 
-/// Prints the description of a scene.
+/// Prints the description of a scene on standard output, and its faults on standard error; JSON has both.
 ///
 /// # Errors
 /// The scene cannot be rendered; the known parts of its description are printed nevertheless. Or standard
@@ -119,6 +138,7 @@ pub fn run(args: &InfoArgs) -> Result<(), Failure> {
     });
     let (warnings, ignored) = scene.map(|scene| (scene.warnings, scene.ignored)).unwrap_or_default();
     let info = Info {
+        schema_version: SCHEMA_VERSION,
         contents,
         warnings,
         ignored,
@@ -126,13 +146,33 @@ pub fn run(args: &InfoArgs) -> Result<(), Failure> {
         errors: errors.iter().map(ToString::to_string).collect(),
         further_faults: more,
     };
-    let json = || serde_json::to_value(&info).map(|value| format!("{value:#}\n"));
-    let text = if args.json { json().map_err(|error| Failure::Info(error.to_string()))? } else { describe(&info) };
-    terminal::print(&text)?;
-    match errors.pop() {
-        None if unsupported.is_empty() => Ok(()),
-        Some(error) if unsupported.is_empty() && errors.is_empty() => Err(error),
-        _ => Err(Failure::Unrenderable(args.scene.display().to_string())),
+    let failure = match errors.pop() {
+        None if unsupported.is_empty() => None,
+        Some(error) if unsupported.is_empty() && errors.is_empty() => Some(error),
+        _ => Some(Failure::Unrenderable(args.scene.display().to_string())),
+    };
+    if args.json {
+        let json = serde_json::to_value(&info).map_err(|error| Failure::Info(error.to_string()))?;
+        terminal::print(&format!("{json:#}\n"))?;
+    } else {
+        terminal::print(&describe(&info))?;
+        say_faults(&info, matches!(failure, Some(Failure::Unrenderable(_))));
+    }
+    failure.map_or(Ok(()), Err)
+}
+
+/// Prints warnings and faults on standard error. A single error is the failure of the command, which is printed at
+/// the end; `has_all` says that the errors are to be printed here.
+fn say_faults(info: &Info, has_all: bool) {
+    info.warnings.iter().for_each(terminal::warn);
+    let errors = info.errors.iter().filter(|_| has_all);
+    let faults =
+        info.unsupported.iter().map(|fault| ("unsupported", fault)).chain(errors.map(|fault| ("error", fault)));
+    for (kind, fault) in faults {
+        terminal::say(format_args!("{kind}: {fault}"));
+    }
+    if info.further_faults > 0 {
+        terminal::say(format_args!("further faults: {}", info.further_faults));
     }
 }
 
@@ -157,6 +197,7 @@ impl Contents {
                 photons_per_iteration: photons,
                 max_depth,
                 radius: resolved.radius,
+                automatic_radius: AutomaticRadius::new(scene, &packed, &resolved, &view),
                 seed: resolved.seed,
             },
             specialization: features(&specialization(
@@ -169,6 +210,16 @@ impl Contents {
             )),
             memory: Memory { scene: memory.scene, buffers: memory.buffers },
         })
+    }
+}
+
+impl AutomaticRadius {
+    fn new(scene: &Scene, packed: &PackedScene, resolved: &Resolved, view: &View) -> Self {
+        let distance = scene.camera.world_from_camera.translation.distance(packed.space.center);
+        let pixel =
+            if view.is_parallel() { view.pixel_width / packed.space.scale } else { view.pixel_width * distance };
+        let pixels = resolved.radius_in_pixels;
+        Self { pixels, distance, at_distance: pixels * pixel }
     }
 }
 

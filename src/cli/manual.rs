@@ -1,5 +1,5 @@
-//! The subcommands `goblet completions` and `goblet man`. Their texts follow from the definition of the
-//! command line.
+//! The subcommands `goblet completions` and `goblet man`. They generate their texts from the definition of
+//! the command line.
 
 use clap::{Args, CommandFactory};
 use clap_complete::Shell;
@@ -10,7 +10,7 @@ use super::{Cli, Failure, terminal};
 /// Arguments of `goblet completions`.
 #[derive(Args, Clone, Copy, Debug)]
 pub struct CompletionsArgs {
-    /// The shell that is to complete
+    /// The shell
     #[arg(value_name = "SHELL", value_enum)]
     pub shell: Shell,
 }
@@ -18,7 +18,7 @@ pub struct CompletionsArgs {
 /// Arguments of `goblet man`.
 #[derive(Args, Clone, Debug)]
 pub struct ManArgs {
-    /// The command to describe [default: all of them, on one page]
+    /// The command to describe [default: all commands, on one page]
     #[arg(value_name = "COMMAND")]
     pub command: Option<String>,
 }

@@ -48,10 +48,10 @@ pub struct MeasureArgs {
     #[arg(value_name = "SCENE")]
     pub scene: PathBuf,
 
-    /// The image that is taken to be right; `auto` renders one first
+    /// Reference: an image that is taken as correct, or `auto`, which renders one first
     ///
-    /// `auto` renders ten times the budget with the scene's own settings. What blur it
-    /// shares with what is measured is then not seen as error.
+    /// `auto` renders with the scene's own settings for ten times the budget. This reference is
+    /// blurred too, and the blur that it shares with an image does not count as an error of the image.
     #[arg(long, value_name = "FILE|auto")]
     pub reference: PathBuf,
 
@@ -59,27 +59,28 @@ pub struct MeasureArgs {
     #[arg(long, value_name = "KNOB=V1,V2..", value_parser = vary, help = vary_help())]
     pub vary: Vec<Vary>,
 
-    /// Measure each value by itself and none of them, rather than all combinations
+    /// Vary one option at a time, instead of measuring all combinations
     ///
-    /// An option with a single value is shared by all.
+    /// The settings are the default, and each value of each --vary alone. If a --vary has only
+    /// one value, all settings have it.
     #[arg(long)]
     pub each: bool,
 
-    /// Render time of each setting in the first turn; later turns render as many iterations
+    /// Render time of each setting in the first turn, in seconds; later turns repeat its iterations
     #[arg(long, value_name = "SECONDS", value_parser = seconds, default_value = "10")]
     #[arg(allow_negative_numbers = true)]
     pub budget: Duration,
 
-    /// Turns, with another seed each: two or more tell noise from bias
+    /// Number of turns; each has another seed, and two or more separate noise from bias
     #[arg(long, value_name = "K", value_parser = positive_u32, default_value = "4")]
     #[arg(allow_negative_numbers = true)]
     pub repeat: u32,
 
-    /// Folder to write to; it is made if need be
+    /// Folder for the results; it is created if it does not exist
     #[arg(short, long, value_name = "DIR")]
     pub output: PathBuf,
 
-    /// The device, by its index or part of its name in `goblet devices`
+    /// Device to use: its index, or a part of its name, from `goblet devices` [default: the first that can render]
     #[arg(long, value_name = "INDEX|NAME")]
     pub device: Option<String>,
 
@@ -94,7 +95,8 @@ pub struct MeasureArgs {
 
 fn vary_help() -> String {
     format!(
-        "Values of an option of `goblet render`, to be measured; repeat it for all combinations. Options: {}",
+        "Option of `goblet render` and the values to measure, such as radius=1px,2px; repeat --vary to measure all \
+         combinations. Options: {}",
         knobs()
     )
 }
@@ -187,7 +189,7 @@ fn own_reference(args: &MeasureArgs, device: &Arc<Device>, scene: &Scene) -> Res
     let time = args.budget * REFERENCE_BUDGETS;
     if !args.quiet {
         terminal::say(format_args!(
-            "rendering a reference for {:.0} s: what blur it shares with the settings is not seen",
+            "rendering a reference for {:.0} s; blur that it shares with a setting will not count as error",
             time.as_secs_f64()
         ));
     }

@@ -8,10 +8,10 @@ use crate::base::input::Budget;
 /// The option of every command that reads a scene.
 #[derive(Args, Clone, Copy, Debug, Default)]
 pub struct SceneMemory {
-    /// Memory that the scene may take, in GiB [default: a sixteenth of the machine's, at least 1]
+    /// Largest memory of the scene, in GiB [default: a sixteenth of the machine's memory, at least 1]
     ///
-    /// Its texts, meshes, images and textures, and its triangles on the device. A scene that
-    /// needs more is refused. What a render adds comes on top.
+    /// A scene that needs more is refused. The text, the meshes, images and textures of the scene
+    /// count, and its triangles on the device; the buffers of the render do not.
     #[arg(id = "scene_memory", long = "scene-memory", value_name = "GIB", value_parser = gibibytes)]
     #[arg(allow_negative_numbers = true)]
     bytes: Option<u64>,

@@ -17,12 +17,17 @@ use crate::render::renderer::Renderer;
 use crate::render::unsampled::Noise;
 use crate::scene::{Geometry, Scene};
 
+/// The version of the keys of the JSON and of their meaning (docs/json.md). It is raised when one vanishes, or changes
+/// its type or its meaning; keys are added without.
+const SCHEMA_VERSION: u32 = 1;
+
 /// The largest share of photon paths that may be lost in glass without a warning.
 const MOST_LOST: f64 = 1e-4;
 
 /// Times, counts and memory of a render.
 #[derive(Serialize)]
 pub struct Stats {
+    schema_version: u32,
     device: String,
     driver: String,
     /// Counts of shapes, materials and lights by type.
@@ -152,6 +157,7 @@ impl Stats {
         let tally = *renderer.tally();
         let finite = |value: f64| value.is_finite().then_some(value);
         Ok(Self {
+            schema_version: SCHEMA_VERSION,
             device: device.info().name.clone(),
             driver: device.info().driver.clone(),
             scene: count(scene),
@@ -184,7 +190,9 @@ impl Stats {
     pub fn warnings(&self) -> Vec<String> {
         let mut warnings = Vec::new();
         for (pass, count) in self.tally.non_finite.found() {
-            warnings.push(format!("{pass}: {count} paths or pixels were dropped for values that are not finite"));
+            warnings.push(format!(
+                "{pass}: {count} paths or pixels were dropped because they had values that are not finite"
+            ));
         }
         for (pass, count) in self.tally.saturated.found() {
             warnings.push(format!("{pass}: {count} sums saturated: the image is too dark there"));
@@ -193,8 +201,8 @@ impl Stats {
         if cut.photon + cut.eye > 0 {
             let share = |count: u64, all: u64| 100.0 * count as f64 / all.max(1) as f64;
             warnings.push(format!(
-                "{:.2} % of photon paths and {:.2} % of eye paths were cut: one segment of theirs needs more \
-                 rounds of loops than this driver allows a kernel; the image is too dark there",
+                "{:.2} % of photon paths and {:.2} % of eye paths were cut, because this driver limits the loops of a \
+                 kernel and a segment of these paths needs more; the image is too dark there",
                 share(cut.photon, self.tally.emitted),
                 share(cut.eye, self.eye_paths),
             ));
@@ -202,8 +210,8 @@ impl Stats {
         let lost = (self.tally.lost_in_glass - self.tally.eye_lost_in_glass) as f64 / self.tally.emitted.max(1) as f64;
         if lost > MOST_LOST {
             warnings.push(format!(
-                "{:.2} % of photon paths found no way out of a dielectric: its surface is not closed, or is nearer to \
-                 itself or to another than rays can tell",
+                "{:.2} % of photon paths were lost inside a dielectric such as glass: its surface is not closed, or faces \
+                 the wrong way, or two surfaces are too close to each other",
                 100.0 * lost
             ));
         }
@@ -218,14 +226,14 @@ impl Stats {
             return None;
         }
         let one = match self.noise.of_one_photon {
-            infinite if infinite.is_infinite() => "and the image is black".to_owned(),
-            one if one > 1.0 => format!("and one more would bring {one:.1} times the light that is seen"),
-            one => format!("and one more would bring {} of the light that is seen", percent(one)),
+            infinite if infinite.is_infinite() => "but the image is black".to_owned(),
+            one if one > 1.0 => format!("and one more photon would add {one:.1} times the light of the image"),
+            one => format!("and one more photon would add {} of the light of the image", percent(one)),
         };
         Some(format!(
-            "photons hardly reach what is seen: {recorded} of {emitted} were recorded ({}), {one}. Caustics and other light \
-             that photons bring may be missing, and the error is not known to be smaller. More iterations or --photons \
-             help, or smaller surroundings: they take most of the light of a sun, a sky or a far lamp",
+            "light of photons may be missing, such as caustics: {recorded} of {emitted} photons were recorded ({}), {one}. The \
+             error may be larger than estimated. Render more iterations, or use more --photons, or remove surroundings \
+             outside the view: most of the light of a sun, a sky or a far lamp falls on them",
             percent(recorded as f64 / emitted as f64)
         ))
     }

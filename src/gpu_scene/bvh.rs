@@ -1,4 +1,4 @@
-//! Bounding volume hierarchies over primitives: binary ones, which [`crate::gpu_scene::wide`] turns into those of the device.
+//! Binary bounding volume hierarchies over primitives. [`crate::gpu_scene::wide`] converts them to wide ones for the device.
 
 use std::hash::{DefaultHasher, Hash, Hasher};
 

@@ -1,7 +1,7 @@
-//! Which nodes of a binary hierarchy become nodes of the device's, and which become leaves.
+//! The choice of the nodes of a binary hierarchy that become nodes or leaves of the device's wide hierarchy.
 //!
-//! Of all ways to do that, the one of least expected cost for a random ray: Ylitie and others, "Efficient
-//! Incoherent Ray Traversal on GPUs Through Compressed Wide BVHs", 2017, section 3.1.
+//! The choice has the least expected cost for a random ray: Ylitie and others, "Efficient Incoherent Ray
+//! Traversal on GPUs Through Compressed Wide BVHs", 2017, section 3.1.
 
 use crate::gpu_scene::bvh::{Bvh, Child};
 use crate::kernels::{BVH_WIDTH, MAX_LEAF_COUNT};

@@ -1,4 +1,4 @@
-//! Hierarchies as the device walks them: inner nodes with up to four children.
+//! Wide hierarchies, which the device traverses: inner nodes have up to four children.
 
 use obvhs::aabb::Aabb;
 

@@ -1,7 +1,7 @@
-//! The layers of an image besides its radiance: what eye paths meet first, the ways of light, and the square of
-//! radiance. Like the radiance, they are exact sums over iterations: parts add up to the whole, to the last bit.
+//! The layers of an image besides its radiance: properties of the first surface, parts of the light, and the square
+//! of the radiance. Like the radiance, they are exact sums over iterations, so that shards add up to the last bit.
 //!
-//! Four sums of each pixel are a group. A render has the groups that were asked for.
+//! A group has four sums per pixel. A render sums only the groups that its layers need.
 
 use glam::{DAffine3, DVec3};
 

@@ -1,4 +1,4 @@
-//! The layers of an image as planes of values: positions, normals, the ways of light, and so on.
+//! The layers of an image as planes of values: positions, normals, parts of the light, and so on.
 
 use glam::{DAffine3, DVec3};
 

@@ -1,4 +1,4 @@
-//! Means over pixels that noise does not dominate.
+//! Means over pixels that are robust to noise.
 
 /// Returns the mean over a square of 5 x 5 pixels around each, without those outside of the image.
 pub fn blurred(image: &[f64], width: usize) -> Vec<f64> {

@@ -1,4 +1,4 @@
-//! Exact sums, as `shaders/include/math/sum.glsl` has them.
+//! Exact sums in the format of `shaders/include/math/sum.glsl`.
 
 use crate::kernels::FRACTION_BITS;
 

@@ -1,7 +1,7 @@
-//! Arbitrary output variables: the quantities of each pixel that can be shown besides its radiance.
+//! Arbitrary output variables: the quantities of a pixel, besides its radiance, that can be written or shown.
 //!
-//! [`AOVS`] is the only list of them. The layers of `goblet render --aov` and `goblet merge --aov`, their
-//! help, the layers of a `gbuffer` film, and the views of the window follow from it.
+//! [`AOVS`] is the only list of these quantities. The layers and the help of `--aov`, the layers of a `gbuffer`
+//! film, and the views of the window follow from the list.
 
 use crate::image::estimate::Estimate;
 use crate::image::file::Channel;
@@ -27,7 +27,7 @@ pub struct Aov {
     pub kind: AovKind,
     /// Whether a `gbuffer` film of pbrt-v4 has it.
     pub is_of_gbuffer: bool,
-    /// The groups of sums that it follows from, besides those of the image.
+    /// The groups of sums from which it is computed, besides the sums of the image.
     pub groups: Groups,
     planes: fn(&Estimate) -> Option<Planes>,
 }
@@ -58,8 +58,8 @@ impl AovKind {
     }
 }
 
-const NOTHING: &str = "0 where nothing is seen";
-const NO_POINT: &str = "an iteration without a visible point counts as 0";
+const NOTHING: &str = "0 where no surface is visible";
+const NO_POINT: &str = "iterations without a visible point count as 0";
 const RADIANCE: &str = "W/(m² sr)";
 const NO_IMAGE: &str = "0 before the first iteration";
 
@@ -83,7 +83,7 @@ pub static AOVS: [Aov; 19] = [
         name: "radius",
         channels: &["radius.Y"],
         unit: "scene units",
-        meaning: "Radius of the disc on which photons are gathered, mean over the iterations",
+        meaning: "Gather radius, as the mean over the iterations",
         unknown: NO_POINT,
         is_of_gbuffer: false,
         groups: Groups::of(&[Group::Square]),
@@ -95,7 +95,7 @@ pub static AOVS: [Aov; 19] = [
         alias: "photon-density",
         channels: &["density.Y"],
         unit: "photons per square scene unit",
-        meaning: "Photons of an iteration on the disc over its area, mean over the iterations",
+        meaning: "Photons of one iteration on the gather disc, divided by its area, as the mean over the iterations",
         unknown: NO_POINT,
         kind: AovKind::Amount,
         is_of_gbuffer: false,
@@ -107,7 +107,7 @@ pub static AOVS: [Aov; 19] = [
         channels: &["standardError.Y"],
         unit: RADIANCE,
         meaning: "Standard error of the pixel's luminance",
-        unknown: "infinite before both halves of the rounds have begun",
+        unknown: "infinite until the error can be estimated, after two rounds or more",
         is_of_gbuffer: false,
         planes: |estimate| Some(vec![estimate.standard_error_or_infinite()]),
         ..BLANK
@@ -116,7 +116,7 @@ pub static AOVS: [Aov; 19] = [
         name: "N",
         alias: "normal",
         channels: &["N.X", "N.Y", "N.Z"],
-        meaning: "Geometric normal of the first surface, on the side of the eye path",
+        meaning: "Geometric normal of the first surface, on the camera's side",
         kind: AovKind::Direction,
         groups: Groups::of(&[Group::Normal]),
         planes: Estimate::normal,
@@ -127,7 +127,7 @@ pub static AOVS: [Aov; 19] = [
         alias: "depth",
         channels: &["Z"],
         unit: "camera units",
-        meaning: "Depth of the first surface: z in camera space",
+        meaning: "Depth of the first surface: its z in camera space",
         is_of_gbuffer: false,
         groups: Groups::of(&[Group::Albedo, Group::Position]),
         planes: Estimate::depth,
@@ -136,7 +136,7 @@ pub static AOVS: [Aov; 19] = [
     Aov {
         name: "photon-share",
         channels: &["photonShare.Y"],
-        meaning: "Share of the pixel's luminance that photons bring",
+        meaning: "Share of the pixel's luminance that photons carry, from 0 to 1",
         unknown: "0 where the pixel is black",
         kind: AovKind::Share,
         is_of_gbuffer: false,
@@ -147,9 +147,9 @@ pub static AOVS: [Aov; 19] = [
     Aov {
         name: "light-per-photon",
         channels: &["lightPerPhoton.Y"],
-        unit: "W/(m² sr) for a photon on each square scene unit",
-        meaning: "What a photon brings: luminance of photons over density",
-        unknown: "0 where no photon is on the disc",
+        unit: "W/(m² sr) per photon per square scene unit",
+        meaning: "Luminance of the layer photons, divided by the layer density",
+        unknown: "0 where no photon was gathered",
         kind: AovKind::Amount,
         is_of_gbuffer: false,
         groups: Groups::of(&[Group::Light]),
@@ -159,7 +159,7 @@ pub static AOVS: [Aov; 19] = [
     Aov {
         name: "Albedo",
         channels: &["Albedo.R", "Albedo.G", "Albedo.B"],
-        meaning: "Albedo of the first surface, seen along the eye path",
+        meaning: "Albedo of the first surface: share of the light that it reflects or transmits along the eye path",
         kind: AovKind::Color,
         groups: Groups::of(&[Group::Albedo]),
         planes: Estimate::albedo,
@@ -168,7 +168,7 @@ pub static AOVS: [Aov; 19] = [
     Aov {
         name: "Ns",
         channels: &["Ns.X", "Ns.Y", "Ns.Z"],
-        meaning: "Shading normal of the first surface, on the side of the eye path",
+        meaning: "Shading normal of the first surface, on the camera's side",
         kind: AovKind::Direction,
         groups: Groups::of(&[Group::ShadingNormal]),
         planes: Estimate::shading_normal,
@@ -177,8 +177,8 @@ pub static AOVS: [Aov; 19] = [
     Aov {
         name: "P",
         channels: &["P.X", "P.Y", "P.Z"],
-        unit: "camera units, or scene units in world space",
-        meaning: "Position on the first surface",
+        unit: "camera units (scene units if the film is in world space)",
+        meaning: "Point where the eye path meets the first surface",
         kind: AovKind::Point,
         groups: Groups::of(&[Group::Albedo, Group::Position]),
         planes: Estimate::position,
@@ -187,7 +187,7 @@ pub static AOVS: [Aov; 19] = [
     Aov {
         name: "u",
         channels: &["u"],
-        meaning: "First texture coordinate of the first surface",
+        meaning: "Texture coordinate u of the first surface",
         groups: Groups::of(&[Group::Albedo, Group::Slope]),
         planes: Estimate::u,
         ..BLANK
@@ -195,7 +195,7 @@ pub static AOVS: [Aov; 19] = [
     Aov {
         name: "v",
         channels: &["v"],
-        meaning: "Second texture coordinate of the first surface",
+        meaning: "Texture coordinate v of the first surface",
         groups: Groups::of(&[Group::Albedo, Group::Slope]),
         planes: Estimate::v,
         ..BLANK
@@ -204,7 +204,7 @@ pub static AOVS: [Aov; 19] = [
         name: "dzdx",
         channels: &["dzdx"],
         unit: "units of P per pixel",
-        meaning: "Change of P.Z on the tangent plane to the next pixel of the row, without its sign",
+        meaning: "Absolute change of P.Z from a pixel to its neighbour in the row, on the tangent plane",
         groups: Groups::of(&[Group::Albedo, Group::Slope]),
         planes: |estimate| estimate.slope(0),
         ..BLANK
@@ -213,7 +213,7 @@ pub static AOVS: [Aov; 19] = [
         name: "dzdy",
         channels: &["dzdy"],
         unit: "units of P per pixel",
-        meaning: "Change of P.Z on the tangent plane to the next pixel of the column, without its sign",
+        meaning: "Absolute change of P.Z from a pixel to its neighbour in the column, on the tangent plane",
         groups: Groups::of(&[Group::Albedo, Group::Slope]),
         planes: |estimate| estimate.slope(1),
         ..BLANK
@@ -222,7 +222,7 @@ pub static AOVS: [Aov; 19] = [
         name: "Variance",
         channels: &["Variance.R", "Variance.G", "Variance.B"],
         unit: "(W/(m² sr))²",
-        meaning: "Variance over the iterations of what one iteration adds to the mean",
+        meaning: "Variance between the iterations of the pixel's value in one iteration",
         unknown: "0 before the second iteration",
         kind: AovKind::Light,
         groups: Groups::of(&[Group::Square]),
@@ -233,7 +233,7 @@ pub static AOVS: [Aov; 19] = [
         name: "RelativeVariance",
         channels: &["RelativeVariance.R", "RelativeVariance.G", "RelativeVariance.B"],
         unit: RADIANCE,
-        meaning: "Variance over the pixel's value",
+        meaning: "Layer Variance divided by the pixel's value",
         unknown: "0 before the second iteration, and where the pixel is black",
         kind: AovKind::Light,
         groups: Groups::of(&[Group::Square]),
@@ -244,7 +244,7 @@ pub static AOVS: [Aov; 19] = [
         name: "direct",
         channels: &["direct.R", "direct.G", "direct.B"],
         unit: RADIANCE,
-        meaning: "Emission that is seen, and direct light: the image without the light of photons",
+        meaning: "Visible light sources and direct light: the image without the light of photons",
         unknown: NO_IMAGE,
         kind: AovKind::Light,
         is_of_gbuffer: false,
@@ -256,7 +256,7 @@ pub static AOVS: [Aov; 19] = [
         name: "photons",
         channels: &["photons.R", "photons.G", "photons.B"],
         unit: RADIANCE,
-        meaning: "Light of photons: the image without direct",
+        meaning: "Light of photons: the image without the layer direct",
         unknown: NO_IMAGE,
         kind: AovKind::Light,
         is_of_gbuffer: false,
@@ -268,7 +268,7 @@ pub static AOVS: [Aov; 19] = [
         name: "caustic",
         channels: &["caustic.R", "caustic.G", "caustic.B"],
         unit: RADIANCE,
-        meaning: "Part of photons that came from its light by specular or glossy surfaces only",
+        meaning: "Part of the layer photons that met only specular or glossy surfaces on the way from the light source",
         unknown: NO_IMAGE,
         kind: AovKind::Light,
         is_of_gbuffer: false,
@@ -305,7 +305,8 @@ impl Aov {
     pub fn help(&self) -> String {
         let Self { channels, unit, meaning, unknown, .. } = self;
         let unit = if unit.is_empty() { String::new() } else { format!(", in {unit}") };
-        format!("{meaning}{unit}; {unknown}: {}", channels.join(", "))
+        let plural = if channels.len() > 1 { "s" } else { "" };
+        format!("{meaning}{unit}; {unknown}. Channel{plural} {}", channels.join(", "))
     }
 
     /// Returns a plane of values for each channel, row by row, the top row first. `None` if the estimate does not
@@ -315,17 +316,17 @@ impl Aov {
     }
 }
 
-/// Returns the groups of sums that some quantities follow from.
+/// Returns the groups of sums from which some quantities are computed.
 pub fn groups(aovs: &[&'static Aov]) -> Groups {
     aovs.iter().fold(Groups::default(), |groups, aov| groups.with(aov.groups))
 }
 
-/// A quantity that was asked for does not follow from the sums that there are.
+/// The sums from which a quantity is computed are missing.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
-#[error("there are no sums for {0}: expected a render with --aov {0}")]
+#[error("the layer {0} was not summed: expected a render with --aov {0}")]
 pub struct NoSums(pub &'static str);
 
-/// Returns the channels of some quantities for an EXR, and those that the film asks for. Each is there once.
+/// Returns the channels of an EXR for some quantities and for the quantities that the film asks for, each once.
 ///
 /// # Errors
 /// The estimate does not have the sums of one of `aovs`.

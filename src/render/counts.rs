@@ -1,16 +1,17 @@
-//! The numbers of photons and of eye paths of an iteration with which noise falls fastest.
+//! The choice of the numbers of photons and of eye paths per iteration with which noise falls fastest.
 //!
-//! A trial measures the noise that one eye path of each pixel leaves, the noise that one photon leaves, and the work of
-//! both. Of n eye paths and p photons, the squared noise is E / n + P / p, and the work e n + q p. The product of the two
-//! is the squared noise after a unit of work; it is least where n / p = sqrt(E q / (P e)). Besides, there is noise that
-//! falls with iterations alone: it says how much there is to gain.
+//! A trial measures E, the squared noise with one eye path per pixel; P, the squared noise with one photon; and their
+//! work, e and q. With n eye paths and p photons, the squared noise is E / n + P / p, and the work is e n + q p. The
+//! product of noise and work is the squared noise after a unit of work. It is least if n / p = sqrt(E q / (P e)). A
+//! third part of the noise depends on the number of iterations only. It limits how much a choice can gain.
 //!
-//! Work is counted, not timed: a count is the same on every device, so that every shard takes the same numbers.
+//! The trial counts work and does not measure time. Counts are the same on every device, so that every shard makes the
+//! same choice.
 
 use std::fmt;
 use std::time::Duration;
 
-/// Which numbers a trial chooses.
+/// The numbers that a trial chooses; the others are given.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Auto {
     /// The number of photons.
@@ -35,21 +36,21 @@ pub struct Counts {
     pub eye_paths: u32,
 }
 
-/// The noise and the work that a trial has found. Noise is squared and relative to the image's luminance.
+/// The noise and the work that a trial has found. Noise is squared, and relative to the image's luminance.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Trial {
-    /// Noise of an iteration with one eye path of each pixel, without that of photons.
+    /// Noise of eye paths in an iteration with one eye path per pixel.
     pub eye_noise: f64,
-    /// Noise of an iteration with one photon, without that of eye paths.
+    /// Noise of photons in an iteration with one photon.
     pub photon_noise: f64,
-    /// Noise of an iteration that neither number lowers: only the last eye path of a pixel gathers photons, so that edges,
-    /// textures and reflections in their light have it.
+    /// Noise of an iteration that does not depend on either number. Only the last eye path of a pixel gathers photons, so
+    /// the light of photons is noisy at edges, in textures and in reflections.
     pub other_noise: f64,
-    /// Work of one eye path of each pixel, in eye paths.
+    /// Work of an iteration with one eye path per pixel, in units of an eye path's work.
     pub eye_work: f64,
-    /// Work of a photon, in eye paths.
+    /// Work of a photon, in units of an eye path's work.
     pub photon_work: f64,
-    /// Whether photons may contribute light that eye paths do not.
+    /// Whether photons may contribute light that eye paths cannot find.
     pub photons_matter: bool,
 }
 
@@ -58,9 +59,9 @@ pub struct Trial {
 pub struct Choice {
     /// What the trial has found.
     pub trial: Trial,
-    /// The numbers without it.
+    /// The numbers without the trial: given ones, or defaults.
     pub usual: Counts,
-    /// The numbers that it has chosen.
+    /// The numbers that the trial has chosen.
     pub taken: Counts,
     /// The time that the trial took.
     pub time: Duration,
@@ -74,43 +75,51 @@ impl fmt::Display for Choice {
             let ([eye, photons], all) = (trial.noise(counts), trial.all_noise(counts));
             let [eye_work, photon_work] = trial.work(counts);
             let work = percent(eye_work, eye_work + photon_work);
-            (percent(eye, all), percent(photons, all), work, 100.0 - work)
+            let [eye, photons] = [eye, photons].map(|noise| percent(noise, all));
+            format!(
+                "eye paths cause {eye:.0} % of the noise and take {work:.0} % of the work, photons cause {photons:.0} % and \
+                 take {:.0} %",
+                100.0 - work
+            )
         };
         let Counts { photons, eye_paths } = taken;
-        write!(f, "eye paths {eye_paths}, photons {photons}: ")?;
+        write!(f, "eye paths {eye_paths}, photons {photons}")?;
         if trial.noise(*usual) == [0.0; 2] {
-            return write!(f, "as by default; the trial has found no noise");
+            return write!(f, ", as without the trial, which has found no noise");
         }
-        let (eye, photons, eye_work, photon_work) = shares(*usual);
-        write!(f, "by default ({} and {}) eye paths have {eye:.0} % of the noise ", usual.eye_paths, usual.photons)?;
-        write!(f, "and {eye_work:.0} % of the work, photons {photons:.0} % and {photon_work:.0} %")?;
         if taken == usual {
-            return write!(f, ", and other numbers lower the noise by less than {:.0} %", 100.0 * (1.0 - WORTHWHILE));
+            let least = 100.0 * (1.0 - WORTHWHILE);
+            let shares = shares(*usual);
+            return write!(
+                f,
+                ", as without the trial: {shares}. Other numbers would lower the squared noise by less than {least:.0} %"
+            );
         }
-        let (eye, photons, eye_work, photon_work) = shares(*taken);
-        write!(f, "; now {eye:.0} % and {eye_work:.0} %, and {photons:.0} % and {photon_work:.0} %; ")?;
-        write!(f, "the square of the noise falls to {:.2} after the same work", trial.gain(*usual, *taken))
+        let Counts { photons, eye_paths } = usual;
+        write!(f, ". Without the trial ({eye_paths} and {photons}), {}. ", shares(*usual))?;
+        write!(f, "Now {}. ", shares(*taken))?;
+        write!(f, "After the same work, the squared noise is {:.2} times as large", trial.gain(*usual, *taken))
     }
 }
 
-/// The least share of the usual number of photons that a trial chooses where photons matter: it may have missed light that
-/// few photons bring.
+/// The least number of photons that a trial chooses if photons matter, as a share of the usual number. The trial may have
+/// missed light that few photons bring.
 const LEAST_SHARE: f64 = 0.25;
-/// The largest factor between a number that is chosen and the usual one, where the other number is given.
+/// The largest ratio of a chosen number to the usual one, if the other number is given.
 const MOST_FACTOR: f64 = 16.0;
-/// The least share of the usual work of an iteration, where both numbers are chosen.
+/// The least work of an iteration as a share of the usual work, if both numbers are chosen.
 const LEAST_WORK: f64 = 0.75;
-/// Other numbers than the usual ones are chosen only if noise after the same work is below this share of theirs. A trial
-/// is not exact.
+/// The trial chooses other numbers only if their noise after the same work is below this share of the usual numbers'
+/// noise, because a trial is not exact.
 const WORTHWHILE: f64 = 0.9;
 
 impl Trial {
-    /// Returns the noise of an iteration, that of eye paths and that of photons.
+    /// Returns the noise of eye paths and the noise of photons in an iteration.
     pub fn noise(&self, counts: Counts) -> [f64; 2] {
         [self.eye_noise / f64::from(counts.eye_paths), self.photon_noise / counts.photons as f64]
     }
 
-    /// Returns the work of an iteration, that of eye paths and that of photons, in eye paths.
+    /// Returns the work of eye paths and the work of photons in an iteration, in units of an eye path's work.
     pub fn work(&self, counts: Counts) -> [f64; 2] {
         [self.eye_work * f64::from(counts.eye_paths), self.photon_work * counts.photons as f64]
     }
@@ -120,14 +129,13 @@ impl Trial {
         self.noise(counts).iter().sum::<f64>() + self.other_noise
     }
 
-    /// Returns the noise that is left after the same work with some numbers, over that with the usual ones; 1 if there is no
-    /// noise.
+    /// Returns the noise with `taken`, divided by the noise with `usual` after the same work; 1 if there is no noise.
     pub fn gain(&self, usual: Counts, taken: Counts) -> f64 {
         let left = |counts| self.all_noise(counts) * self.work(counts).iter().sum::<f64>();
         if left(usual) > 0.0 { left(taken) / left(usual) } else { 1.0 }
     }
 
-    /// Returns what eye paths and photons leave after a unit of work.
+    /// Returns the noise of eye paths and photons after a unit of work.
     fn product(&self, counts: Counts) -> f64 {
         self.noise(counts).iter().sum::<f64>() * self.work(counts).iter().sum::<f64>()
     }
@@ -264,11 +272,11 @@ mod tests {
         };
         assert_eq!(
             text(trial(9.0, 1.0)),
-            "eye paths 6, photons 5120: by default (4 and 10000) eye paths have 90 % of the noise and 50 % of the work, \
-             photons 10 % and 50 %; now 75 % and 75 %, and 25 % and 25 %; the square of the noise falls to 0.80 after the \
-             same work"
+            "eye paths 6, photons 5120. Without the trial (4 and 10000), eye paths cause 90 % of the noise and take 50 % of \
+             the work, photons cause 10 % and take 50 %. Now eye paths cause 75 % of the noise and take 75 % of the work, \
+             photons cause 25 % and take 25 %. After the same work, the squared noise is 0.80 times as large"
         );
-        assert!(text(trial(1.0, 1.0)).ends_with("and other numbers lower the noise by less than 10 %"));
+        assert!(text(trial(1.0, 1.0)).ends_with("Other numbers would lower the squared noise by less than 10 %"));
         assert!(text(trial(0.0, 0.0)).ends_with("no noise"));
     }
 

@@ -25,7 +25,7 @@ pub struct LayerArrays {
 }
 
 impl LayerArrays {
-    /// Allocates the arrays for images of up to so many pixels, and clears them. `None` if there is no group.
+    /// Allocates the arrays for images of up to `pixels` pixels, and clears them. `None` if there is no group.
     ///
     /// # Errors
     /// The device has too little memory, or an array is larger than the device can bind.

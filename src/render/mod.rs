@@ -1,5 +1,5 @@
-//! Renders: options, iterations, lookups, counters, checkpoints. Callers use [`renderer::Renderer`];
-//! `iteration.rs` has the algorithm.
+//! Renders: options, iterations, lookups, counters, checkpoints. Callers use [`renderer::Renderer`]. The
+//! algorithm is in `iteration.rs`.
 
 pub mod aov;
 pub(crate) mod buffers;

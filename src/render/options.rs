@@ -1,4 +1,5 @@
-//! The options of a render, and which of them fit a scene. [`table`] lists them as people write them.
+//! The options of a render, and the check of their values for a scene. [`table`] lists the options of the command
+//! line.
 
 pub mod request;
 pub mod table;
@@ -42,9 +43,9 @@ pub(crate) const DEFAULT_WORKGROUP_SIZE: u32 = 64;
 named! {
     /// How often new eye paths are traced.
     pub enum Integrator = Sppm {
-        /// Stochastic progressive photon mapping: in every iteration (Hachisuka and Jensen 2009)
+        /// Stochastic progressive photon mapping (Hachisuka and Jensen 2009): in every iteration
         Sppm: "sppm",
-        /// Progressive photon mapping: once a round of many iterations (Hachisuka and others 2008)
+        /// Progressive photon mapping (Hachisuka and others 2008): once per round of several iterations
         Ppm: "ppm",
     }
 }
@@ -52,9 +53,9 @@ named! {
 named! {
     /// How direct light is estimated: light that reaches a visible point from a source without a bounce.
     pub enum DirectLight = Nee {
-        /// Next-event estimation from the visible points
+        /// Next-event estimation: a ray from the visible point to a point on a light source
         Nee: "nee",
-        /// Photons, as all other light
+        /// Photons carry it, like all other light; usually noisier
         Photons: "photons",
     }
 }
@@ -74,9 +75,9 @@ named! {
 named! {
     /// Where random numbers come from.
     pub enum Sampler = Sobol {
-        /// A hash of path and dimension: independent numbers
+        /// Independent numbers: a hash of path and dimension
         Pcg: "pcg",
-        /// Scrambled Sobol points in the first dimensions of a path, hashed numbers after them
+        /// Scrambled Sobol points for the first 16 dimensions of a path, hashed numbers for the others: less noise
         Sobol: "sobol",
     }
 }
@@ -92,11 +93,11 @@ impl Sampler {
 }
 
 named! {
-    /// How the visible points near a photon are found. The choice does not change the image.
+    /// The search structure that pairs photons with the visible points near them. The choice does not change the image.
     pub enum LookupKind = HashGrid {
-        /// A hash grid
+        /// A hash grid over the photons
         HashGrid: "hash-grid",
-        /// A left-balanced kd-tree
+        /// A left-balanced kd-tree over the visible points
         KdTree: "kd-tree",
     }
 }
@@ -104,12 +105,12 @@ named! {
 /// How an iteration is given to the device.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Submission {
-    /// In one submission where that is quick, except on a CPU driver: waiting costs it nothing, and large batches
-    /// are better for it.
+    /// In one submission if the iteration is short. On a CPU driver always in pieces: a CPU driver loses nothing by
+    /// waiting for the host, and is faster with large batches.
     #[default]
     Auto,
-    /// In pieces: each dispatch has a submission of its own, and the host chooses the size of the next by the time that
-    /// it took.
+    /// In pieces: each dispatch has a submission of its own. The host measures its time and chooses the size of the
+    /// next dispatch.
     Pieces,
     /// In one submission, however long it takes.
     Whole,
@@ -128,8 +129,8 @@ pub struct Options {
     /// Eye paths per pixel and iteration, 1 to 64; 4 by default. Each eye path contributes direct light;
     /// photons are gathered only at the visible point of the last one.
     pub eye_paths: Option<u32>,
-    /// Which of these numbers a trial chooses: [`crate::render::counts`]. A number that is given is the usual one of the
-    /// trial. In a window, whose view changes all the time, there is no trial.
+    /// Whether a trial chooses the numbers of photons and of eye paths: [`crate::render::counts`]. If `photons` or
+    /// `eye_paths` is given as well, the trial starts from this number. With `responsive`, there is no trial.
     pub auto: Auto,
     /// Initial radius in scene units. If neither this field nor the scene has a radius, the initial radius
     /// follows the footprints of pixels.
@@ -151,7 +152,7 @@ pub struct Options {
     pub radius_schedule: RadiusSchedule,
     /// How direct light is estimated.
     pub direct: DirectLight,
-    /// Whether photons begin where they bring light to what is seen.
+    /// Whether more photons are emitted towards the surfaces that are visible.
     pub guidance: Guidance,
     /// Which part of the light the image shows.
     pub contribution: Contribution,
@@ -161,7 +162,7 @@ pub struct Options {
     pub sampler: Sampler,
     /// The part of the iterations that is rendered.
     pub shard: Shard,
-    /// How the visible points near a photon are found. It does not change the image.
+    /// The search structure that pairs photons with the visible points near them. It does not change the image.
     pub lookup: LookupKind,
     /// Width of the hash grid's cells in diameters of the largest disc, 1/4 to 8; 1 by default. It does not
     /// change the image.
@@ -217,8 +218,8 @@ impl Options {
         self.layers.with(of_film)
     }
 
-    /// Returns whether photons begin by a density that a pilot finds. In a window, `auto` takes none: the pilot would delay
-    /// the first picture after each move of the camera.
+    /// Returns whether a pilot runs, which may find a guide for the emission of photons. With `responsive`, `auto` runs
+    /// none: the pilot would delay the first picture after each move of the camera.
     pub(crate) fn is_guided(&self) -> bool {
         match self.guidance {
             Guidance::Auto => !self.responsive,

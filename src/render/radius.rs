@@ -105,11 +105,11 @@ pub(crate) const RADIUS_SCHEDULE: &str = "radius schedule";
 named! {
     /// How radii shrink.
     pub enum RadiusSchedule = Adaptive {
-        /// By the photons that each pixel finds
+        /// Each pixel's radius shrinks as the pixel finds photons
         Adaptive: "adaptive",
-        /// By the number of the iteration, for all pixels alike: iterations are independent of each other
+        /// All radii shrink by the same factor in each iteration; --shard needs this, or --integrator ppm
         Global: "global",
-        /// By the noise and the blur that the photons on and around each pixel's disc show
+        /// Each pixel has the radius with the least error, estimated from its photons and those of its neighbours
         Data: "data",
     }
 }

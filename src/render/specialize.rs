@@ -1,4 +1,4 @@
-//! What the kernels of a render are specialised to.
+//! The values of the kernels' specialization constants in a render.
 
 use goblet_host::DeviceInfo;
 

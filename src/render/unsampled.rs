@@ -1,12 +1,10 @@
-//! Light that photons could contribute and that no photon has brought yet. The error of an image is not
-//! known below the light of one photon.
+//! A lower bound of the error of an image: the light that one more photon would add.
 //!
 //! The error of an image is estimated from the difference between two halves of its iterations. If nearly
-//! all photons land far from the surfaces that are seen, both halves agree on an image without the light of
-//! photons, because neither half has recorded any of them near a visible point. The light that a single
-//! photon would add to the image tells how much light may be missing: if one photon is expected and none is
-//! found, the expectation is not refuted. So an error below the light of one photon is not known, whatever
-//! the difference between the halves.
+//! all photons land outside the view, neither half has recorded a photon near a visible point, and both
+//! halves agree on an image without the light of photons. The image may then lack the light of about one
+//! photon: if one photon is expected, none may be found by chance. So the error is never reported as smaller
+//! than the light of one photon.
 
 use crate::image::estimate::Estimate;
 use crate::render::options::{Contribution, DirectLight, Options};

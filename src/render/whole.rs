@@ -1,5 +1,5 @@
-//! An iteration in one submission: the passes of `iteration.rs` without a pause in which the device waits for the
-//! host. Counts that later passes need stay on the device; the host reads all of them at the end.
+//! An iteration in one submission: the passes of `iteration.rs`, without pauses in which the device waits for the
+//! host. Counts that later passes need stay on the device. The host reads all counts at the end.
 
 use bytemuck::Zeroable;
 

@@ -258,7 +258,7 @@ impl Parser {
         let paths: Vec<PathBuf> = named.map(|name| self.scene.directory().join(name)).collect();
         self.scene.inputs.extend(paths);
         for param in params.take_repeated()? {
-            self.scene.warn(&param.location, &format!("{param} is given again; the first one counts"));
+            self.scene.warn(&param.location, &format!("{param} is given again; its first value is used"));
         }
         for param in &mut params.items {
             param.color_space = self.scene.color_space();

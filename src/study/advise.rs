@@ -1,11 +1,11 @@
 //! Finds the settings to use for a time or an error, and predicts their error and time.
 //!
-//! A probe renders a few iterations at three radii and with fewer eye paths. A model of the error is
-//! fitted to it ([`Model`]): the parts of the error that are noise of eye paths, noise of photons and blur,
-//! how each part depends on the settings, and the time of an iteration. The settings with the best
-//! prediction are then rendered for a few iterations, to correct the model for them.
+//! A probe renders a few iterations at three radii and with fewer eye paths. A model is fitted to the probe
+//! ([`Model`]). The model has three parts of the error (noise of eye paths, noise of photons, blur), their
+//! dependence on the settings, and the time of an iteration. The settings with the best prediction are then
+//! rendered for a few iterations, which correct the model for these settings.
 //!
-//! Among the settings that are predicted are the numbers of photons and eye paths that a render with `auto` takes.
+//! The predicted settings include the numbers of photons and eye paths that a render with `auto` would choose.
 
 mod goal;
 mod model;

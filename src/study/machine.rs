@@ -1,4 +1,4 @@
-//! On what and when a measurement was made. Every report of one says it.
+//! The machine and the time of a measurement. Every report contains them.
 
 use goblet_host::DeviceInfo;
 use jiff::Timestamp;

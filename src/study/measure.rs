@@ -1,10 +1,10 @@
 //! Measures the error of each setting of a render against time, on this device.
 //!
-//! In a turn, all settings have the same seed. They take slices of time one after the other, forwards and
-//! backwards in alternation, so that other load of the machine favours none. The first turn renders each
-//! setting for the budget. Later turns render as many iterations as the first, so that images of the same
-//! iteration can be compared: the difference between them is noise, and the difference of their mean
-//! from the reference is bias.
+//! In a turn, all settings have the same seed. They take slices of time one after the other, alternately in
+//! forward and in backward order, so that other load of the machine favours no setting. The first turn
+//! renders each setting for the budget. Later turns render the same number of iterations as the first, so that
+//! the images of different turns can be compared: their difference from each other is noise, and the
+//! difference of their mean from the reference is bias.
 
 mod error_of;
 mod knob;

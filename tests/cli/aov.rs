@@ -104,7 +104,7 @@ fn what_an_aov_does_not_know_has_one_value() {
     assert!(channel(&bench, "x.exr", "standardError.Y").iter().all(|value| *value == f32::INFINITY));
     // A checkpoint has the sums that were asked for.
     let run = bench.run(&["merge", "c", "-o", "y.exr", "--aov", "caustic"]);
-    run.assert_refused("merge", 2, &["no sums for caustic", "expected a render with --aov caustic"]);
+    run.assert_refused("merge", 2, &["the layer caustic was not summed", "expected a render with --aov caustic"]);
     let run = bench.render(&["--iterations", "2", "-o", "y.exr", "--aov", "Z", "--resume", "c"]);
     let words = "layers: the checkpoint was made with nothing, and this is Albedo, P";
     run.assert_refused("resume", 2, &[words]);

@@ -1,7 +1,5 @@
 //! `goblet info`: what it says of scenes that can be rendered and of others.
 
-use std::collections::BTreeSet;
-
 use goblet::image::file;
 use goblet::image::film::Image;
 use goblet::image::layers::{Group, Groups};
@@ -9,6 +7,7 @@ use goblet::{DeviceOptions, Options, Renderer, open_device};
 use serde_json::Value;
 
 use crate::support::command::{self, Bench, LIGHT, scene};
+use crate::support::schema::Schema;
 
 fn info(bench: &Bench, code: i32) -> Value {
     let run = bench.run(&["info", "scene.pbrt", "--json"]);
@@ -84,9 +83,27 @@ fn everything_unsupported_is_listed() {
     bench.write("scene.pbrt", scene(LIGHT, "Shape \"curve\" Shape \"cube\""));
     let run = bench.run(&["info", "scene.pbrt"]);
     assert_eq!(run.code, 2);
-    assert!(run.stdout.contains("curve") && run.stdout.contains("unknown Shape \"cube\""), "{run:?}");
+    let lines =
+        ["unsupported: scene.pbrt:7:7: ", "error: scene.pbrt:7:21: unknown Shape \"cube\"", "cannot be rendered"];
+    assert!(lines.iter().all(|line| run.stderr.contains(line)), "{run:?}");
+    assert!(!run.stdout.contains("\"curve\"") && !run.stdout.contains("\"cube\""), "{run:?}");
+}
+
+/// Standard output has what the scene is, standard error what is wrong with it.
+#[test]
+fn a_fault_is_printed_once() {
+    let bench = Bench::new();
     let run = bench.run(&["info", "absent.pbrt"]);
-    assert!(run.code == 2 && run.stderr.contains("cannot read absent.pbrt"), "{run:?}");
+    assert_eq!((run.code, run.stdout.as_str()), (2, ""), "{run:?}");
+    assert_eq!(run.stderr.matches("cannot read absent.pbrt").count(), 1, "{run:?}");
+    bench.write("scene.pbrt", scene(LIGHT, &format!("{LIGHT} Shape \"cube\"")));
+    let run = bench.run(&["info", "scene.pbrt"]);
+    assert_eq!((run.code, run.stderr.matches("cube").count(), run.stderr.lines().count()), (2, 1, 1), "{run:?}");
+    assert!(run.stdout.contains("\n  spheres: 1\n") && !run.stdout.contains("cube"), "{run:?}");
+    bench.write("scene.pbrt", "WorldBegin\n");
+    let run = bench.run(&["info", "scene.pbrt"]);
+    assert!(run.code == 0 && run.stderr.lines().all(|line| line.starts_with("warning: ")), "{run:?}");
+    assert_eq!(run.stderr.lines().count(), 3, "{run:?}");
 }
 
 /// Also after a missing file, a fault in the text, or a fault that shows at the end.
@@ -128,7 +145,7 @@ LightSource \"point\" \"string name";
     assert_eq!((errors.len(), unsupported.len()), (12, 1), "{errors:#?} {unsupported:#?}");
     assert_eq!(info["scene"]["spheres"], 1);
     let text = bench.run(&["info", "scene.pbrt"]);
-    assert!(text.code == 2 && text.stdout.contains("none.ply") && text.stdout.contains("none.exr"), "{text:?}");
+    assert!(text.code == 2 && text.stderr.contains("none.ply") && text.stderr.contains("none.exr"), "{text:?}");
     assert!(text.stderr.contains("scene.pbrt cannot be rendered as it is"), "{text:?}");
 }
 
@@ -171,17 +188,6 @@ fn memory_is_about_what_a_render_takes() {
     }
 }
 
-/// Adds the keys of a value, as in `film.resolution`.
-fn add_keys(value: &Value, path: &str, keys: &mut BTreeSet<String>) {
-    for (name, value) in value.as_object().into_iter().flatten() {
-        let key = if path.is_empty() { name.clone() } else { format!("{path}.{name}") };
-        // Their names are those of the kernels.
-        let key = if path == "specialization" { "specialization.*".to_owned() } else { key };
-        add_keys(value, &key, keys);
-        keys.insert(key);
-    }
-}
-
 /// Scenes that have everything that is counted, between them.
 fn scenes_of_everything(bench: &Bench) -> Vec<String> {
     file::write(&bench.path("i.png"), &Image::from_pixels(1, 1, vec![[0.5; 3]]).unwrap(), &[]).unwrap();
@@ -202,18 +208,63 @@ Material "diffuse" ObjectBegin "o" Shape "sphere" ObjectEnd ObjectInstance "o""#
 }
 
 #[test]
-fn every_key_is_documented_and_every_documented_key_is_there() {
+fn the_schema_is_the_documented_one() {
     let bench = Bench::new();
-    let mut keys = BTreeSet::new();
+    let mut schema = Schema::with_open(&["specialization"]);
     for text in scenes_of_everything(&bench) {
         bench.write("scene.pbrt", text);
-        add_keys(&info(&bench, 0), "", &mut keys);
+        schema.add(&info(&bench, 0));
     }
-    let rows = include_str!("../../docs/info.md").lines().filter_map(|line| line.strip_prefix("| `"));
-    let documented: BTreeSet<String> = rows.map(|row| row.split('`').next().unwrap().to_owned()).collect();
-    assert_eq!(keys.difference(&documented).collect::<Vec<_>>(), Vec::<&String>::new(), "not documented");
-    assert_eq!(documented.difference(&keys).collect::<Vec<_>>(), Vec::<&String>::new(), "documented, but not there");
-    assert!(keys.len() > 60, "{keys:#?}");
+    bench.write("scene.pbrt", scene("\"float radius\" 0.5", "").replace(LIGHT, "Shape \"curve\" Shape \"cube\""));
+    schema.add(&info(&bench, 2));
+    schema.assert_is(include_str!("schemas/info-1.txt"), "info-1.txt");
+    schema.assert_documented("goblet info --json");
+}
+
+#[test]
+fn the_schema_of_devices_is_the_documented_one() {
+    let bench = Bench::new();
+    let run = bench.run(&["devices", "--json"]);
+    assert_eq!((run.code, run.stderr.as_str()), (0, ""), "{run:?}");
+    let json: Value = serde_json::from_str(&run.stdout).unwrap();
+    let text = bench.run(&["devices"]).stdout;
+    let first = &json["devices"][0];
+    for part in ["name", "driver", "kind"] {
+        assert!(text.contains(first[part].as_str().unwrap()), "{part} in {text}");
+    }
+    assert!(first["memory"]["total"].as_u64() >= first["memory"]["free"].as_u64(), "{json:#}");
+    let mut schema = Schema::default();
+    schema.add(&json);
+    schema.assert_documented("goblet devices --json");
+}
+
+#[test]
+fn the_schema_of_statistics_is_the_documented_one() {
+    let bench = Bench::new();
+    let mut schema = Schema::with_open(&["scene", "passes", "cut", "non_finite", "saturated"]);
+    for options in [&["--guide", "on", "--photons", "auto"][..], &["--guide", "off"]] {
+        bench.rendered(&[&["--iterations", "16", "-o", "x.exr", "--stats", "x.json"], options].concat());
+        schema.add(&bench.json("x.json"));
+    }
+    schema.assert_is(include_str!("schemas/stats-1.txt"), "stats-1.txt");
+    schema.assert_documented("goblet render --stats");
+}
+
+/// Where no scene says how large discs are, `info` says it of the centre of the bounds.
+#[test]
+fn the_automatic_radius_is_three_pixels_at_a_distance() {
+    let bench = Bench::new();
+    bench.write("scene.pbrt", scene("\"float radius\" 0.5", ""));
+    let integrator = &info(&bench, 0)["integrator"];
+    let automatic = |key: &str| integrator["automatic_radius"][key].as_f64().unwrap();
+    assert_eq!(integrator["radius"], Value::Null);
+    // The bounds reach from (-2, -1, -2) to (2, 2, 2), the camera is at (0, 0, -3); 60 degrees are 12 pixels.
+    let distance = (0.5_f64.powi(2) + 3.0 * 3.0).sqrt();
+    let pixel = 2.0 * 30.0_f64.to_radians().tan() / 12.0 * distance;
+    assert!((automatic("distance") / distance - 1.0).abs() < 1e-6, "{integrator:#}");
+    assert!((automatic("at_distance") / (automatic("pixels") * pixel) - 1.0).abs() < 1e-6, "{integrator:#}");
+    let text = bench.run(&["info", "scene.pbrt"]).stdout;
+    assert!(text.contains("\n  first radius: 3 pixels: ") && text.contains(" at a distance of 3.041"), "{text}");
 }
 
 #[test]

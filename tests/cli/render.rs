@@ -418,9 +418,9 @@ fn scenes_of_nothing_are_rendered() {
     let lamp = r#"AreaLightSource "diffuse" "rgb L" [ 0 0 0 ]"#;
     let speck = "Shape \"trianglemesh\" \"point3 P\" [ 1 1 1 1 1 1 1 1 1 ]\n";
     for (what, text, pixel, warning) in [
-        ("no light", SCENE.replace(LIGHT, ""), [0.0; 3], "the scene has no light that is not black"),
-        ("a black light", SCENE.replace("5 5 5", "0 0 0"), [0.0; 3], "the scene has no light that is not black"),
-        ("a black lamp", SCENE.replace(LIGHT, lamp), [0.0; 3], "the scene has no light that is not black"),
+        ("no light", SCENE.replace(LIGHT, ""), [0.0; 3], "the scene has no light, or only black lights"),
+        ("a black light", SCENE.replace("5 5 5", "0 0 0"), [0.0; 3], "the scene has no light, or only black lights"),
+        ("a black lamp", SCENE.replace(LIGHT, lamp), [0.0; 3], "the scene has no light, or only black lights"),
         ("no shape", format!("{head}{sky}"), [0.25, 0.5, 1.0], "the scene has no shape"),
         ("nothing", head.to_owned(), [0.0; 3], "the scene has no shape"),
         ("an invisible lamp", format!("{head}{sky}{invisible}"), [0.25, 0.5, 1.0], ""),

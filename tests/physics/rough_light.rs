@@ -27,6 +27,11 @@ const BULB: &str = "Material \"dielectric\" \"float eta\" 1\nShape \"sphere\" \"
 const ABOVE: &str = ".5 .4 1.2";
 const BELOW: &str = ".1 .8 -1.2";
 
+/// Two specks, with which a scene has the same bounds with and without a bulb: which material of a mix is at a place
+/// depends on numbers of render space.
+const BOUNDS: &str = "Material \"diffuse\" \"rgb reflectance\" [0 0 0]\nShape \"trianglemesh\" \"integer indices\" [0 1 2 3 4 5] \
+                      \"point3 P\" [0 0 2  .01 0 2  0 .01 2  0 0 -2  .01 0 -2  0 .01 -2]\n";
+
 /// The camera sees the middle of a large square, so that no disc reaches over its edge.
 fn middle() -> String {
     camera("0 -2.2 2  0 0 0  0 0 1", 25.0)
@@ -46,6 +51,14 @@ fn a_bulb_that_does_nothing_changes_nothing() {
     let mix = "MakeNamedMaterial \"steel\" \"string type\" \"conductor\" \"float roughness\" .3\n\
                MakeNamedMaterial \"chalk\" \"string type\" \"diffuse\"\n\
                Material \"mix\" \"string materials\" [\"steel\" \"chalk\"] \"float amount\" .4\n";
+    let mix_of = |a: &str, b: &str| {
+        format!(
+            "MakeNamedMaterial \"a\" \"string type\" {a}\nMakeNamedMaterial \"b\" \"string type\" {b}\n\
+             Material \"mix\" \"string materials\" [\"a\" \"b\"] \"float amount\" .6\n"
+        )
+    };
+    let mirror = mix_of("\"conductor\" \"float roughness\" 0", "\"coateddiffuse\" \"float roughness\" 0");
+    let coated = mix_of("\"coateddiffuse\" \"float roughness\" 0", "\"diffuse\"");
     let bumped = format!("{waves}Material \"conductor\" \"float roughness\" .3 \"texture displacement\" \"low\"\n");
     for (name, material, at) in [
         ("metal", METAL, ABOVE),
@@ -62,12 +75,14 @@ fn a_bulb_that_does_nothing_changes_nothing() {
             ABOVE,
         ),
         ("a mix", mix, ABOVE),
+        ("a mix of a mirror and a coat", &mirror, ABOVE),
+        ("a mix of a coat and chalk", &coated, ABOVE),
         ("bumps", &bumped, ABOVE),
         ("glass that reflects", glass, ABOVE),
         ("glass that transmits", glass, BELOW),
     ] {
         let [bare, behind] = ["", BULB].map(|bulb| {
-            let world = lamp_at(at, LAMP, bulb) + material + &square(9.0, 0.0);
+            let world = lamp_at(at, LAMP, bulb) + material + &square(9.0, 0.0) + BOUNDS;
             let Rendered { image, tally, .. } = SHOT.take(&middle(), &world);
             assert_eq!([tally.non_finite, tally.saturated], [ByPass::default(); 2], "{name}");
             mean(&image)

@@ -7,6 +7,7 @@ pub mod measured;
 pub mod noise;
 pub mod place;
 pub mod random;
+pub mod schema;
 pub mod variants;
 
 use std::path::PathBuf;

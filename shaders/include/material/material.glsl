@@ -91,22 +91,49 @@ float mix_amount(Material material, Surface surface) {
     return clamp(textured(material.amount_texture, vec3(material.amount), surface).x, 0.0, 1.0);
 }
 
-Material material_at(Surface surface) {
-    Material material = materials_at(surface.material);
-    if (HAS_MIXES) {
-        uint flags = material.flags & (HAS_LAMBERTIAN | HAS_FACETS);
-        float u = hash_to_unit(surface.position);
-        while (material.kind == MIX) {
-            material = materials_at(draw_bernoulli(1.0 - mix_amount(material, surface), u) ? material.first : material.second_part);
+// Of a mix, one of its materials by chance. `receiving`: one that receives photons, if there is one.
+Material one_of_mix(Material material, Surface surface, bool receiving) {
+    uint flags = material.flags & (HAS_LAMBERTIAN | HAS_FACETS);
+    float u = hash_to_unit(surface.position);
+    while (material.kind == MIX) {
+        Material first = materials_at(material.first);
+        Material second = materials_at(material.second_part);
+        bool is_first = draw_bernoulli(1.0 - mix_amount(material, surface), u);
+        if (receiving) {
+            is_first = (is_first || !receives_photons(second)) && receives_photons(first);
         }
-        material.flags |= flags;
+        material = is_first ? first : second;
     }
+    material.flags |= flags;
+    return material;
+}
+
+Material textured_material(Material material, Surface surface) {
     if (HAS_TEXTURES) {
         apply_textures(material, surface);
     }
     if (HAS_SCATTERING_COATS) {
         if ((material.flags & SCATTERING_COAT) != 0u) {
             look_up_scattering(material);
+        }
+    }
+    return material;
+}
+
+Material material_at(Surface surface) {
+    Material material = materials_at(surface.material);
+    if (HAS_MIXES) {
+        material = one_of_mix(material, surface, false);
+    }
+    return textured_material(material, surface);
+}
+
+// The material that decides how much of a photon's light gets through a coat to what receives it. Of a mix, whose
+// visible points all gather the photon, it is one that receives photons, wherever the photon itself met another.
+Material receiving_material_at(Material material, Surface surface) {
+    if (HAS_MIXES) {
+        if (HAS_COATS) {
+            return textured_material(one_of_mix(materials_at(surface.material), surface, true), surface);
         }
     }
     return material;

@@ -2,7 +2,7 @@
 
 use std::fmt::Write;
 
-use super::{Camera, Contents, Film, Info, Integrator};
+use super::{AutomaticRadius, Camera, Contents, Film, Info, Integrator};
 
 /// The number of significant digits of a number that is not a count.
 const DIGITS: i32 = 4;
@@ -18,19 +18,8 @@ pub fn describe(info: &Info) -> String {
             }
         }
     }
-    let lists = [
-        ("warning", &info.warnings),
-        ("ignored", &info.ignored),
-        ("unsupported", &info.unsupported),
-        ("error", &info.errors),
-    ];
-    for (what, messages) in lists {
-        for message in messages {
-            text += &format!("{what}: {message}\n");
-        }
-    }
-    if info.further_faults > 0 {
-        text += &format!("further faults: {}\n", info.further_faults);
+    for parameter in &info.ignored {
+        text += &format!("ignored: {parameter}\n");
     }
     text
 }
@@ -109,8 +98,12 @@ fn film_lines(film: &Film) -> Lines {
 }
 
 fn integrator_lines(integrator: &Integrator) -> Lines {
+    let AutomaticRadius { pixels, distance, at_distance } = integrator.automatic_radius;
     let radius = integrator.radius.map_or_else(
-        || "as wide as pixels are where they are seen".to_owned(),
+        || {
+            let [pixels, distance, at_distance] = [pixels, distance, at_distance].map(number);
+            format!("{pixels} pixels: {at_distance} scene units at a distance of {distance}, the centre of the bounds")
+        },
         |radius| format!("{} scene units", number(radius)),
     );
     lines([

@@ -21,35 +21,35 @@ pub struct RenderArgs {
     #[arg(value_name = "SCENE")]
     pub scene: PathBuf,
 
-    /// Image to write, .exr or .png; repeat it for more than one
+    /// Image to write, .exr or .png; repeat the option to write several images
     ///
-    /// EXR holds the linear radiance and the metadata, PNG a clamped sRGB picture.
-    /// Without this option the scene's own film filename is written.
+    /// An EXR file holds linear radiance and metadata. A PNG file is sRGB, clamped to the range
+    /// from 0 to 1. Without this option, the file is the "filename" of the scene's Film.
     #[arg(short, long, value_name = "FILE", value_parser = output_path)]
     pub output: Vec<PathBuf>,
 
-    /// Exposure of PNGs in stops, or auto
+    /// Exposure of PNG images: brighter by a factor of 2 for each stop, or auto
     ///
-    /// A stop doubles the brightness. With auto, the geometric mean of the luminance of all pixels that are not
-    /// black becomes 0.18, middle grey. EXRs keep the radiance as it is.
+    /// With auto, the geometric mean of the luminance of all pixels that are not black becomes 0.18, a middle grey. EXR
+    /// images keep the radiance as it is.
     #[arg(long, value_name = "STOPS|auto", value_parser = exposure, default_value = "0", allow_negative_numbers = true)]
     pub exposure: Exposure,
 
-    /// Further channels of EXR outputs
+    /// Layer to write to EXR images besides the colour; repeat the option for several layers
     #[arg(long, value_parser = aov(), value_name = "NAME", ignore_case = true)]
     pub aov: Vec<&'static Aov>,
 
-    /// Write the times of the render into EXRs, as pbrt does
+    /// Write the times of the render to the metadata of EXR images, as pbrt does
     ///
-    /// renderTimeSeconds is the time of the iterations, goblet.totalSeconds includes reading the scene and compiling
-    /// the kernels. Without this option, the same render gives the same file.
+    /// renderTimeSeconds is the time of the iterations. goblet.totalSeconds includes reading the scene and compiling
+    /// the kernels. Without this option, the same render always gives the same file.
     #[arg(long)]
     pub record_times: bool,
 
-    /// Show the image in tev while it is rendered
+    /// Show the image in the viewer tev while it is rendered
     ///
-    /// Needs tev, or another viewer with its protocol, that listens there; tev's port is 14158.
-    /// The viewer gets the image and the channels of --aov up to four times a second.
+    /// Start tev, or another viewer with tev's protocol, first. tev listens on port 14158, as in
+    /// localhost:14158. It receives the image and the layers of --aov up to four times a second.
     #[arg(long, value_name = "HOST:PORT", value_parser = Address::parse)]
     pub display_server: Option<Address>,
 
@@ -57,38 +57,42 @@ pub struct RenderArgs {
     #[command(flatten)]
     pub request: Request,
 
-    /// Save the render here, to be resumed or merged
+    /// Save the state of the render to this file, for --resume or `goblet merge`
     ///
-    /// Written at the end, now and then before it, and when a signal stops the render; a
-    /// crash leaves the last one whole.
+    /// The file is written every --checkpoint-every seconds, at the end, and when a signal stops
+    /// the render. It is replaced as a whole, so that a crash leaves the previous checkpoint.
     #[arg(long, value_name = "FILE", help_heading = "Long renders")]
     pub checkpoint: Option<PathBuf>,
 
-    /// Time between checkpoints
+    /// Time between checkpoints, in seconds
     #[arg(long, value_name = "SECONDS", value_parser = seconds, default_value = "60")]
     #[arg(help_heading = "Long renders", allow_negative_numbers = true, requires = "checkpoint")]
     pub checkpoint_every: Duration,
 
-    /// Go on from a checkpoint of the same scene and options
+    /// Continue a render from its checkpoint
     ///
-    /// The image is the same, bit for bit, as without the stop. --iterations counts those
-    /// of the checkpoint, and may ask for more than it was made with.
+    /// The scene and the options that change the image must be the same as before. The image is
+    /// the same, bit for bit, as that of an uninterrupted render. --iterations includes the
+    /// iterations of the checkpoint, and may be larger than before.
     #[arg(long, value_name = "FILE", help_heading = "Long renders")]
     pub resume: Option<PathBuf>,
 
-    /// Render every N-th round from the I-th on, counted from 0, for `goblet merge`
+    /// Render part I of N of the image's iterations, such as 0/4, for `goblet merge`
     ///
-    /// `auto` takes both from the environment of an array job: Slurm, Kubernetes or AWS
-    /// Batch. Writes the checkpoint, and an image only with --output.
+    /// Shard I of N renders the rounds I, I + N, I + 2 N and so on, counted from 0. A round is an
+    /// iteration, or with --integrator ppm the iterations that share their eye paths. All shards
+    /// have the same --iterations, and need --radius-schedule global or --integrator ppm. `auto`
+    /// takes I and N from the environment of an array job of Slurm, Kubernetes or AWS Batch. An
+    /// image is written only with --output.
     #[arg(long, value_name = "I/N|auto", value_parser = crate::cli::shard::parse, help_heading = "Long renders")]
     #[arg(requires = "checkpoint")]
     pub shard: Option<Shard>,
 
-    /// The device, by its index or part of its name in `goblet devices`
+    /// Device to use: its index, or a part of its name, from `goblet devices` [default: the first that can render]
     #[arg(long, value_name = "INDEX|NAME", help_heading = "Device", display_order = 0)]
     pub device: Option<String>,
 
-    /// Turn the Vulkan validation layers on
+    /// Turn on the Vulkan validation layers, which find errors of goblet and of the driver
     #[arg(long, help_heading = "Device")]
     pub validate: bool,
 
@@ -96,7 +100,7 @@ pub struct RenderArgs {
     #[command(flatten)]
     pub scene_memory: SceneMemory,
 
-    /// Write times, counts and memory of the render as JSON
+    /// Write times, counts and memory of the render to this file, as JSON
     #[arg(long, value_name = "FILE")]
     pub stats: Option<PathBuf>,
 

@@ -55,9 +55,12 @@ fn argument(option: &'static RenderOption) -> Arg {
         _ if option.default_text().is_empty() => {}
         _ => help += &format!(" [default: {}]", option.default_text()),
     }
-    if !option.more.is_empty() {
-        argument = argument.long_help(format!("{help}\n\n{}", option.more));
+    let mut long_help = vec![help.clone()];
+    long_help.extend(Some(option.more.to_owned()).filter(|more| !more.is_empty()));
+    if !matches!(option.kind, Kind::Named { .. }) {
+        long_help.push(format!("Value: {}.", option.kind.expected()));
     }
+    argument = argument.long_help(long_help.join("\n\n"));
     if let Needs::Absence(other) = option.needs {
         argument = argument.conflicts_with(other);
     }

@@ -15,15 +15,15 @@ const HEADING: &str = "\
 This file is written by `GOBLET_WRITE_DOCS=1 cargo test --lib options_page`, from the definitions
 that the command line itself uses.
 
-The options of a render decide how and for how long goblet renders. `goblet measure --vary` takes those
-that are marked with an asterisk. A checkpoint is continued only with the same values of the options that
-change the image. Whole numbers can be written as in `5e8`.
+`goblet measure --vary` can vary the options with an asterisk. `--resume` and `goblet merge` need the same
+values of all options that change the image. A whole number can have an exponent, as in `5e8`.
+[glossary.md](glossary.md) explains the terms, [settings.md](settings.md) which values to choose.
 ";
 
 const OTHERS: &str = "
 ## Files, checkpoints and the device
 
-None of these changes the image of an iteration. `--shard` selects the iterations.
+None of these options changes the image of an iteration. `--shard` selects the iterations that are rendered.
 
 | option | what it does | default |
 | --- | --- | --- |

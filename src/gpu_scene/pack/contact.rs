@@ -51,17 +51,16 @@ impl Contacts {
     pub fn warnings(&self) -> Vec<String> {
         let thin = (self.too_thin > 0).then(|| {
             format!(
-                "{} pairs of faces of the same glass are too near to each other for rays in single precision: \
+                "{} pairs of faces of the same glass are too close to each other for rays in single precision: \
                  light may be lost there",
                 self.too_thin
             )
         });
         let full = (self.without_layer > 0).then(|| {
-            format!("{} bodies lie on too many others: which of them is in front may be wrong", self.without_layer)
+            format!("{} bodies touch too many others: rays may meet them in the wrong order", self.without_layer)
         });
         let many = self.gave_up.then(|| {
-            "too many surfaces lie on each other for all to be compared: which of them is in front may be wrong"
-                .to_owned()
+            "too many surfaces touch each other to compare them all: rays may meet them in the wrong order".to_owned()
         });
         thin.into_iter().chain(full).chain(many).collect()
     }

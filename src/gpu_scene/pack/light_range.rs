@@ -1,4 +1,4 @@
-//! The region from which an area light is so large that next-event estimation alone would be noisy.
+//! The region in which an area light looks so large that next-event estimation alone would be noisy.
 
 use glam::{DVec3, Vec3A};
 use obvhs::aabb::Aabb;

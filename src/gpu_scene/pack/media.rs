@@ -1,4 +1,4 @@
-//! Packing of media, and of which media are on both sides of a surface.
+//! Packing of media, and of the media on the two sides of each surface.
 
 use std::collections::HashMap;
 

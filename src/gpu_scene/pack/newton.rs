@@ -39,12 +39,11 @@ impl fmt::Display for RevolutionSolver {
 }
 
 named! {
-    /// Piecewise linear approximations of a profile; a ray's hits on them are where Newton's
-    /// method starts.
+    /// Piecewise linear approximations of a profile. Newton's method starts where the ray hits them.
     pub enum Envelopes = Both {
         /// The chords between points of the profile
         Chord: "chord",
-        /// The tangents at those points, up to where they meet
+        /// The tangents at these points, up to the intersection with the next tangent
         Tangent: "tangent",
         /// First the chords, then the tangents
         Both: "both",

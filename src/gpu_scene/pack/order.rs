@@ -1,4 +1,4 @@
-//! The order of triangles.
+//! The order of triangles in the device's arrays.
 
 use super::Packer;
 use crate::kernels::{AREA, INDEX_MASK, KIND_SHIFT, NONE, TRIANGLE};

@@ -90,11 +90,11 @@ fn transforms_that_cannot_be_inverted_matter_only_to_what_needs_them() {
         let alpha = if shape.starts_with("rev") { " 1" } else { "" };
         let scene = in_world(&format!("{singular}\nShape \"{shape}\"{alpha}"));
         assert_eq!(scene.shapes.len(), 1, "{shape}");
-        assert_warned(&scene, "t.pbrt:5:1: its transform takes it to a plane, a line or a point");
+        assert_warned(&scene, "t.pbrt:5:1: its transform flattens it to a plane, a line or a point");
     }
     let instance = in_world(&format!("ObjectBegin \"o\" Shape \"disk\" ObjectEnd {singular}\nObjectInstance \"o\""));
     assert!(instance.instances.is_empty());
-    assert_warned(&instance, "t.pbrt:5:1: its transform takes it to a plane");
+    assert_warned(&instance, "t.pbrt:5:1: its transform flattens it to a plane");
     // A flattened mesh keeps its points; normals have no transform.
     let mesh = "Shape \"trianglemesh\" \"point3 P\" [0 0 0 0 1 0 0 0 1] \"normal N\" [1 0 0 1 0 0 1 0 0]";
     let scene = packed(&in_world(&format!("{singular} {mesh}")));
@@ -129,7 +129,7 @@ fn of_a_parameter_that_is_given_twice_the_first_counts() {
     );
     let expected = Light::Point { position: DVec3::new(0.0, 3.0, 0.0), intensity: Rgb::splat(2.0) };
     assert_eq!(scene.lights[1], expected);
-    assert_warned(&scene, "t.pbrt:5:1: \"float scale\" is given again; the first one counts");
+    assert_warned(&scene, "t.pbrt:5:1: \"float scale\" is given again; its first value is used");
     let error = parse("WorldBegin Shape \"disk\" \"float alpha\" 1 \"texture alpha\" \"t\"").unwrap_err().to_string();
     assert!(error.contains("1:41: \"texture alpha\" is given a second time, before as \"float\""), "{error}");
 }
@@ -177,7 +177,7 @@ fn coats_take_the_mean_of_their_albedo() {
     assert_eq!(scattering.thickness, Input::Constant(0.1));
     assert!((scattering.absorbed - 0.7).abs() < 1e-15, "{}", scattering.absorbed);
     assert!(warnings.iter().any(|w| w.contains("\"texture albedo\" is rendered as its mean, 0.3000")), "{warnings:#?}");
-    assert!(warnings.iter().any(|w| w.contains("is taken to go straight on")), "{warnings:#?}");
+    assert!(warnings.iter().any(|w| w.contains("is rendered as if it went straight on")), "{warnings:#?}");
     let (product, _) = coat("\"float thickness\" 1 \"texture albedo\" \"a\"");
     assert!((product.absorbed - (1.0 - 0.3 * 0.02)).abs() < 1e-15, "{}", product.absorbed);
 }
@@ -272,5 +272,5 @@ fn scenes_of_pbrt_v3_are_told_so() {
 fn scenes_of_nothing_are_read_with_warnings() {
     let scene = parse("WorldBegin\n").unwrap();
     assert_warned(&scene, "t.pbrt:2:1: the scene has no shape");
-    assert_warned(&scene, "t.pbrt:2:1: the scene has no light that is not black");
+    assert_warned(&scene, "t.pbrt:2:1: the scene has no light, or only black lights");
 }

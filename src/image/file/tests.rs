@@ -1,4 +1,4 @@
-//! What images are as files, and how files are replaced.
+//! Tests of image files: their content, and the replacement of existing files.
 
 use std::fs;
 

@@ -1,28 +1,28 @@
-//! Cells of the numbers by which a photon begins, and where to split them.
+//! Cells of the space of random numbers by which a photon is emitted, and the places where they are split.
 
 use std::ops::Range;
 
-/// The number of numbers by which a photon begins.
+/// The number of random numbers by which a photon is emitted.
 pub const AXES: usize = 6;
-/// Parts of a cell along an axis; it is split between two of them.
+/// The number of bins of a cell along an axis. A cell is split between two bins.
 pub const BINS: usize = 16;
-/// The deepest cell: the kernel's loop is short.
+/// The largest depth of a cell, which bounds the loop of the kernel.
 const MOST_DEPTH: u32 = 64;
 /// A cell with fewer photons is not split.
 const FEWEST: usize = 32;
-/// The least extent of a cell that is split: the numbers have steps of 6e-8.
+/// The least extent of a cell that is split. Random numbers have steps of 6e-8.
 const LEAST_EXTENT: f64 = 1e-6;
 
 /// A photon of a pilot.
 #[derive(Clone, Copy, Debug)]
 pub struct Sample {
-    /// The numbers by which it began.
+    /// The random numbers by which it was emitted.
     pub numbers: [f32; AXES],
-    /// 1 over the density of such numbers among all samples, over the number of samples.
+    /// 1 / (density of these numbers among all samples × number of samples).
     pub weight: f64,
-    /// The square of what a photon with these numbers brings if the density is 1 everywhere.
+    /// The square of the light that a photon with these numbers brings if the density is 1 everywhere.
     pub square: f64,
-    /// Its cost; 1 for a path that ends at once.
+    /// The cost of its path; 1 for a path without records.
     pub cost: f64,
 }
 
@@ -35,7 +35,7 @@ pub struct Integrals {
     second: f64,
 }
 
-/// A sample's numbers and its terms of the integrals.
+/// A sample's random numbers and its terms of the integrals.
 #[derive(Clone, Copy, Debug)]
 pub struct Term {
     numbers: [f32; AXES],
@@ -48,10 +48,10 @@ pub struct Cell {
     pub lower: [f64; AXES],
     pub extent: [f64; AXES],
     depth: u32,
-    /// The range of the terms that are in it.
+    /// The range of its terms.
     terms: Range<usize>,
     pub integrals: Integrals,
-    /// The cell of the lower part; that of the upper part is next. `None` for a leaf.
+    /// The index of the cell of the lower part; the cell of the upper part is the next one. `None` for a leaf.
     pub child: Option<usize>,
 }
 
@@ -59,9 +59,9 @@ pub struct Cell {
 #[derive(Clone, Copy, Debug)]
 pub struct Split {
     pub axis: usize,
-    /// The bin that the upper part begins with.
+    /// The first bin of the upper part.
     bin: usize,
-    /// By how much it lowers the sum of masses.
+    /// The decrease of the sum of masses.
     pub gain: f64,
 }
 
@@ -80,7 +80,8 @@ impl Integrals {
         if self.cost > 0.0 { (self.square / self.cost).sqrt() } else { 0.0 }
     }
 
-    /// Returns the root of what a leaf adds to the product of variance and time by the best density: its mass.
+    /// Returns the mass of a leaf. With the best density, the product of variance and time is the square of the sum of
+    /// masses.
     pub fn mass(self) -> f64 {
         (self.square * self.cost).sqrt()
     }
@@ -102,8 +103,8 @@ fn sum(terms: &[Term]) -> Integrals {
     terms.iter().fold(Integrals::default(), |sum, term| sum.plus(term.integrals))
 }
 
-/// Returns the bins of an axis with squares that are as large as those of their neighbours: light that comes through an
-/// opening is found beyond the samples that have come through it so far, and no split should cut it off.
+/// Returns the bins with the largest square of each bin and its neighbours. There may be more light beside the samples
+/// that have found light so far, as in an opening; a split at the last of these samples would cut it off.
 fn dilated(bins: &[Integrals; BINS]) -> [Integrals; BINS] {
     std::array::from_fn(|bin| {
         let near = &bins[bin.saturating_sub(1)..(bin + 2).min(BINS)];
@@ -113,7 +114,7 @@ fn dilated(bins: &[Integrals; BINS]) -> [Integrals; BINS] {
 }
 
 impl Cell {
-    /// Returns the cell of all numbers.
+    /// Returns the cell that contains all random numbers.
     pub fn root(terms: &[Term]) -> Self {
         Self {
             lower: [0.0; AXES],
@@ -135,8 +136,8 @@ impl Cell {
         move |number| (((number - lower) * scale) as usize).min(BINS - 1)
     }
 
-    /// Returns the best place to split the cell, if it lowers the sum of masses by more than noise would: by a share of
-    /// `penalty` over the effective number of samples.
+    /// Returns the best place to split the cell; `None` if the split lowers the mass by no more than noise would. Noise
+    /// lowers it by a share of about `penalty` / effective number of samples.
     pub fn best_split(&self, terms: &[Term], penalty: f64) -> Option<Split> {
         let terms = &terms[self.terms.clone()];
         if terms.len() < FEWEST || self.depth >= MOST_DEPTH || self.integrals.square <= 0.0 {
@@ -151,7 +152,7 @@ impl Cell {
                 *sum = sum.plus(*integrals);
             }
             let bins = dilated(&bins);
-            // Sums from both ends, since differences would not be exact.
+            // Sums are made from both ends, because differences of sums would not be exact.
             let mut upper = [Integrals::default(); BINS + 1];
             for bin in (0..BINS).rev() {
                 upper[bin] = bins[bin].plus(upper[bin + 1]);
@@ -170,7 +171,7 @@ impl Cell {
         best.filter(|(split, mass)| split.gain > least * mass).map(|(split, _)| split)
     }
 
-    /// Divides the cell's terms between the two parts of a split, and returns these.
+    /// Divides the cell's terms between the two parts of a split, and returns the parts.
     pub fn divide(&self, Split { axis, bin, .. }: Split, terms: &mut [Term]) -> [Self; 2] {
         let bin_of = self.bins(axis);
         let terms = &mut terms[self.terms.clone()];

@@ -1,29 +1,33 @@
-//! Guided next-event estimation: the chances of lights by what a pilot's photons bring straight from them to what is seen.
+//! Guided next-event estimation: the probability with which each light is picked, learned from the direct light that
+//! the photons of a pilot bring to visible surfaces.
 //!
-//! One sample of all lights has the least variance if a light's chance is proportional to the root of the mean square
-//! of what it brings (Cauchy-Schwarz). The mean is over places, relative to what each shows, as for photons.
+//! If one light is picked for a sample, the variance is least with a probability proportional to the root of the mean
+//! square of the light's contribution (by the Cauchy-Schwarz inequality). The mean is over places, which are groups of
+//! neighbouring visible points. A contribution is relative to the direct light of its place.
 
 use super::lights::morton_code;
 use super::seen::{Brought, Seen};
 
-/// The share of chances that stay by power: no light's chance falls by more than this factor.
+/// The share of the probability that stays proportional to power. No light's probability falls below this share of its
+/// probability by power.
 const SHARE_OF_POWER: f64 = 0.25;
-/// The least factor by which learned chances must lower the mean square of a sample.
+/// The least factor by which learned probabilities must lower the mean square of a sample.
 const WORTHWHILE: f64 = 1.25;
-/// The number of neighbouring visible points that are one place.
+/// The number of neighbouring visible points in a place.
 const POINTS_OF_PLACE: usize = 16;
 
-/// What a photon of a pilot brings straight from a light to a visible point.
+/// The light that a photon of a pilot brings straight from a light source to a visible point.
 #[derive(Clone, Copy, Debug)]
 pub struct Lit {
-    /// What it brings. Its sample is the photon's index.
+    /// The light at the point. Its sample is the photon's index.
     pub brought: Brought,
-    /// The light.
+    /// The index of the light source.
     pub light: usize,
 }
 
-/// Returns the chances that suit what the photons of a pilot have brought; `None` where those by power are about as good.
-/// `weights` are those of the photons, `power` is that of all lights, W, and `by_power` has the chances by power.
+/// Returns the probabilities of lights that are learned from the photons of a pilot; `None` if probabilities by power are
+/// about as good. `weights` has the weights of the photons, `power` is the power of all lights in W, and `by_power` has the
+/// probabilities by power.
 pub fn learn(seen: &Seen, lit: &[Lit], weights: &[f64], power: f64, by_power: &[f64]) -> Option<Vec<f64>> {
     let places = Places::of(seen);
     let term = |lit: &Lit| Term {
@@ -31,7 +35,7 @@ pub fn learn(seen: &Seen, lit: &[Lit], weights: &[f64], power: f64, by_power: &[
         place: places.of_point[lit.brought.point as usize],
         radiance: lit.brought.radiance * weights[lit.brought.sample as usize] * power,
     };
-    // Constant infinite light is not chosen.
+    // Next-event estimation never picks a constant infinite light.
     let terms: Vec<Term> = lit.iter().map(term).filter(|term| by_power[term.light] > 0.0).collect();
     let importances = places.importances(seen, &terms);
     chances(&roots(by_power.len(), terms, &importances), by_power)
@@ -44,8 +48,9 @@ struct Term {
     radiance: f64,
 }
 
-/// Returns for each light the root of the mean square, over places, of what it brings relative to what they show. Photons
-/// are few: the mean square is estimated from pairs of different photons, and is at least the square of the mean.
+/// Returns for each light the root of the mean square of its contribution to a place, relative to the direct light of the
+/// place. Because photons are few, the mean square is estimated from pairs of different photons, and is at least the
+/// square of the mean.
 fn roots(lights: usize, mut terms: Vec<Term>, importances: &[f64]) -> Vec<f64> {
     terms.sort_by(|a, b| (a.light, a.place).cmp(&(b.light, b.place)).then(a.radiance.total_cmp(&b.radiance)));
     let places = importances.len() as f64;
@@ -64,7 +69,7 @@ fn roots(lights: usize, mut terms: Vec<Term>, importances: &[f64]) -> Vec<f64> {
     roots
 }
 
-/// Returns the chances by the roots of lights, unless those by power are about as good.
+/// Returns the probabilities that follow from the roots; `None` if probabilities by power are about as good.
 fn chances(roots: &[f64], by_power: &[f64]) -> Option<Vec<f64>> {
     let total: f64 = roots.iter().sum();
     if total <= 0.0 {
@@ -79,7 +84,7 @@ fn chances(roots: &[f64], by_power: &[f64]) -> Option<Vec<f64>> {
     (mean_square(by_power) > WORTHWHILE * mean_square(&learned)).then_some(learned)
 }
 
-/// Visible points by place.
+/// The places of the visible points.
 struct Places {
     of_point: Vec<usize>,
     count: usize,
@@ -96,7 +101,7 @@ impl Places {
         Self { of_point, count: order.len().div_ceil(POINTS_OF_PLACE) }
     }
 
-    /// Returns for each place 1 over the square of the direct light that its points show, by photons and by eye paths.
+    /// Returns for each place 1 over the square of its direct light, which is estimated by photons and by eye paths.
     fn importances(&self, seen: &Seen, lit: &[Term]) -> Vec<f64> {
         let mut shown = vec![0.0; self.count];
         let by_photons = lit.iter().map(|term| (term.place, term.radiance));

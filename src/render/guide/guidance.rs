@@ -1,69 +1,69 @@
-//! Whether photons are guided, and what a pilot has found.
+//! The option that turns the guide on, and what a pilot has found. A guide directs the emission of photons.
 
 use std::time::Duration;
 
 use super::tree::Tree;
 use crate::base::names::named;
 
-/// The photons of a round of a pilot.
+/// Number of photons of one round of a pilot.
 pub const PHOTONS_OF_ROUND: u64 = 1 << 13;
 
 named! {
-    /// Whether photons begin where they bring light to what is seen.
+    /// Whether to emit more photons towards the surfaces that are visible.
     pub enum Guidance = Auto {
-        /// Where a pilot of a few photons finds that it lowers the error
+        /// If the pilot predicts less noise for the same time
         Auto: "auto",
-        /// Always
+        /// Even if the pilot predicts no gain
         On: "on",
-        /// Photons begin by the power of the lights alone
+        /// No pilot: photons are emitted in proportion to the power of the lights
         Off: "off",
     }
 }
 
-/// Whether photons begin by a guide, and if not, why not.
+/// Whether a guide chooses how photons are emitted, and if not, why not.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Finding {
-    /// Photons begin by the guide.
+    /// Photons are emitted by the guide.
     Guided,
     /// The pilot has found that a guide would not lower the error enough.
     NotWorthwhile,
-    /// No photon of the pilot has told where light comes from that is seen.
+    /// No photon of the pilot has brought light to a visible surface.
     NothingFound,
-    /// Photons bring no light to what may be seen, so that there is no pilot.
+    /// Photons cannot bring light to any visible surface, so there is no pilot.
     PhotonsDoNotMatter,
-    /// No diffuse surface is seen, on which photons could be gathered.
+    /// No visible surface is diffuse, so no photons are gathered.
     NothingSeen,
-    /// Rough surfaces gather light of photons, of which a pilot knows nothing.
+    /// Rough surfaces gather photons, and the pilot cannot tell what its photons bring to them.
     RoughSurfaces,
 }
 
 /// What a pilot has found.
 #[derive(Clone, Debug)]
 pub struct Guide {
-    /// Whether photons begin by the density of the tree, and if not, why not.
+    /// Whether photons are emitted by the density of the tree, and if not, why not.
     pub finding: Finding,
-    /// The density that photons begin with.
+    /// The density of the random numbers with which photons are emitted.
     pub tree: Tree,
-    /// The chance that next-event estimation picks each light; `None` if it is the one by power.
+    /// The probability with which next-event estimation picks each light; `None` if it is proportional to power.
     pub direct: Option<Vec<f64>>,
-    /// The factor by which the guide lowers the product of variance and time of photons, as far as the pilot tells; 1 if
-    /// photons begin by the power of the lights alone.
+    /// The factor by which the guide lowers the product of variance and time of the photons, as the pilot estimates it;
+    /// 1 without a guide.
     pub gain: f64,
-    /// The share of photons that bring light to what is seen, without the guide and with it.
+    /// The share of photons that bring light to visible surfaces, without the guide and with it.
     pub reached: [f64; 2],
-    /// The time that the pilot took, with that of the host to learn.
+    /// The time of the pilot, which includes the host's time to learn the density.
     pub time: Duration,
 }
 
 impl Guide {
-    /// Returns the mean flux of photons that bring light to what is seen, over that of photons which begin by the power of
-    /// the lights alone; at most 1.
+    /// Returns the mean flux of the photons that bring light to visible surfaces, divided by the mean flux of a photon
+    /// without a guide; at most 1.
     pub fn weight_of_seen(&self) -> f64 {
         let [without, with] = self.reached;
         if with > without { without / with } else { 1.0 }
     }
 
-    /// Photons that begin, and lights that are chosen, by the power of the lights alone.
+    /// Returns no guide: photons are emitted, and lights are picked, in proportion to the power of the lights.
     pub fn none(finding: Finding) -> Self {
         Self { finding, tree: Tree::uniform(), direct: None, gain: 1.0, reached: [0.0; 2], time: Duration::ZERO }
     }

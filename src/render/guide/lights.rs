@@ -1,27 +1,27 @@
-//! What a guide knows of the scene's lights before a pilot.
+//! The properties of the scene's lights that a guide uses.
 
 use crate::kernels::{AREA, GONIOMETRIC, GuideLight, Light, POINT, PROJECTION, SPOT};
 
-/// What a guide knows of the scene's lights; of no light without a guide.
+/// The properties of the scene's lights that a guide uses; empty without a guide.
 #[derive(Debug, Default)]
 pub struct GuideLights {
-    /// The lights that emit photons, in the order of guided emission: neighbours in it are near each other, so that a few
-    /// cells of the tree take the lights of one place.
+    /// The lights that emit photons, in the order of guided emission. Lights that are near each other are near in this
+    /// order, so that a few cells of the tree contain the lights of one place.
     pub order: Vec<GuideLight>,
-    /// The chance by power that next-event estimation picks each light. It is 0 for constant infinite light, which only
-    /// sampling of the BSDF finds.
+    /// The probability by power with which next-event estimation picks each light. It is 0 for a constant infinite light,
+    /// which only sampling of the BSDF finds.
     pub direct: Vec<f64>,
 }
 
 impl GuideLights {
-    /// Returns what a guide knows of a scene's lights.
+    /// Returns the properties of a scene's lights.
     pub fn of(lights: &[Light]) -> Self {
         Self { order: ordered(lights), direct: lights.iter().map(|light| light.direct_pmf.into()).collect() }
     }
 }
 
-/// Returns the lights that emit photons with the chance of each and of those before it: first those that are infinitely
-/// far away, then the others along a space-filling curve (Morton 1966).
+/// Returns the lights that emit photons, each with the sum of its probability and those of the lights before it. Lights
+/// that are infinitely far away come first, then the others along a space-filling curve (Morton 1966).
 fn ordered(lights: &[Light]) -> Vec<GuideLight> {
     let is_local = |light: &Light| [POINT, SPOT, AREA, GONIOMETRIC, PROJECTION].contains(&light.kind);
     let key = |index: &u32| {
@@ -39,14 +39,14 @@ fn ordered(lights: &[Light]) -> Vec<GuideLight> {
     order.iter().map(end).collect()
 }
 
-/// Returns the light that a number chooses (`sample_guide_light` in `shaders/include/light/guide.glsl`).
+/// Returns the light that a random number selects (`sample_guide_light` in `shaders/include/light/guide.glsl`).
 pub fn light_of(order: &[GuideLight], number: f32) -> usize {
     let index = order.partition_point(|light| number >= light.end).min(order.len().saturating_sub(1));
     order.get(index).map_or(0, |light| light.light as usize)
 }
 
-/// Returns the bits of a position in render units, in turns: 21 of each coordinate. Positions beyond the scene, which is
-/// within 2 of the origin, count as its edge.
+/// Returns the Morton code of a position in render units: the interleaved bits of its coordinates, 21 of each. Coordinates
+/// outside the range from -2 to 2, which contains the scene, are clamped to it.
 pub fn morton_code(position: [f32; 3]) -> u64 {
     let bits =
         |coordinate: f32| ((f64::from(coordinate) / 4.0 + 0.5).clamp(0.0, 1.0) * f64::from((1 << 21) - 1)) as u64;

@@ -1,13 +1,14 @@
-//! Guided emission: photons begin where they bring light to what is seen.
+//! Guided emission: more photons are emitted with the positions and directions that light visible surfaces.
 //!
-//! A pilot follows a few photons before the first iteration. Its records, and the numbers by which its photons began,
-//! come back to the host, which finds out what each photon brings to some of the visible points, and learns a density
-//! over the numbers: [`tree`]. The kernels then warp the numbers of all photons by this density, and divide the photons'
-//! flux by it (`shaders/include/light/guide.glsl`), so that the image has the same expectation. A share of the photons
-//! begins as without a guide, so that every path stays possible and no weight exceeds 1 over this share.
+//! A photon is emitted by six random numbers, which choose its light, position and direction. Before the first iteration,
+//! a pilot traces a few photons. The host reads their random numbers and their records, computes what each photon brings
+//! to a sample of the visible points, and learns a density of the random numbers: [`tree`]. The kernels then warp the
+//! random numbers of all photons by this density and divide the photons' flux by it (`shaders/include/light/guide.glsl`),
+//! so that the expected image stays the same. A share of the photons is emitted as without a guide, so that every path
+//! stays possible and no weight exceeds 1 over this share.
 //!
-//! What is learned depends on the scene, the options and the seed alone: every shard, and a render that is continued,
-//! learns it again from the visible points of the first round.
+//! The density depends on the scene, the options and the seed only. Every shard, and a resumed render, learns the same
+//! density again from the visible points of the first round.
 //!
 //! Sources: Grittmann and others, "Efficient caustic rendering with lightweight photon mapping", 2018; Müller and others,
 //! "Practical path guiding for efficient light-transport simulation", 2017; Rath and others, "Variance-aware path
@@ -34,29 +35,29 @@ use crate::render::progress::Progress;
 use crate::render::sequence::IterationIndex;
 use crate::render::stage::Stage;
 
-/// The rounds of a pilot; each begins where the rounds before it tell. Where few photons have brought light to what is seen
-/// by then, there are more rounds.
+/// The number of rounds of a pilot. Each round emits photons by the density that the rounds before it have learned. If
+/// fewer than [`HITS_TO_END`] photons have brought light to visible surfaces, there are up to [`MOST_ROUNDS`].
 const ROUNDS: u32 = 12;
 const MOST_ROUNDS: u32 = 24;
 const HITS_TO_END: usize = 512;
 /// How much the density of a render relies on the pilot.
 const CAUTION: Caution = Caution { uniform_share: 0.2, spread: 0.05, penalty: 3.0, leaves: MOST_LEAVES };
-/// How much a round of the pilot relies on those before it: one photon is enough to look for others around it.
+/// How much a round of the pilot relies on the rounds before it: one photon is enough to look for others around it.
 const CAUTION_OF_PILOT: Caution = Caution { uniform_share: 0.2, spread: 0.05, penalty: 0.2, leaves: 256 };
-/// The round after which `auto` ends a pilot that shows no gain, and the photons that must have brought light to what is
-/// seen by then: halves of few photons hardly tell of each other.
+/// The round after which `auto` ends a pilot that shows no gain. By then, [`HITS_TO_DOUBT`] photons must have brought
+/// light to visible surfaces: the gain is estimated from two halves of these photons, and few photons estimate it badly.
 const ROUND_OF_DOUBT: u32 = 4;
 const HITS_TO_DOUBT: usize = 1024;
-/// The least factor between the products of variance and time, without the guide and with it, for which `auto` takes
-/// the guide. The factor is of photons alone: eye paths have a share of the error and of the time.
+/// The least gain with which `auto` uses the guide: the product of variance and time without the guide, divided by the
+/// product with it. It is above 1, because the gain is that of photons only and eye paths add to error and time.
 const WORTHWHILE: f64 = 1.5;
 
-/// Whether an iteration has to learn the guide first.
+/// Returns whether an iteration has to learn the guide first.
 pub fn is_missing(on: Stage<'_>, progress: &Progress) -> bool {
     on.settings.guidance != Guidance::Off && on.settings.wanted_photons() > 0 && progress.guide.is_none()
 }
 
-/// Runs the pilot and learns the guide. The visible points of the first of all rounds must be on the device.
+/// Runs the pilot and learns the guide. The device must have the visible points of the first round.
 ///
 /// # Errors
 /// The device fails, or the caller gives the iteration up.
@@ -74,8 +75,8 @@ pub fn learn(photon: &mut PhotonPass, on: Stage<'_>, progress: &mut Progress) ->
     Ok(())
 }
 
-/// Gives next-event estimation of a round the chances that the guide has learned. The first of all rounds keeps those by
-/// power: the guide is learned from its visible points.
+/// Gives next-event estimation the probabilities of lights that the guide has learned. In the first round, they are
+/// proportional to power, because the guide is learned from the visible points of this round.
 ///
 /// # Errors
 /// The device fails.
@@ -94,7 +95,7 @@ pub fn choose_lights(
     Ok(())
 }
 
-/// Whether next-event estimation has the chances that a round needs.
+/// Returns whether next-event estimation has the probabilities of lights that a round needs.
 pub fn are_lights_chosen(on: Stage<'_>, index: IterationIndex, progress: &Progress) -> bool {
     let has_learned = progress.guide.as_ref().is_some_and(|guide| guide.direct.is_some());
     progress.lights_are_learned == (has_learned && index.round != on.settings.first_index().round)

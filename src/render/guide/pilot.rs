@@ -1,4 +1,4 @@
-//! The photons of a pilot: how they began, and what they have brought.
+//! The photons of a pilot: the random numbers by which they were emitted, and the light that they brought.
 
 use std::time::Duration;
 
@@ -14,23 +14,23 @@ use crate::render::passes::PhotonPass;
 use crate::render::progress::Progress;
 use crate::render::stage::Stage;
 
-/// The number of photons that bring light to what is seen, from which on the pilot goes by what photons bring alone. With
-/// fewer, it goes by how near they get as well.
+/// The number of photons that must bring light to visible points before the pilot learns from this light only. With fewer,
+/// it also learns from the distances of photons to the visible points.
 const ENOUGH: usize = 32;
 
-/// The factor of nearness where eye paths find the light.
+/// The factor of nearness for a record whose light eye paths find: a photon straight from its light.
 const DIRECT_LEAD: f64 = 0.1;
 
 /// The photons of all rounds of a pilot so far.
 pub struct Pilot {
-    /// The most photons whose records have fitted into a batch.
+    /// The largest number of photons whose records have fitted into a batch.
     batch: u64,
     photons: Vec<PilotPhoton>,
-    /// What they bring, by photon.
+    /// The light that the photons bring to visible points, ordered by photon.
     brought: Vec<Brought>,
-    /// What they bring straight from lights, in any order.
+    /// The light that the photons bring straight from lights, in any order.
     lit: Vec<Lit>,
-    /// The records of the last round, by photon.
+    /// The records of the last round with the indices of their photons, ordered by photon.
     records: Vec<(u32, PhotonRecord)>,
     /// The densities of the rounds so far.
     trees: Vec<Tree>,
@@ -39,11 +39,12 @@ pub struct Pilot {
 /// A photon of a pilot.
 struct PilotPhoton {
     numbers: EmissionNumbers,
-    /// The number of records of its path, and 1.
+    /// The number of records of its path, plus 1.
     cost: f64,
-    /// How near it gets to what is seen, times its flux at density 1; 0 once the pilot knows enough.
+    /// The largest nearness of its records to the visible points ([`Seen::nearness`]), times its flux at density 1. 0 if
+    /// enough photons have brought light before.
     nearness: f64,
-    /// The sum of the densities of all rounds so far at its numbers.
+    /// The sum of the densities of all rounds so far at its random numbers.
     densities: f64,
 }
 
@@ -54,8 +55,9 @@ impl PilotPhoton {
     }
 }
 
-/// Returns what stands for the square of what a photon brings as long as few bring anything. In the plane, its root falls
-/// with the distance to what is seen so that the next round has as many photons in each octave of distances, and more.
+/// Returns the substitute for the square of a photon's light, which is used as long as few photons bring light. In a
+/// plane, its root falls with the distance to the visible points in such a way that the next round has at least as many
+/// photons in each smaller octave of distances.
 fn lead(photon: &PilotPhoton) -> f64 {
     photon.nearness.powf(1.5)
 }
@@ -65,7 +67,7 @@ fn mean_weight(photon: &PhotonRecord) -> f64 {
 }
 
 impl Pilot {
-    /// A pilot that has followed no photon.
+    /// Returns a pilot that has not traced any photon yet.
     pub fn new() -> Self {
         Self {
             batch: PHOTONS_OF_ROUND,
@@ -77,10 +79,10 @@ impl Pilot {
         }
     }
 
-    /// Follows the photons of a round, and reads their records.
+    /// Traces the photons of a round, and reads their records.
     ///
     /// # Errors
-    /// The device fails, or the caller gives the iteration up.
+    /// The device fails, or the caller cancels the iteration.
     pub fn follow(
         &mut self,
         photon: &mut PhotonPass,
@@ -111,7 +113,8 @@ impl Pilot {
         Ok(())
     }
 
-    /// Finds what the photons of the last round bring. `tree` is the density by which they began.
+    /// Computes the light that the photons of the last round bring to visible points. `tree` is the density by which they
+    /// were emitted.
     pub fn see(&mut self, seen: &Seen, tree: Tree, lights: &GuideLights) {
         let mut straight = Vec::new();
         let knows_enough = self.knows_enough();
@@ -124,7 +127,7 @@ impl Pilot {
                 continue;
             }
             if !knows_enough {
-                // Eye paths find the light of a first surface: it only leads to where others are.
+                // The light at a first surface is direct light, which eye paths find. It only shows the way.
                 let lead = if record.cell & PILOT_DIRECT == 0 { 1.0 } else { DIRECT_LEAD };
                 let nearness = lead * seen.nearness(&record) * mean_weight(&record) * density;
                 photon.nearness = photon.nearness.max(nearness);
@@ -139,7 +142,7 @@ impl Pilot {
             let number = self.photons[brought.sample as usize].numbers.light[0];
             Lit { brought, light: lights::light_of(&lights.order, number) }
         }));
-        // Photons of this round may have begun by each of the densities, and those of earlier rounds by this one.
+        // Each photon is weighted as if all densities could have emitted it, the earlier ones and the new one.
         let of_round = self.photons.len() - PHOTONS_OF_ROUND as usize;
         for (index, photon) in self.photons.iter_mut().enumerate() {
             let numbers = photon.numbers();
@@ -151,7 +154,7 @@ impl Pilot {
         self.trees.push(tree);
     }
 
-    /// Returns all photons with what they tell. `power` is that of all lights, W.
+    /// Returns all photons as samples from which a density is learned. `power` is the power of all lights in W.
     pub fn samples(&self, seen: &Seen, power: f64) -> Vec<Sample> {
         let weight = |photon: &PilotPhoton| 1.0 / (PHOTONS_OF_ROUND as f64 * photon.densities);
         let weights: Vec<f64> = self.photons.iter().map(weight).collect();
@@ -173,11 +176,12 @@ impl Pilot {
         self.photons.iter().zip(&weights).zip(&squares).map(sample).collect()
     }
 
-    /// Returns for each photon the square of what it brings at density 1, summed over points by their importances.
+    /// Returns for each photon the square of the radiance that it brings to a point at density 1, summed over points with
+    /// their importances as weights.
     fn squares(&self, importances: &[f64]) -> Vec<f64> {
         let mut squares = vec![0.0; self.photons.len()];
         for of_photon in self.brought.chunk_by(|a, b| a.sample == b.sample) {
-            // Records of one path on one disc come together.
+            // Records of one path on the disc of one point are added before the square.
             let mut of_photon = of_photon.to_vec();
             of_photon.sort_by_key(|brought| brought.point);
             for of_point in of_photon.chunk_by(|a, b| a.point == b.point) {
@@ -188,17 +192,17 @@ impl Pilot {
         squares
     }
 
-    /// Returns whether enough photons bring light to what is seen, so that the pilot goes by that alone.
+    /// Returns whether enough photons bring light to visible points, so that the pilot learns from this light only.
     fn knows_enough(&self) -> bool {
         self.hits() >= ENOUGH
     }
 
-    /// Returns the number of photons that bring light to what is seen.
+    /// Returns the number of photons that bring light to visible points.
     pub fn hits(&self) -> usize {
         self.brought.chunk_by(|a, b| a.sample == b.sample).count()
     }
 
-    /// Returns what the pilot has found, with the density of a tree and its [`Guide::gain`]; `None` if a guide is not
+    /// Returns the result of the pilot. `guide` is the learned density and its [`Guide::gain`], `None` if a guide is not
     /// worthwhile.
     pub fn found(&self, seen: &Seen, samples: &[Sample], guide: Option<(Tree, f64)>, on: Stage<'_>) -> Guide {
         let finding = match &guide {

@@ -1,4 +1,4 @@
-//! What the photons of a pilot bring to the visible points, as far as a sample of the points tells.
+//! The light that the photons of a pilot bring to a sample of the visible points.
 
 use std::collections::HashMap;
 
@@ -10,17 +10,18 @@ use crate::render::radius::FirstRadius;
 use crate::render::settings::Settings;
 use crate::render::stage::Stage;
 
-/// The most visible points that are looked at.
+/// The approximate largest number of visible points in the sample.
 const MOST_POINTS: u64 = 4096;
-/// The least radius of a point's disc, in distances of neighbouring points in the image: the discs cover what is seen.
+/// The least radius of a point's disc, in distances of neighbouring points of the sample, so that the discs cover the
+/// visible surfaces.
 const REACH: f64 = 1.5;
-/// The largest factor between a radius and the median radius.
+/// The largest ratio of a radius to the median radius, and of the median radius to a radius.
 const SPREAD: f64 = 4.0;
-/// Radiance of a point, over the mean radiance, below which errors count no more than at that radiance.
+/// Radiance relative to the mean radiance; errors of darker points count about as much as at this radiance.
 const DARK: f64 = 0.1;
-/// The most points that are looked at around a place.
+/// The largest number of points per cell.
 const MOST_NEAR: usize = 64;
-/// As in the gather pass: the cosine of the largest angle between normals, and the height of a disc over its radius.
+/// The cosine of the largest angle between normals, and the height of a disc divided by its radius, as in the gather pass.
 const MIN_COSINE: f32 = 0.5;
 const MAX_HEIGHT: f32 = 0.25;
 
@@ -29,13 +30,13 @@ struct Point {
     position: Vec3,
     normal: Vec3,
     radius2: f32,
-    /// Throughput over the disc's area, 1/(m² sr), of red, green and blue.
+    /// Throughput divided by the disc's area, 1/(m² sr), of red, green and blue.
     response: Vec3,
-    /// Radiance that eye paths bring, mean of channels.
+    /// Radiance of the light that eye paths find, as the mean of the channels.
     direct: f64,
 }
 
-/// The visible points of a pilot, in cells.
+/// The sample of visible points, in cells.
 pub struct Seen {
     points: Vec<Point>,
     cell_size: f32,
@@ -43,24 +44,24 @@ pub struct Seen {
     cells: HashMap<[i32; 3], Vec<u32>>,
 }
 
-/// What a photon record brings to a point.
+/// The light that a photon record brings to a point.
 #[derive(Clone, Copy, Debug)]
 pub struct Brought {
     /// The photon's index among all samples.
     pub sample: u32,
     /// The point's index.
     pub point: u32,
-    /// Radiance at the point over the flux of all lights, mean of channels, if all photons begin with density 1 and bring
-    /// as much; 1/(m² sr).
+    /// Radiance at the point divided by the flux of all lights, 1/(m² sr), as the mean of the channels: the radiance if all
+    /// photons were emitted with density 1 and brought as much as this one.
     pub radiance: f64,
 }
 
 /// The arrays of visible points of a round, by pixel.
 struct Pixels {
     points: Vec<VisiblePoint>,
-    /// Throughput in 1/sr, and the length of the eye path: 0 if there is no visible point.
+    /// Throughput in 1/sr, and the length of the eye path, which is 0 if there is no visible point.
     throughputs: Vec<[f32; 4]>,
-    /// Radiance that eye paths bring, W/(m² sr).
+    /// Radiance of the light that eye paths find, W/(m² sr).
     radiances: Vec<[f32; 4]>,
 }
 
@@ -78,8 +79,7 @@ fn mean(color: Vec3) -> f64 {
 }
 
 impl Seen {
-    /// Takes some of the visible points that are on the device. `first` is their radius in the first iteration, in which
-    /// they gather photons.
+    /// Returns a sample of the visible points on the device. `first` is their gather radius in the first iteration.
     ///
     /// # Errors
     /// The device fails.
@@ -94,8 +94,8 @@ impl Seen {
         Ok(Self::new(resolution, &pixels, pixel_width, is_parallel, first))
     }
 
-    /// Takes some of the visible points, spread evenly over the image. `pixel_width` is the width of a pixel at distance
-    /// 1, or at any distance if rays are parallel, in render units.
+    /// Returns a sample of the visible points that is spread evenly over the image. `pixel_width` is the width of a pixel
+    /// at distance 1, or at any distance if rays are parallel, in render units.
     fn new(resolution: [u32; 2], pixels: &Pixels, pixel_width: f64, is_parallel: bool, first: FirstRadius) -> Self {
         let [width, height] = resolution.map(u64::from);
         let spacing = (width * height).div_ceil(MOST_POINTS).isqrt().max(1);
@@ -103,7 +103,7 @@ impl Seen {
         let chosen: Vec<usize> = (0..height.div_ceil(spacing))
             .flat_map(|row| (0..width.div_ceil(spacing)).map(move |column| (row, column)))
             .map(|(row, column)| {
-                // A shift by row and column, so that the points are not in line with the scene.
+                // The shift by row and column avoids alignment of the sample with lines of the scene.
                 let [x, y] = [column * spacing + row * 7 % spacing, row * spacing + column * 5 % spacing];
                 (y.min(height - 1) * width + x.min(width - 1)) as usize
             })
@@ -148,7 +148,7 @@ impl Seen {
             }
         }
         for near in cells.values_mut() {
-            // Where many pixels see one place, as through a lens, some of their points are enough.
+            // Where many pixels show the same place, as through a lens, a part of their points is enough.
             let step = near.len().div_ceil(MOST_NEAR).max(1);
             *near = near.iter().step_by(step).copied().collect();
         }
@@ -165,7 +165,8 @@ impl Seen {
         self.points.is_empty()
     }
 
-    /// Appends what a photon brings to each point on whose disc it lies. `density` is that by which it began.
+    /// Appends the light that a photon brings to each point on whose disc it lies. `density` is the density with which the
+    /// photon was emitted.
     pub fn add_brought(&self, photon: &PhotonRecord, sample: u32, density: f64, brought: &mut Vec<Brought>) {
         let position = Vec3::from(photon.position);
         let Some(near) = self.cells.get(&cell_of(position, self.cell_size)) else { return };
@@ -184,8 +185,8 @@ impl Seen {
         }
     }
 
-    /// Returns for each point 1 over the square of its radiance, which is estimated from what photons of these weights
-    /// have brought. `power` is that of all lights, W.
+    /// Returns for each point 1 over the square of its radiance. The radiance is estimated from the light of eye paths and
+    /// of the pilot's photons, whose weights are `weights`. `power` is the power of all lights in W.
     pub fn importances(&self, brought: &[Brought], weights: &[f64], power: f64) -> Vec<f64> {
         let mut radiances: Vec<f64> = self.points.iter().map(|point| point.direct).collect();
         for Brought { sample, point, radiance } in brought {
@@ -194,26 +195,26 @@ impl Seen {
         Self::importances_of(&radiances)
     }
 
-    /// Returns 1 over the square of each radiance. A relative error counts as much in dark places as in bright ones, down
-    /// to a share of the mean.
+    /// Returns 1 over the square of each radiance, so that a relative error counts alike in dark and in bright places. To
+    /// the square, that of a share of the mean radiance is added.
     pub fn importances_of(radiances: &[f64]) -> Vec<f64> {
         let mean = radiances.iter().sum::<f64>() / radiances.len().max(1) as f64;
         let dark = (DARK * mean).max(f64::MIN_POSITIVE.sqrt());
         radiances.iter().map(|radiance| 1.0 / (radiance * radiance + dark * dark)).collect()
     }
 
-    /// Returns the position of a point, render units.
+    /// Returns the position of a point in render units.
     pub fn position(&self, point: usize) -> [f32; 3] {
         self.points[point].position.to_array()
     }
 
-    /// Returns the radiance that eye paths bring to a point, mean of channels.
+    /// Returns the radiance of the light that eye paths find at a point, as the mean of the channels.
     pub fn direct(&self, point: usize) -> f64 {
         self.points[point].direct
     }
 
-    /// Returns how near a place is to what is seen: the mean over a few points of 1 over the squared distance, bounded by
-    /// their radii. It has no scale of its own, so that it leads from any distance.
+    /// Returns the nearness of a photon to the visible points: the mean of 1 / (squared distance + squared radius) over a
+    /// few points. It is a power of the distance, without a length of its own, so that it works at any distance.
     pub fn nearness(&self, photon: &PhotonRecord) -> f64 {
         let step = self.points.len().div_ceil(128).max(1);
         let position = Vec3::from(photon.position);

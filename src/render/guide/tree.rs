@@ -1,10 +1,10 @@
-//! The tree of guided emission: a density over the six numbers by which a photon begins, learned from the photons of a
-//! pilot. `shaders/include/light/guide.glsl` warps numbers by it.
+//! The tree of guided emission: a density of the six random numbers by which a photon is emitted, learned from the photons
+//! of a pilot. `shaders/include/light/guide.glsl` warps random numbers by this density.
 //!
-//! The best density in a cell is proportional to the square root of the mean square of what its photons bring, over
-//! their mean cost: it minimizes the product of variance and time. A tree of cells then has the product of (sum over
-//! leaves of sqrt(Q C))², where Q and C are the integrals of squares and costs over a leaf (by the Cauchy-Schwarz
-//! inequality). A cell is split where this lowers its mass sqrt(Q C) by more than noise would.
+//! The best density of a cell is proportional to sqrt(q / c), where q is the mean square of the light that its photons
+//! bring, and c is their mean cost. It minimizes the product of variance and time. With this density in each leaf, the
+//! product is (sum over leaves of sqrt(Q C))², where Q and C are the integrals of squares and of costs over a leaf (by the
+//! Cauchy-Schwarz inequality). A cell is split where the split lowers its mass sqrt(Q C) by more than noise would.
 
 use std::cmp::Reverse;
 use std::collections::BinaryHeap;
@@ -12,7 +12,7 @@ use std::collections::BinaryHeap;
 use super::cell::{AXES, Cell, Integrals, Sample, Split, Term};
 use crate::kernels::{GUIDE_LEAF, GuideNode};
 
-/// The most leaves of a tree.
+/// The largest number of leaves of a tree.
 pub const MOST_LEAVES: usize = 2048;
 /// The number of nodes of the largest tree.
 pub const MOST_NODES: usize = 2 * MOST_LEAVES - 1;
@@ -20,19 +20,19 @@ pub const MOST_NODES: usize = 2 * MOST_LEAVES - 1;
 /// How much a tree may rely on its samples.
 #[derive(Clone, Copy, Debug)]
 pub struct Caution {
-    /// The share of all photons that begin with density 1.
+    /// The share of all photons that are emitted with density 1.
     pub uniform_share: f64,
-    /// The share of a cell's chance that is spread over its volume: a part where no sample brings anything is not known
-    /// to be dark.
+    /// The share of a cell's probability that is spread over its volume. A part in which no sample brings light may still
+    /// not be dark.
     pub spread: f64,
-    /// The share by which a split must lower the mass of a cell, times its effective number of samples. The share that
-    /// noise lowers it by falls as 1 over this number.
+    /// The least decrease of a cell's mass by a split, as a share of the mass times the effective number of samples. The
+    /// share by which noise lowers the mass is proportional to 1 over this number.
     pub penalty: f64,
-    /// The most leaves, at most [`MOST_LEAVES`].
+    /// The largest number of leaves, at most [`MOST_LEAVES`].
     pub leaves: usize,
 }
 
-/// A density over the numbers by which a photon begins.
+/// A density of the random numbers by which a photon is emitted.
 #[derive(Clone, Debug)]
 pub struct Tree {
     /// The nodes, as kernels read them.
@@ -50,8 +50,8 @@ impl Tree {
         self.nodes.len() == 1
     }
 
-    /// Learns the best density from samples, as cautiously as `caution` says. Returns the density that is 1 everywhere if
-    /// the samples bring nothing.
+    /// Returns the best density for the samples, within the limits of `caution`; the density that is 1 everywhere if no
+    /// sample brings light.
     pub fn learn(samples: &[Sample], caution: Caution) -> Self {
         let mut terms: Vec<Term> = samples.iter().map(Term::of).collect();
         let mut cells = vec![Cell::root(&terms)];
@@ -59,7 +59,7 @@ impl Tree {
             return Self::uniform();
         }
         let mut splits = Vec::new();
-        // Cells by what their best split gains. The bits of positive numbers are in the order of the numbers.
+        // Cells ordered by the gain of their best split. The bits of positive numbers have the order of the numbers.
         let mut gains = BinaryHeap::new();
         let consider = |cell: &Cell, terms: &[Term], splits: &mut Vec<Option<Split>>, gains: &mut BinaryHeap<_>| {
             let split = cell.best_split(terms, caution.penalty);
@@ -87,7 +87,7 @@ impl Tree {
                 axis: axis as u32,
                 lower: child as u32,
                 at: (cells[child].extent[axis] / cell.extent[axis]) as f32,
-                // A chance of 0 or 1 would divide by 0.
+                // A probability of 0 or 1 would lead to a division by 0.
                 value: (chances[child] / chances[index]).clamp(1e-30, 1.0 - 1e-7) as f32,
             },
             _ => leaf((cell.volume() / chances[index]) as f32),
@@ -95,7 +95,7 @@ impl Tree {
         Self { nodes: cells.iter().enumerate().map(node).collect() }
     }
 
-    /// Returns the density at some numbers.
+    /// Returns the density at a point of the space of random numbers.
     pub fn density(&self, numbers: &[f32; AXES]) -> f64 {
         let (mut lower, mut extent) = ([0.0_f64; AXES], [1.0_f64; AXES]);
         let mut node = &self.nodes[0];
@@ -110,7 +110,7 @@ impl Tree {
         1.0 / f64::from(node.value)
     }
 
-    /// Returns by which factor this density lowers the product of variance and time, as far as samples tell.
+    /// Returns the factor by which this density lowers the product of variance and time, estimated from samples.
     pub fn gain(&self, samples: &[Sample]) -> f64 {
         let (mut before, mut after) = (Integrals::default(), Integrals::default());
         for sample in samples {
@@ -124,8 +124,8 @@ impl Tree {
     }
 }
 
-/// Returns by which factor a density that is learned from half of the samples lowers the product of variance and time of
-/// the other half: the geometric mean of both.
+/// Returns the factor by which a learned density lowers the product of variance and time: the geometric mean of two
+/// estimates, each with a density that is learned from one half of the samples and applied to the other half.
 pub fn gain_of_halves(samples: &[Sample], caution: Caution) -> f64 {
     let half = |parity: usize| -> Vec<Sample> { samples.iter().skip(parity).step_by(2).copied().collect() };
     let [even, odd] = [half(0), half(1)];
@@ -137,12 +137,12 @@ fn leaf(weight: f32) -> GuideNode {
     GuideNode { axis: GUIDE_LEAF, lower: 0, at: 0.0, value: weight }
 }
 
-/// Returns the chance of each cell: of leaves by the best density, of others as the sum of their parts. A share of each
-/// cell's chance is spread over its volume, and a share of all over that of the root.
+/// Returns the probability of each cell. That of a leaf is by the best density; that of another cell is the sum of its
+/// parts. A share of each cell's probability is spread over its volume, and a share of the whole over the unit cube.
 fn chances(cells: &[Cell], caution: Caution) -> Vec<f64> {
     let inner = || cells.iter().enumerate().filter_map(|(index, cell)| cell.child.map(|child| (index, child)));
     let mut best: Vec<f64> = cells.iter().map(|cell| cell.volume() * cell.integrals.best_density()).collect();
-    // Parts come after their cell.
+    // The parts of a cell have larger indices than the cell.
     for (index, child) in inner().collect::<Vec<_>>().into_iter().rev() {
         best[index] = best[child] + best[child + 1];
     }

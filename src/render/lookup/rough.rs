@@ -1,5 +1,5 @@
 //! The photons on rough surfaces: their grid, and the pass that gathers them at the rough points of eye paths
-//! (`shaders/passes/gather_rough.comp`). It serves with either index of visible points.
+//! (`shaders/passes/gather_rough.comp`). It is used with both lookups, the hash grid and the kd-tree.
 
 use bytemuck::Zeroable;
 use goblet_host::{Device, Frame, Pass};

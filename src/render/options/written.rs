@@ -1,4 +1,4 @@
-//! Requests from values as people write them.
+//! Requests from the texts of option values.
 
 use super::request::Request;
 use super::table::{Needs, OPTIONS, RenderOption};

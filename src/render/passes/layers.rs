@@ -1,5 +1,6 @@
-//! The passes of an image's layers: what eye paths meet first, `shaders/passes/surface_layers.comp`; the ways of
-//! light, `light_layers.comp`; and the sums of both, `layer_sums.comp`.
+//! The passes of an image's layers. `shaders/passes/surface_layers.comp` finds the first surface of eye paths,
+//! `light_layers.comp` computes the parts of the light and the properties of the discs, `layer_sums.comp` adds the values
+//! of both to the sums.
 
 use std::sync::Arc;
 

@@ -1,5 +1,5 @@
-//! The passes of an iteration, compiled for a scene and bound to its buffers. One file per pass,
-//! named as its kernel; those that build and read an index are in `lookup`.
+//! The passes of an iteration, compiled for a scene and bound to its buffers. Each pass has a file with the
+//! name of its kernel. The passes that build and read an index are in `lookup`.
 
 mod eye;
 mod layers;

@@ -1,5 +1,5 @@
-//! Passes that follow paths, and how they go on where a driver limits the loops of an invocation:
-//! see `shaders/include/kernel/interruption.glsl`.
+//! Passes that follow paths. If a driver limits the loops of an invocation, they continue interrupted paths in
+//! further dispatches: see `shaders/include/kernel/interruption.glsl`.
 
 use std::time::Instant;
 

@@ -1,4 +1,4 @@
-//! Renders that are put aside in memory and continued later.
+//! Renders whose state is kept in memory, to be continued later.
 
 use super::Renderer;
 use crate::kernels::VisiblePoint;

@@ -1,4 +1,4 @@
-//! Quantities of each pixel that the last iteration has left on the device.
+//! Quantities of each pixel that are read from the device after an iteration.
 
 use super::Renderer;
 use crate::render::error::RenderError;
@@ -16,13 +16,13 @@ impl Renderer {
         Ok(throughputs.into_iter().map(|throughput| (f64::from(throughput[3]) / scale) as f32).collect())
     }
 
-    /// Returns what a pilot has found about where photons should begin; `None` before the first iteration, or if no pilot
-    /// is wanted.
+    /// Returns the result of the pilot for guided emission; `None` before the first iteration, or without a pilot.
     pub fn guide(&self) -> Option<&Guide> {
         self.progress.guide.as_ref()
     }
 
-    /// Returns whether iterations follow photons: not if only direct light is wanted, or if no light shines on a surface.
+    /// Returns whether iterations trace photons. They do not if only direct light is wanted, or if no light reaches a
+    /// surface.
     pub fn follows_photons(&self) -> bool {
         self.settings.wanted_photons() > 0
     }

@@ -1,4 +1,4 @@
-//! What is known of the error of an image.
+//! The estimate of an image's error.
 
 use super::Renderer;
 use crate::image::estimate::Estimate;

@@ -1,4 +1,4 @@
-//! A render that starts again with what was built and compiled for another.
+//! A new render that reuses the hierarchy and the kernels of an earlier one.
 
 use super::Renderer;
 use crate::gpu_scene::camera::View;

@@ -1,12 +1,12 @@
 //! A trial before the first iteration, which chooses the numbers of photons and of eye paths: [`crate::render::counts`].
 //!
-//! The trial renders the scene with what was built for the render, at few pixels, each as wide as one of the full image and
-//! with a disc of the same size. Iterations come in pairs that share their eye paths: what differs within a pair is noise of
-//! photons. Eye paths leave the light that they bring on the device; what differs between pairs there is noise of eye paths.
-//! What else differs between pairs is noise that falls with the number of iterations alone.
+//! The trial renders a sparse sample of the pixels, with the hierarchy and the kernels of the render, and with pixels and
+//! discs as wide as those of the full image. Iterations come in pairs that share their eye paths. The difference within a
+//! pair is the noise of photons. The difference between pairs in the light of eye paths is the noise of eye paths. The
+//! rest of the difference between pairs is noise that depends on the number of iterations only.
 //!
-//! What the trial finds depends on the scene, the options and the seed alone, and on no clock: every shard, and a render
-//! that is resumed, finds the same.
+//! The result depends on the scene, the options and the seed only, and not on a clock. Every shard, and a resumed render,
+//! gets the same result.
 
 use std::sync::Arc;
 use std::time::Instant;
@@ -23,13 +23,14 @@ use crate::render::radius::{GlobalShrink, RadiusSchedule};
 use crate::render::sequence::Shard;
 use crate::scene::Scene;
 
-/// The number of pixels of a trial, about.
+/// The approximate number of pixels of a trial.
 const PIXELS: f64 = 4096.0;
 /// The number of pairs of iterations.
 const PAIRS: usize = 4;
-/// The numbers of photons in an iteration of a trial, at most and at least, unless the render has fewer.
+/// The least and the largest number of photons in an iteration of a trial, unless the render has fewer.
 const PHOTONS: [u64; 2] = [1 << 12, 1 << 15];
-/// The number of iterations of a usual render. Discs shrink meanwhile, so that photons leave more noise than in the first.
+/// The number of iterations of a typical render. The discs shrink during these iterations, so that the noise of photons
+/// is larger than in the first iteration.
 const USUAL_ITERATIONS: u64 = 64;
 
 /// Work in eye paths: of a photon's path, of each record on it, from which most paths go on, and of a record on the disc of
@@ -161,8 +162,7 @@ impl Renderer {
     }
 }
 
-/// Returns the noise of photons in a usual render over that with discs of the first size, and the area of discs over the
-/// first one.
+/// Returns two ratios of a typical render to its first iteration: of the noise of photons, and of the area of discs.
 fn shrinkage(alpha: f64, round_length: u32) -> [f64; 2] {
     let count = if round_length > 1 { u64::from(round_length).min(USUAL_ITERATIONS) } else { USUAL_ITERATIONS };
     let mut shrink = GlobalShrink::new(alpha);
@@ -173,16 +173,16 @@ fn shrinkage(alpha: f64, round_length: u32) -> [f64; 2] {
 
 /// Luminances of the pixels of a trial, in multiples of the unit.
 struct Shots {
-    /// Those of the two iterations of each pair.
+    /// The luminances of the two iterations of each pair.
     pairs: Vec<[Vec<f64>; 2]>,
-    /// The part of it that eye paths have brought, for each pair.
+    /// The luminances of the light that eye paths find, for each pair.
     of_eye_paths: Vec<Vec<f64>>,
     /// The number of records that visible points have gathered.
     gathered: f64,
 }
 
 impl Shots {
-    /// Returns the squared relative noise of an iteration: that of eye paths, that of photons, and what is left.
+    /// Returns three parts of the squared relative noise of an iteration: of eye paths, of photons, and the rest.
     fn noise(&self, width: usize) -> [f64; 3] {
         let pairs = self.pairs.len() as f64;
         let images = || self.pairs.iter().flatten();
@@ -196,7 +196,7 @@ impl Shots {
             all().map(|value| (value - mean).powi(2)).sum::<f64>() / (pairs - 1.0)
         };
         let eye = |pixel: usize| variance(&|pair| self.of_eye_paths[pair][pixel]);
-        // The mean of a pair has the noise of eye paths, half of that of photons, and what is left.
+        // The mean of a pair has the noise of eye paths, half of the noise of photons, and the rest.
         let of_means = |pixel: usize| variance(&|pair| 0.5 * (self.pairs[pair][0][pixel] + self.pairs[pair][1][pixel]));
         let photons =
             |pixel: usize| self.pairs.iter().map(|[a, b]| (a[pixel] - b[pixel]).powi(2) / 2.0).sum::<f64>() / pairs;

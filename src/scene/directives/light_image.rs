@@ -69,8 +69,8 @@ pub(in crate::scene) fn read(
         "infinite" if width == height => Ok(Arc::new(image)),
         "infinite" if width == 2 * height => {
             warnings.push(format!(
-                "{file} is taken for longitude and latitude, with +z of the light's space at the top, \
-                 and is resampled to a square; pbrt would refuse it"
+                "{file} is twice as wide as high: it is read as longitude and latitude, with +z of the light's space at \
+                 the top, and resampled to a square; pbrt would refuse it"
             ));
             // The resampled image has about as many pixels.
             let bytes = size_of_val(&image.pixels[..]) as u64;

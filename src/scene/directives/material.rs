@@ -362,10 +362,10 @@ fn straight_on(
         return Err(param.location.unsupported(&what, &instead));
     }
     if is_texture {
-        warnings.push(format!("{param} is rendered as its mean, {mean:.4}: coats scatter the same everywhere"));
+        warnings.push(format!("{param} is rendered as its mean, {mean:.4}: a coat scatters alike everywhere"));
     }
     if scattered > 0.0 {
-        warnings.push(format!("light that {param} scatters inside the coat is taken to go straight on"));
+        warnings.push(format!("light that {param} scatters inside the coat is rendered as if it went straight on"));
     }
     Ok(mean)
 }

@@ -30,7 +30,7 @@ struct Open {
 impl Objects {
     pub fn begin(&mut self, name: &str, location: &Location) -> Result<(), SceneError> {
         if self.open.is_some() {
-            return Err(location.invalid("ObjectBegin stands in an object; expected the ObjectEnd of that first"));
+            return Err(location.invalid("ObjectBegin stands in an object; expected ObjectEnd before it"));
         }
         let index = self.named.len();
         if self.named.insert(name.into(), index).is_some() {
@@ -90,7 +90,7 @@ impl Objects {
                     instances.push(Instance { object, world_from_instance });
                 }
                 Some((_, Some(_))) => errors.push(location.invalid(
-                    "coordinates overflow, by the object's own or by the instance's transform; expected smaller numbers",
+                    "coordinates overflow, in the object or by the instance's transform; expected smaller numbers",
                 )),
                 Some((_, None)) => {}
                 None => errors.push(location.invalid(format!(

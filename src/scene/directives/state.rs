@@ -396,7 +396,7 @@ impl SceneBuilder {
         if let Light::Spot { .. } = light
             && !transform::keeps_angles(&self.state.world_from_object)
         {
-            self.warn(location, "the spot light's cone is kept round in spite of its transform");
+            self.warn(location, "the transform would distort the spot light's cone; the cone stays round");
         }
         if light::emission(&light) != Rgb::ZERO {
             self.lights.push(light);
@@ -431,7 +431,10 @@ impl SceneBuilder {
         if emission.is_some() && self.objects.open().is_some() {
             emission = None;
             if self.objects.is_first_emitter() {
-                self.warn(directive, "shapes of an object emit no light; as in pbrt, only those outside do");
+                self.warn(
+                    directive,
+                    "a shape of an object emits no light: as in pbrt, only shapes outside of objects do",
+                );
             }
         }
         self.keep::<PendingShape>(SHAPE_BYTES, directive)?;
@@ -471,11 +474,10 @@ impl SceneBuilder {
 }
 
 /// The warning about a shape or an instance that its transform flattens.
-const FLATTENED: &str =
-    "its transform takes it to a plane, a line or a point, where, as in pbrt, no ray meets it: it is left out";
+const FLATTENED: &str = "its transform flattens it to a plane, a line or a point; it is not rendered, because no ray can hit it, as in pbrt";
 
 /// The error about coordinates in world space that are not finite.
-const OVERFLOWS: &str = "coordinates overflow, by the shape's own or by its transform; expected smaller numbers";
+const OVERFLOWS: &str = "coordinates overflow, in the shape or by its transform; expected smaller numbers";
 
 /// Maximum number of warnings that are kept; more are counted.
 const MOST_WARNINGS: usize = 1000;

@@ -1,4 +1,4 @@
-//! What to write instead of a type that is not supported yet, for error messages.
+//! Suggestions for error messages: what to write instead of a type that is not supported.
 
 /// The end of the sentence for media that are not the same everywhere.
 const HOMOGENEOUS: &str = "; instead, write \"homogeneous\" with a \"rgb sigma_a\" and \"rgb sigma_s\" [ 0 0 0 ], inside \

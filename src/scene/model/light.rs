@@ -1,4 +1,4 @@
-//! Lights that are no surfaces.
+//! Lights that are not surfaces.
 
 use std::sync::Arc;
 

@@ -1,6 +1,7 @@
-//! Light that reaches rough surfaces and that rays from there do not find: no ray meets a point light, and next-event
-//! estimation finds it only in a straight line. If it arrives by way of smooth glass, a mirror or a smooth coat, photons
-//! bring it, which are recorded on rough surfaces in such scenes alone (`shaders/include/lookup/rough.glsl`).
+//! Detection of light on rough surfaces that eye paths cannot find. A ray cannot hit a point light, and next-event
+//! estimation connects a surface with it only in a straight line. If the light of a point light reaches a rough surface
+//! through smooth glass or by a mirror or a smooth coat, only photons find it. In such scenes, and only there, photons are
+//! recorded on rough surfaces (`shaders/include/lookup/rough.glsl`).
 
 use std::collections::BTreeSet;
 

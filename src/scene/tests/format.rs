@@ -88,7 +88,7 @@ fn the_white_balance_is_a_temperature() {
 fn films_and_sensors_that_are_approximated_are_named() {
     let scene = with("Film \"spectral\" \"string sensor\" \"nikon_d850\" \"integer nbuckets\" 16");
     let expected = [
-        "t.pbrt:1:6: of Film \"spectral\", the RGB image is written",
+        "t.pbrt:1:6: Film \"spectral\" is written as an RGB image, without spectra",
         "t.pbrt:1:6: the sensor \"nikon_d850\" is rendered as \"cie1931\"",
     ];
     assert_eq!(scene.warnings[..2], expected);

@@ -1,4 +1,4 @@
-//! The error of an image against a reference, and the sums from which bias and noise follow.
+//! The error of an image against a reference, and the sums from which bias and noise are computed.
 
 use std::borrow::Cow;
 

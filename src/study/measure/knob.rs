@@ -12,33 +12,33 @@ pub fn knobs() -> String {
     names.join(", ")
 }
 
-/// Settings of one measurement, at most.
+/// The largest number of settings of one measurement.
 const MAX_SETTINGS: usize = 256;
 
 /// A knob and its values, as they are written.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Vary {
-    /// The name of an option for which [`knobs`] has a place.
+    /// The name of an option that [`knobs`] lists.
     pub knob: &'static str,
-    /// At least one.
+    /// The texts of the values, at least one.
     pub values: Vec<String>,
 }
 
-/// Why knobs make no settings.
+/// The reason why knobs are refused.
 #[derive(Debug, thiserror::Error)]
 pub enum KnobError {
     /// There is no such knob, or it has no values.
     #[error("{given}: expected KNOB=VALUE,VALUE and so on, the knob one of {}", knobs())]
     Form {
-        /// What is there instead.
+        /// The text that was given.
         given: String,
     },
-    /// A value does not fit its knob, or two do not fit each other.
+    /// A value is not accepted by its knob, or two values contradict each other.
     #[error("{setting}: {reason}")]
     Value {
         /// The values.
         setting: String,
-        /// What is wrong with them.
+        /// The reason.
         reason: Refusal,
     },
     /// A knob is given twice.
@@ -67,17 +67,17 @@ impl std::str::FromStr for Vary {
     }
 }
 
-/// One way to render.
+/// A combination of option values with which the scene is rendered.
 #[derive(Clone, Debug)]
 pub struct Setting {
-    /// The knobs that are varied, as they are written.
+    /// The knobs and the texts of their values.
     pub knobs: BTreeMap<&'static str, String>,
-    /// How to render, and for how many iterations.
+    /// The options and the limits of the render.
     pub request: Request,
 }
 
 impl Setting {
-    /// In the order of names: `photons=1e5 radius=2px`; `default` where nothing is varied.
+    /// Returns the knobs in the order of their names, as in `photons=1e5 radius=2px`; `default` if there are none.
     pub fn label(&self) -> String {
         if self.knobs.is_empty() {
             return "default".to_owned();
@@ -85,7 +85,7 @@ impl Setting {
         self.knobs.iter().map(|(knob, value)| format!("{knob}={value}")).collect::<Vec<_>>().join(" ")
     }
 
-    /// The options of `goblet render`.
+    /// Returns the options of `goblet render` as text.
     pub fn options_text(&self) -> String {
         self.knobs.iter().map(|(knob, value)| format!(" --{knob} {value}")).collect()
     }
@@ -103,8 +103,8 @@ impl Setting {
     }
 }
 
-/// All combinations, the last knob changing first; or, with `each`, what is shared (the knobs
-/// of one value) and every value by itself.
+/// Returns all combinations; the last knob changes fastest. With `each`: the default, and every value alone. In
+/// both cases, every setting has the value of each knob with a single value.
 ///
 /// # Errors
 /// A value that `goblet render` would refuse, a knob that is there twice, or too many.

@@ -1,4 +1,4 @@
-//! `report.html`: the results as one page that needs nothing else.
+//! `report.html`: the results as one page that needs no other file and no network.
 
 use std::error::Error;
 

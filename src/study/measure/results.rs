@@ -1,4 +1,4 @@
-//! The results of a measurement, as `results.json` and `results.csv` hold them.
+//! The results of a measurement, which are written to `results.json` and `results.csv`.
 
 use std::collections::BTreeMap;
 use std::error::Error;

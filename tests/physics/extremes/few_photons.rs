@@ -19,7 +19,7 @@ fn under_the_sun(half: &str, floor: &str) -> String {
 
 const GREY: &str = "Material \"diffuse\"";
 const BALL: &str = "Material \"dielectric\" Translate 0 .5 0 Shape \"sphere\" \"float radius\" .4\n";
-const WARNING: &str = "warning: photons hardly reach what is seen";
+const WARNING: &str = "warning: light of photons may be missing";
 
 /// Renders without a guide, which would find the light.
 fn render(bench: &Bench, scene: &str, arguments: &[&str]) -> (Run, Value) {

@@ -1,4 +1,4 @@
-//! How much light a rough boundary of dielectrics reflects and passes.
+//! The share of light that a rough boundary of dielectrics reflects, and the share that it transmits.
 
 use std::f64::consts::TAU;
 

@@ -1,4 +1,4 @@
-//! The light that the underside of a coat reflects back to what is under it.
+//! The share of light that the underside of a coat reflects back to its base.
 
 use crate::kernels::{COAT_FINEST, COAT_OCTAVES, COAT_STEPS};
 

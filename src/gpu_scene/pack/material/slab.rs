@@ -1,9 +1,9 @@
-//! What a scattering coat does to light: adding and doubling of layers (van de Hulst 1980, "Multiple Light
+//! Reflection of a scattering coat, by adding and doubling of layers (van de Hulst 1980, "Multiple Light
 //! Scattering", chapter 4), averaged over azimuths.
 //!
-//! The slab absorbs and scatters by Henyey and Greenstein's phase function between a boundary above and a base below,
-//! as in pbrt-v4's layered BSDF. Radiances are those inside the coat, at the cosines of [`Grid`]. A rough boundary
-//! passes and reflects as much as its facets do, into the directions of a smooth one.
+//! The slab absorbs and scatters light between a boundary above and a base below, as in pbrt-v4's layered BSDF, with
+//! Henyey and Greenstein's phase function. Radiances are those inside the coat, at the cosines of [`Grid`]. A rough
+//! boundary transmits and reflects the shares of light that its facets do, but in the directions of a smooth boundary.
 
 use std::f64::consts::PI;
 

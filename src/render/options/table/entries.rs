@@ -17,10 +17,11 @@ const ALGORITHM: &str = "Algorithm";
 const DEVICE: &str = "Device";
 const RESEARCH: &str = "Research";
 
-/// What `auto` does as a number of photons or of eye paths.
-const MORE_OF_AUTO: &str = "With auto, a short trial at few pixels measures the noise of photons and that of eye paths, and their \
-                    work; the number is the one with which noise falls fastest. With both, an iteration has about as \
-                    much work as by default. A checkpoint has the numbers; a window takes the defaults.";
+/// The help of `auto` as a number of photons or of eye paths.
+const MORE_OF_PHOTONS: &str = "With auto, a short trial before the first iteration measures the noise and the work of photons and \
+                    of eye paths, and chooses the number with the least noise for the work. If --eye-paths is auto too, \
+                    an iteration keeps about the work of the default. A checkpoint stores the chosen numbers. \
+                    `goblet view` makes no trial: there, auto is the default.";
 
 /// The range from 1 to the largest u32.
 const POSITIVE: [u64; 2] = [1, u32::MAX as u64];
@@ -28,9 +29,9 @@ const POSITIVE: [u64; 2] = [1, u32::MAX as u64];
 named! {
     /// The kinds of [`RevolutionSolver`].
     pub enum SolverKind = Certified {
-        /// Misses no root
+        /// Isolates the roots by interval bounds and misses none
         Certified: "certified",
-        /// The classical method, for comparison: misses some roots
+        /// The classical method, for comparison: slower, and misses some roots
         Newton: "newton",
     }
 }
@@ -45,7 +46,8 @@ pub const OPTIONS: &[RenderOption] = &[
         fallback: Fallback::Words("the sampler's pixelsamples"),
         group: QUALITY,
         help: "Stop after this many iterations",
-        more: "With --time or --target-error, the default is no limit.",
+        more: "Each iteration traces new photons and improves the image. With --time or --target-error, there is no limit \
+               by default.",
         effect: Effect::End,
         needs: Needs::Nothing,
         is_knob: true,
@@ -60,10 +62,10 @@ pub const OPTIONS: &[RenderOption] = &[
         unit: "seconds",
         fallback: Fallback::Nothing,
         group: QUALITY,
-        help: "Stop after this much render time, at the end of an iteration",
-        more: "The time counts from the first iteration: loading the scene and compiling the kernels are not in \
-               it. --stats has both figures: seconds.render, which this option limits, and seconds.total. With \
-               --iterations as well, the render stops at whichever comes first.",
+        help: "Stop after this render time, at the end of an iteration",
+        more: "The time starts with the first iteration; it does not include loading the scene and compiling the \
+               kernels. With --stats, seconds.render is the time that this option limits, and seconds.total is the whole \
+               time. If --iterations is given too, the render stops at the first limit that it reaches.",
         effect: Effect::End,
         needs: Needs::Nothing,
         is_knob: false,
@@ -78,8 +80,9 @@ pub const OPTIONS: &[RenderOption] = &[
         unit: "relative error",
         fallback: Fallback::Nothing,
         group: QUALITY,
-        help: "Stop when the estimated relative error of the image is below this",
-        more: "The estimate is of noise, not of blur: the root mean square over pixels of standard error over luminance.",
+        help: "Stop when the estimated relative error of the image is at most E, such as 0.05",
+        more: "The relative error is the standard error of a pixel's luminance divided by the luminance, as the root mean \
+               square over all pixels. It measures noise. It does not measure the blur that the gather radius causes.",
         effect: Effect::End,
         needs: Needs::Nothing,
         is_knob: false,
@@ -97,8 +100,8 @@ pub const OPTIONS: &[RenderOption] = &[
         unit: "photons",
         fallback: Fallback::Words("the scene's, else one per pixel"),
         group: QUALITY,
-        help: "Photons emitted per iteration, or auto",
-        more: MORE_OF_AUTO,
+        help: "Number of photons that an iteration emits, or auto",
+        more: MORE_OF_PHOTONS,
         effect: Effect::Image("photons per iteration", |_, resolved| resolved.photons.to_string()),
         needs: Needs::Nothing,
         is_knob: true,
@@ -116,9 +119,9 @@ pub const OPTIONS: &[RenderOption] = &[
         unit: "paths",
         fallback: Fallback::Number(DEFAULT_EYE_PATHS as f64, ""),
         group: QUALITY,
-        help: "Eye paths per pixel and iteration, or auto",
-        more: "Each of them estimates direct light and smooths edges. Only the last one gathers photons. For auto, see \
-               --photons.",
+        help: "Number of eye paths per pixel and iteration, or auto",
+        more: "More eye paths give smoother edges and less noise in direct light. Photons are gathered only at the visible \
+               point of the last eye path. --photons explains auto.",
         effect: Effect::Image("eye paths per iteration", |_, resolved| resolved.eye_paths.to_string()),
         needs: Needs::Nothing,
         is_knob: true,
@@ -136,8 +139,9 @@ pub const OPTIONS: &[RenderOption] = &[
         unit: "scene units, or px",
         fallback: Fallback::SceneOrNumber(Options::DEFAULT_RADIUS_IN_PIXELS, "px"),
         group: QUALITY,
-        help: "Initial gather radius in scene units, or in pixels: 2px",
-        more: "The width of a pixel is taken at the surface that the pixel shows.",
+        help: "Initial gather radius, in scene units (0.05) or in pixels (2px)",
+        more: "A pixel sums the photons within this radius of its visible point. A larger radius gives less noise and more \
+               blur. In pixels, the unit is the width of the pixel on the surface that it shows.",
         effect: Effect::Image("radius", |_, resolved| match resolved.radius {
             Some(radius) => radius.to_string(),
             None => format!("{}px", resolved.radius_in_pixels),
@@ -155,8 +159,9 @@ pub const OPTIONS: &[RenderOption] = &[
         unit: "",
         fallback: Fallback::Number(DEFAULT_ALPHA, ""),
         group: QUALITY,
-        help: "Share of new photons kept when the radius shrinks, above 0 up to 1",
-        more: "Smaller values shrink the radius faster: less blur, more noise.",
+        help: "Speed at which the gather radius shrinks; 1 keeps it constant",
+        more: "Alpha is the share of an iteration's photons that a pixel keeps when its radius shrinks. A smaller alpha shrinks \
+               the radius faster: less blur, more noise. With 2/3, the default, both fall at the same rate.",
         effect: Effect::Image("alpha", |_, resolved| resolved.alpha.to_string()),
         needs: Needs::Nothing,
         is_knob: true,
@@ -168,8 +173,9 @@ pub const OPTIONS: &[RenderOption] = &[
         unit: "segments",
         fallback: Fallback::Scene,
         group: QUALITY,
-        help: "The most segments of a light or eye path",
-        more: "",
+        help: "Largest number of segments of an eye path or a photon path",
+        more: "A path that crosses or is reflected by n surfaces needs n + 1 segments. If the number is too small, glass is \
+               dark; 20 is enough for most scenes with glass.",
         effect: Effect::Image("maximum depth", |_, resolved| resolved.max_depth.to_string()),
         needs: Needs::Nothing,
         is_knob: true,
@@ -181,8 +187,8 @@ pub const OPTIONS: &[RenderOption] = &[
         unit: "",
         fallback: Fallback::Scene,
         group: QUALITY,
-        help: "Seed of every random number, 0 to 4294967295",
-        more: "",
+        help: "Seed of the random numbers",
+        more: "Renders with different seeds have different noise and the same expected image.",
         effect: Effect::Image("seed", |_, resolved| resolved.seed.to_string()),
         needs: Needs::Nothing,
         is_knob: false,
@@ -197,7 +203,7 @@ pub const OPTIONS: &[RenderOption] = &[
         unit: "pixels",
         fallback: Fallback::Scene,
         group: QUALITY,
-        help: "Image size in pixels, such as 640x480",
+        help: "Width and height of the image in pixels, such as 640x480",
         more: "",
         effect: Effect::Image("resolution", |_, resolved| {
             let [width, height] = resolved.resolution;
@@ -216,7 +222,7 @@ pub const OPTIONS: &[RenderOption] = &[
         unit: "",
         fallback: Fallback::Name(|| Integrator::default().name()),
         group: ALGORITHM,
-        help: "When new eye paths are traced",
+        help: "Algorithm: how often new eye paths are traced",
         more: "",
         effect: Effect::Image("integrator", |options, _| options.integrator.to_string()),
         needs: Needs::Nothing,
@@ -232,8 +238,8 @@ pub const OPTIONS: &[RenderOption] = &[
         unit: "photons",
         fallback: Fallback::Number(DEFAULT_ROUND as f64, " iterations"),
         group: ALGORITHM,
-        help: "With ppm: photons for which eye paths are kept, in whole iterations",
-        more: "",
+        help: "With ppm: number of photons after which new eye paths are traced",
+        more: "The number is rounded up to whole iterations. The iterations that share their eye paths are a round.",
         effect: Effect::Image("iterations per round", |_, resolved| resolved.sequence.round_length.to_string()),
         needs: Needs::Nothing,
         is_knob: true,
@@ -245,8 +251,8 @@ pub const OPTIONS: &[RenderOption] = &[
         unit: "rounds",
         fallback: Fallback::Nothing,
         group: ALGORITHM,
-        help: "With ppm: stop after this many rounds, whose images are averaged",
-        more: "",
+        help: "With ppm: stop after this many rounds",
+        more: "The iterations that share their eye paths are a round. The image is the mean of all rounds.",
         effect: Effect::End,
         needs: Needs::Absence("iterations"),
         is_knob: false,
@@ -261,7 +267,7 @@ pub const OPTIONS: &[RenderOption] = &[
         unit: "",
         fallback: Fallback::Name(|| RadiusSchedule::default().name()),
         group: ALGORITHM,
-        help: "How radii shrink",
+        help: "How the gather radii shrink from iteration to iteration",
         more: "",
         effect: Effect::Image(RADIUS_SCHEDULE, |options, _| options.radius_schedule.to_string()),
         needs: Needs::Nothing,
@@ -277,7 +283,7 @@ pub const OPTIONS: &[RenderOption] = &[
         unit: "",
         fallback: Fallback::Name(|| DirectLight::default().name()),
         group: ALGORITHM,
-        help: "How light that comes straight from a light source is estimated",
+        help: "How direct light is estimated: the light that reaches a surface straight from a light source",
         more: "",
         effect: Effect::Image("direct light", |options, _| options.direct.to_string()),
         needs: Needs::Nothing,
@@ -293,8 +299,10 @@ pub const OPTIONS: &[RenderOption] = &[
         unit: "",
         fallback: Fallback::Name(|| Guidance::default().name()),
         group: ALGORITHM,
-        help: "Whether photons begin where they bring light to what is seen",
-        more: "A pilot of a few photons finds where. The image has the same expectation. In a window, auto takes no guide.",
+        help: "Whether to emit more photons towards the surfaces that are visible",
+        more: "Use it where few photons reach the view, such as under a sun above a large ground. A pilot traces a few photons \
+               before the first iteration and learns which photons light visible surfaces. The guide changes the noise, not \
+               the expected image. In `goblet view`, auto means off, because the pilot would delay each new view.",
         effect: Effect::Image("guide", |options, _| {
             if options.is_guided() { options.guidance.to_string() } else { Guidance::Off.to_string() }
         }),
@@ -311,7 +319,7 @@ pub const OPTIONS: &[RenderOption] = &[
         unit: "",
         fallback: Fallback::Name(|| Sampler::default().name()),
         group: ALGORITHM,
-        help: "Where random numbers come from",
+        help: "Generator of the random numbers",
         more: "",
         effect: Effect::Image("sampler", |options, _| options.sampler.to_string()),
         needs: Needs::Nothing,
@@ -327,7 +335,7 @@ pub const OPTIONS: &[RenderOption] = &[
         unit: "",
         fallback: Fallback::Name(|| LookupKind::default().name()),
         group: ALGORITHM,
-        help: "How the visible points near a photon are found; does not change the image",
+        help: "Search structure that pairs photons with the visible points near them; does not change the image",
         more: "",
         effect: Effect::Cost,
         needs: Needs::Nothing,
@@ -343,8 +351,8 @@ pub const OPTIONS: &[RenderOption] = &[
         unit: "diameters of the largest disc",
         fallback: Fallback::Number(DEFAULT_CELL_SCALE, ""),
         group: ALGORITHM,
-        help: "Width of the hash grid's cells, in diameters of the largest disc",
-        more: "Does not change the image.",
+        help: "Width of the hash grid's cells, in diameters of the largest gather disc; does not change the image",
+        more: "",
         effect: Effect::Cost,
         needs: Needs::Nothing,
         is_knob: true,
@@ -359,7 +367,7 @@ pub const OPTIONS: &[RenderOption] = &[
         unit: "invocations",
         fallback: Fallback::Number(DEFAULT_WORKGROUP_SIZE as f64, ""),
         group: DEVICE,
-        help: "Invocations per workgroup; does not change the image",
+        help: "Invocations (GPU threads) per workgroup; does not change the image",
         more: "",
         effect: Effect::Cost,
         needs: Needs::Nothing,
@@ -370,10 +378,10 @@ pub const OPTIONS: &[RenderOption] = &[
         placeholder: "PHOTONS",
         kind: Kind::Whole { range: POSITIVE, set: |request, count| request.options.batch_size = Some(count) },
         unit: "photons",
-        fallback: Fallback::Nothing,
+        fallback: Fallback::Words("adapted to the time that a batch takes"),
         group: DEVICE,
-        help: "Photons per dispatch; does not change the image",
-        more: "Smaller batches take less memory and keep each dispatch short.",
+        help: "Number of photons that are traced and gathered at once; does not change the image",
+        more: "Smaller batches need less memory and keep each dispatch short.",
         effect: Effect::Cost,
         needs: Needs::Nothing,
         is_knob: true,
@@ -394,7 +402,7 @@ pub const OPTIONS: &[RenderOption] = &[
         unit: "",
         fallback: Fallback::Name(|| SolverKind::default().name()),
         group: RESEARCH,
-        help: "How rays are intersected with bodies of revolution",
+        help: "Method that intersects rays with bodies of revolution",
         more: "",
         effect: Effect::Image("revolution solver", |options, _| options.revolution_solver.to_string()),
         needs: Needs::Nothing,
@@ -414,8 +422,8 @@ pub const OPTIONS: &[RenderOption] = &[
         unit: "pieces",
         fallback: Fallback::Number(RevolutionSolver::DEFAULT_SEGMENTS as f64, ""),
         group: RESEARCH,
-        help: "Newton: pieces of each start approximation, per segment of a profile",
-        more: "",
+        help: "With newton: line segments that approximate each segment of a profile",
+        more: "Newton's method starts where the ray hits this approximation.",
         effect: Effect::PartOf,
         needs: Needs::Value("revolution-solver", "newton"),
         is_knob: true,
@@ -436,7 +444,7 @@ pub const OPTIONS: &[RenderOption] = &[
         unit: "",
         fallback: Fallback::Name(|| Envelopes::default().name()),
         group: RESEARCH,
-        help: "Newton: approximations of a profile that give starts",
+        help: "With newton: line segments whose intersections with the ray start Newton's method",
         more: "",
         effect: Effect::PartOf,
         needs: Needs::Value("revolution-solver", "newton"),

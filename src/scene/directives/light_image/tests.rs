@@ -118,7 +118,10 @@ fn longitudes_and_latitudes_are_resampled_with_a_warning() {
     let folder = folder(4, 2, &[1.0; 8]);
     let text = "LightSource \"infinite\" \"string filename\" \"image.pfm\"";
     let warnings = parse(&folder, text).unwrap().warnings.join("\n");
-    assert!(warnings.contains("t.pbrt:2:13: image.pfm is taken for longitude and latitude"), "{warnings}");
+    assert!(
+        warnings.contains("t.pbrt:2:13: image.pfm is twice as wide as high: it is read as longitude and latitude"),
+        "{warnings}"
+    );
 }
 
 /// Returns the integrals over a sky of its radiance, and of its radiance times the cosine to `normal`. All

@@ -61,14 +61,14 @@ impl SceneBuilder {
     pub fn film(&mut self, name: &str, mut params: ParamList, location: &Location) -> Result<(), SceneError> {
         check(&film::FILM_FAMILY, name, location, &mut params, &mut self.ignored)?;
         if name == "spectral" {
-            self.warn(location, &format!("of Film \"{name}\", the RGB image is written"));
+            self.warn(location, &format!("Film \"{name}\" is written as an RGB image, without spectra"));
         }
         if let Some(sensor) = params.string("sensor")?.filter(|sensor| *sensor != "cie1931") {
             let message = format!("the sensor \"{}\" is rendered as \"cie1931\"", shorten(sensor));
             self.warn(location, &message);
         }
         if self.color_space() != Default::default() {
-            self.warn(location, "the image is written in the sRGB primaries, not in those of the ColorSpace");
+            self.warn(location, "the image is written with sRGB primaries, not with the primaries of the ColorSpace");
         }
         self.options.film = (name.to_owned(), params);
         Ok(())

@@ -31,7 +31,7 @@ impl SceneBuilder {
         }
         self.warn_of_nothing(&shapes, end);
         if !self.options.has_camera() {
-            self.warn(end, "the scene has no Camera; it is seen from the origin along +z");
+            self.warn(end, "the scene has no Camera; the camera is at the origin and looks along +z");
         }
         let (film, camera, integrator) = std::mem::take(&mut self.options).resolve()?;
         let (camera_medium, light_media) = self.resolve_surroundings()?;
@@ -67,10 +67,10 @@ impl SceneBuilder {
 
     fn warn_of_nothing(&mut self, shapes: &[Shape], end: &Location) {
         if shapes.is_empty() {
-            self.warn(end, "the scene has no shape: what is seen is the sky alone, or black");
+            self.warn(end, "the scene has no shape: the image shows the sky, or is black");
         }
         if self.lights.is_empty() && shapes.iter().all(|shape| shape.emission.is_none()) {
-            self.warn(end, "the scene has no light that is not black: the image is black");
+            self.warn(end, "the scene has no light, or only black lights: the image is black");
         }
     }
 

@@ -92,7 +92,7 @@ impl SceneBuilder {
     pub(in crate::scene) fn warn_of_motion(&mut self, location: &Location) {
         if self.state.world_from_object != self.state.world_from_object_at_end && !self.warned_of_motion {
             self.warned_of_motion = true;
-            self.warn(location, "motion is not rendered: all stands as at the start time");
+            self.warn(location, "motion is not rendered: everything stays at its place at the start time");
         }
     }
 }
