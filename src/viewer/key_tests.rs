@@ -7,12 +7,13 @@ use egui::Key;
 use super::bindings::{BINDINGS, Binding, Chord, Command, Does};
 use super::camera_control::Place;
 use super::compared::Beside;
+use super::dialog::{Answer, Question};
 use super::layout::Zoom;
 use super::paint::Colors;
 use super::quantity::Quantity;
 use super::session::{Effect, Session};
 use super::state_tests::Hand;
-use crate::image::exposure::{Exposure, auto_stops};
+use crate::image::exposure::{Exposure, auto_stops, exposed};
 
 /// Presses a key of an entry.
 fn press(hand: &mut Hand, binding: &Binding, key: Key) -> Option<Effect> {
@@ -298,4 +299,54 @@ fn a_window_is_named_after_its_scene_and_what_it_does() {
     std::thread::sleep(std::time::Duration::from_millis(300));
     hand.session.take_news();
     assert_eq!(hand.session.state(), "failed", "the old image is shown, and nothing is rendered");
+}
+
+/// The state of the window after the answer to a dialog.
+fn answered(hand: &mut Hand, question: Question, answer: Answer) -> Option<Result<String, String>> {
+    hand.session.message = None;
+    assert!(matches!(hand.session.obey(Command::Ask(question)), Some(Effect::Ask(..))));
+    hand.session.shared().tell(|news| news.answer = Some((question, answer)));
+    hand.look("an answer", |hand| (!hand.session.is_asking).then_some(()));
+    hand.session.message.clone()
+}
+
+#[test]
+fn the_answer_to_a_dialog_is_followed_and_a_desktop_without_one_is_said() {
+    let mut hand = Hand::at_rest();
+    assert_eq!(answered(&mut hand, Question::Scene, Answer::Cancelled), None);
+    for question in [Question::Scene, Question::Reference, Question::Save] {
+        let said = answered(&mut hand, question, Answer::Failed("no bus".to_owned())).unwrap().unwrap_err();
+        assert!(said.starts_with("this desktop shows no file dialog (no bus): type the name"), "{said}");
+    }
+    let path = hand.path("chosen.png");
+    std::fs::write(&path, "mine").unwrap();
+    answered(&mut hand, Question::Save, Answer::Chosen(path.clone()));
+    hand.look("a file", |hand| hand.session.message.clone()?.ok().filter(|said| said.starts_with("wrote")));
+    assert!(std::fs::metadata(&path).unwrap().len() > 50, "the desktop has asked before it is replaced");
+    assert!(!hand.path("chosen-2.png").exists());
+    answered(&mut hand, Question::Reference, Answer::Chosen(path));
+    hand.look("the file", |hand| hand.session.compared.other.as_ref().map(|_| ()));
+    let scene = hand.path("scene.pbrt");
+    answered(&mut hand, Question::Scene, Answer::Chosen(scene));
+    hand.look("the scene", |hand| (hand.session.message == Some(Ok("read the scene".to_owned()))).then_some(()));
+}
+
+/// A PNG is as bright as the window, and by the function of `goblet render --exposure`.
+#[test]
+fn a_saved_png_has_the_exposure_of_the_window() {
+    let mut hand = Hand::at_rest();
+    let image = hand.session.picture.as_ref().unwrap().to_image();
+    for (name, exposure) in
+        [("plain", Exposure::Stops(0.0)), ("bright", Exposure::Stops(1.5)), ("auto", Exposure::Auto)]
+    {
+        hand.session.set_exposure(exposure);
+        assert_eq!(hand.session.look.stops, exposure.stops(&image));
+        let [saved, expected] = [format!("{name}.png"), format!("{name}-expected.png")].map(|name| hand.path(&name));
+        crate::image::file::write(&expected, &exposed(&image, exposure.stops(&image)), &[]).unwrap();
+        hand.session.save_text = saved.display().to_string();
+        hand.press((Key::S, Chord::Command));
+        hand.look("a file", |_| saved.exists().then_some(()));
+        let bytes = [saved, expected].map(|path| std::fs::read(path).unwrap());
+        assert!(bytes[0] == bytes[1], "{name}");
+    }
 }
