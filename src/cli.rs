@@ -19,6 +19,7 @@ pub(crate) mod outputs;
 pub mod render;
 mod shard;
 pub(crate) mod stats;
+pub(crate) mod status;
 pub mod terminal;
 pub mod tessellate;
 mod values;

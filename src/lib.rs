@@ -44,6 +44,7 @@
 //!   from an eye, a target and a field of view.
 //! - [`Options`] says how to render; [`render::options::table::OPTIONS`] has the range, unit and help of each
 //!   option.
+//! - [`Prepared`] makes a renderer in two steps, and tells an [`Observer`] what it does: [`Activity`].
 //! - [`Renderer::relative_error`] estimates the noise of the image so far.
 //! - A [`Renderer`] is `Send`, and several of them may share a [`Device`].
 //! - `examples/` has three programs: a render to a buffer, a callback after each iteration, and a study of
@@ -89,6 +90,7 @@ pub use goblet_host::{ArrayKind, Device, DeviceInfo, DeviceKind, Error as Device
 
 pub use base::host_memory::OutOfHostMemory;
 pub use gpu_scene::pack::{Envelopes, PackError, RevolutionSolver};
+pub use render::activity::{Activity, Observer};
 pub use render::counters::{ByPass, Tally};
 pub use render::counts::{Auto, Choice, Counts, Trial};
 pub use render::device::{DeviceOptions, open_device};
@@ -96,6 +98,6 @@ pub use render::error::RenderError;
 pub use render::guide::guidance::Guidance;
 pub use render::options::{Contribution, DirectLight, Integrator, LookupKind, Options, Sampler, Submission};
 pub use render::radius::RadiusSchedule;
-pub use render::renderer::{Aside, Renderer};
+pub use render::renderer::{Aside, Prepared, Renderer};
 pub use render::sequence::Shard;
 pub use render::unsampled::Noise;

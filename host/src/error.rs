@@ -42,7 +42,11 @@ pub enum Error {
         reason: String,
     },
     /// A buffer is larger than one binding of the device can be.
-    #[error("buffer {buffer} needs {bytes} bytes, but this device binds at most {limit} bytes at once")]
+    #[error(
+        "the array {buffer} needs {} MiB, but this device binds at most {} MiB at once: expected a smaller image or \
+         fewer photons per iteration",
+        mebibytes(*bytes), limit >> 20
+    )]
     BufferTooLarge {
         /// The buffer's name.
         buffer: String,
@@ -53,7 +57,9 @@ pub enum Error {
     },
     /// The device has not enough memory.
     #[error(
-        "out of device memory: buffer {buffer} needs {bytes} bytes more than the {held} bytes held already; {free} bytes were free when the device was opened"
+        "out of device memory: the array {buffer} needs {} MiB besides the {} MiB that are held; {} MiB were free when \
+         the device was opened: expected a smaller image or fewer photons per iteration",
+        mebibytes(*bytes), mebibytes(*held), free >> 20
     )]
     OutOfMemory {
         /// The buffer's name.
@@ -88,6 +94,11 @@ pub enum Error {
         /// The result of the call.
         result: vk::Result,
     },
+}
+
+/// Converts bytes to mebibytes, rounded up.
+fn mebibytes(bytes: u64) -> u64 {
+    bytes.div_ceil(1 << 20)
 }
 
 /// Adds the name of the call to a Vulkan error.

@@ -7,7 +7,7 @@
 
 /// The host does not have enough memory.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
-#[error("out of memory: {what} needs {bytes} bytes more, which the system does not give")]
+#[error("out of memory: {what} needs {} MiB more, which the system does not give", bytes.div_ceil(1 << 20))]
 pub struct OutOfHostMemory {
     /// The use of the memory.
     pub what: &'static str,

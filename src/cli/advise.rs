@@ -2,22 +2,23 @@
 
 use std::path::PathBuf;
 use std::sync::Arc;
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 use clap::Args;
 use serde::Serialize;
 
 use super::cache::open_device;
+use super::status::{Line, Status, of_limit};
 use super::values::{resolution, seconds, target_error};
 use super::{Failure, SceneMemory, terminal};
+use crate::render::activity::Activity;
 use crate::render::options::Options;
 use crate::scene::Scene;
 use crate::study::advise::{Advice, Expected, Goal, Length, advise};
 
-/// The share of the render time that is spent on the probe, within [`PROBE_SECONDS`].
-const PROBE_SHARE: f64 = 0.2;
-const PROBE_SECONDS: [f64; 2] = [3.0, 30.0];
-const PROBE_FOR_ERROR: f64 = 10.0;
+/// The seconds that advice takes in all, at least and at most, unless it is given: within them, those of the render.
+const SECONDS: [f64; 2] = [5.0, 30.0];
+const SECONDS_FOR_ERROR: f64 = 15.0;
 
 /// Arguments of `goblet advise`.
 #[derive(Args, Clone, Debug)]
@@ -36,7 +37,11 @@ pub struct AdviseArgs {
     #[arg(allow_negative_numbers = true)]
     pub error: Option<f64>,
 
-    /// Approximate time of the probe, in seconds [default: a fifth of --time, from 3 to 30; 10 with --error]
+    /// Time that the advice takes, in seconds [default: --time, from 5 to 30; 15 with --error]
+    ///
+    /// goblet reads the scene, compiles the kernels once and makes the trial of --photons auto. The rest of the time, at
+    /// least a quarter, is for five short renders with other radii, eye paths and photons. The last of them has the
+    /// advised settings and three sevenths of the rest. If the time is short for the image, they have fewer pixels.
     #[arg(long, value_name = "SECONDS", value_parser = seconds, allow_negative_numbers = true)]
     pub probe: Option<Duration>,
 
@@ -55,6 +60,10 @@ pub struct AdviseArgs {
     /// Print JSON
     #[arg(long)]
     pub json: bool,
+
+    /// Print errors only, and no progress
+    #[arg(short, long)]
+    pub quiet: bool,
 }
 
 /// The result that is printed.
@@ -76,20 +85,29 @@ struct Report {
 /// # Errors
 /// The scene cannot be rendered, the device fails, or standard output cannot be written to.
 pub fn run(args: &AdviseArgs) -> Result<(), Failure> {
-    let scene = Scene::load_within(&args.scene, args.scene_memory.budget())?;
-    for warning in &scene.warnings {
-        terminal::warn(warning);
-    }
+    let start = Instant::now();
+    let status = Status::new(Activity::ReadingScene, args.quiet);
     let time = args.time.map_or(0.0, |time| time.as_secs_f64());
     let goal = args.error.map_or(Goal::Time(time), Goal::Error);
     let usual = match goal {
-        Goal::Time(seconds) => (PROBE_SHARE * seconds).clamp(PROBE_SECONDS[0], PROBE_SECONDS[1]),
-        Goal::Error(_) => PROBE_FOR_ERROR,
+        Goal::Time(seconds) => seconds.clamp(SECONDS[0], SECONDS[1]),
+        Goal::Error(_) => SECONDS_FOR_ERROR,
     };
-    let probe = args.probe.unwrap_or(Duration::from_secs_f64(usual));
+    let budget = args.probe.unwrap_or(Duration::from_secs_f64(usual));
+    status.show(Box::new(move |since| Line {
+        share: Some(start.elapsed().as_secs_f64() / budget.as_secs_f64()),
+        parts: vec![since.to_string(), format!("about {} in all", of_limit(start.elapsed(), budget))],
+    }));
+    let scene = Scene::load_within(&args.scene, args.scene_memory.budget())?;
+    for warning in scene.warnings.iter().filter(|_| !args.quiet) {
+        terminal::warn(warning);
+    }
+    status.note(Activity::OpeningDevice);
     let device = Arc::new(open_device(args.device.as_deref(), false)?);
     let base = Options { resolution: args.resolution, ..Options::default() };
-    let advice = advise(&device, &scene, &base, goal, Length::Time(probe))?;
+    let length = Length::Time(budget.saturating_sub(start.elapsed()));
+    let advice = advise(&device, &scene, &base, goal, length, status.observer())?;
+    drop(status);
     let options = options(args, &advice);
     let report = Report {
         device: device.info().name.clone(),

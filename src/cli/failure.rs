@@ -58,6 +58,16 @@ pub enum Failure {
         /// The reason.
         reason: CheckpointError,
     },
+    /// Two of the files to merge have the same shard.
+    #[error("{}: shard {shard} is in {} as well; expected each shard once", .path.display(), .other.display())]
+    ShardTwice {
+        /// The file.
+        path: PathBuf,
+        /// The file before it that has the shard too.
+        other: PathBuf,
+        /// The shard, as in `--shard`.
+        shard: String,
+    },
     /// A layer that was asked for does not follow from the sums of a checkpoint.
     #[error(transparent)]
     Layer(#[from] NoSums),
@@ -164,7 +174,19 @@ fn as_named(path: &Path, other: &Path) -> String {
     if path == other { String::new() } else { format!(" (as {})", other.display()) }
 }
 
+/// Returns the reason in a message of a library that may begin with a place in its own source, as winit's do: `os error at
+/// PATH:LINE: reason`. The place tells users nothing.
+fn reason_of(message: &str) -> &str {
+    let place = message.strip_prefix("os error at ").and_then(|rest| rest.split_once(": "));
+    place.map_or(message, |(_, reason)| reason).trim_end_matches('.')
+}
+
 impl Failure {
+    /// Returns the failure of a window for an error of the library that opens it.
+    pub fn window(error: impl std::fmt::Display) -> Self {
+        Self::Window(reason_of(&error.to_string()).to_owned())
+    }
+
     /// Returns the exit code: 2 if the user can correct the command or its inputs, else 1.
     pub fn exit_code(&self) -> u8 {
         match self {
@@ -176,6 +198,7 @@ impl Failure {
             | Self::Compare(_)
             | Self::Tessellate(_)
             | Self::SameFile { .. }
+            | Self::ShardTwice { .. }
             | Self::NoCommand { .. }
             | Self::Layer(_)
             | Self::Render(RenderError::Scene(_) | RenderError::Option(_))
@@ -200,6 +223,26 @@ impl Failure {
             | Self::Report { .. }
             | Self::NotFinite(_)
             | Self::Validation(_) => 1,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn no_message_has_a_place_in_the_source_of_a_library() {
+        for (message, expected) in [
+            (
+                "os error at /home/x/.cargo/registry/src/winit-0.30/src/linux/mod.rs:765: no DISPLAY is set.",
+                "no DISPLAY is set",
+            ),
+            ("os error at C:\\x\\mod.rs:7: denied: really", "denied: really"),
+            ("nothing of the kind: here", "nothing of the kind: here"),
+        ] {
+            let failure = Failure::window(message);
+            assert_eq!(failure.to_string(), format!("cannot open a window: {expected}; goblet render needs none"));
         }
     }
 }

@@ -12,6 +12,7 @@ use goblet_host::Device;
 use super::cache::open_device;
 use super::failure::CompareError;
 use super::outputs::{Files, Written};
+use super::status::{Line, Status, duration, of_limit};
 use super::values::{positive_u32, seconds};
 use super::{Failure, SceneMemory, terminal};
 use crate::base::output::replace;
@@ -19,9 +20,10 @@ use crate::gpu_scene::pack::pack;
 use crate::image::compare::SizeMismatch;
 use crate::image::file;
 use crate::image::film::Image;
+use crate::render::activity::Activity;
 use crate::render::error::RenderError;
 use crate::render::options::Options;
-use crate::render::renderer::Renderer;
+use crate::render::renderer::Prepared;
 use crate::scene::Scene;
 use crate::study::machine::Machine;
 use crate::study::measure::{
@@ -110,6 +112,7 @@ fn vary(text: &str) -> Result<Vary, String> {
 /// # Errors
 /// The scene, a setting or the reference is invalid, or the device or an output fails.
 pub fn run(args: &MeasureArgs) -> Result<(), Failure> {
+    let status = Status::new(Activity::ReadingScene, args.quiet);
     let scene = Scene::load_within(&args.scene, args.scene_memory.budget())?;
     for warning in scene.warnings.iter().filter(|_| !args.quiet) {
         terminal::warn(warning);
@@ -119,17 +122,28 @@ pub fn run(args: &MeasureArgs) -> Result<(), Failure> {
     check_files(args, &scene, settings.len())?;
     fs::create_dir_all(&args.output).map_err(|reason| failed(&args.output, reason))?;
     let given = given_reference(args)?;
+    if !args.quiet {
+        terminal::say(plan(args, settings.len(), given.is_none()));
+    }
+    status.note(Activity::OpeningDevice);
     let device = Arc::new(open_device(args.device.as_deref(), false)?);
     let (image, source) = match given {
         Some(given) => given,
-        None => own_reference(args, &device, &scene)?,
+        None => own_reference(args, &device, &scene, &status)?,
     };
+    status.note(Activity::Rendering);
     let reference = Reference::new(image, args.vary.iter().any(|vary| vary.knob == "resolution"));
     check_sizes(&reference, &scene, &settings)?;
 
     let mut measurement = Measurement::new(&device, &scene, &reference, &settings, args.budget);
+    let begin = Instant::now();
     for turn in 0..args.repeat {
-        measurement.turn(turn, |setting, run| say(args, turn, setting, run))?;
+        let tell = |setting: &Setting, done: f64| {
+            let place = Place { turn, turns: args.repeat, done, label: setting.label(), begin };
+            status.show(Box::new(move |_| place.line()));
+            status.draw();
+        };
+        measurement.turn(turn, tell, |setting, run| say(args, turn, setting, run))?;
         let conditions = Conditions {
             machine: Machine::new(device.info()),
             command: command_line(),
@@ -140,10 +154,54 @@ pub fn run(args: &MeasureArgs) -> Result<(), Failure> {
         };
         write(&args.output, &measurement, conditions)?;
     }
+    drop(status);
     if !args.quiet {
+        terminal::say(format_args!("measured in {}", duration(begin.elapsed().as_secs_f64())));
         terminal::say(format_args!("wrote {}", args.output.join(REPORT).display()));
     }
     Ok(())
+}
+
+/// Returns how long the measurement will take, before anything is rendered. How long kernels take to compile, and images to
+/// compare, follows from the first runs: [`Place`].
+fn plan(args: &MeasureArgs, settings: usize, renders_reference: bool) -> String {
+    let runs = settings as f64 * f64::from(args.repeat);
+    let reference = if renders_reference { f64::from(REFERENCE_BUDGETS) } else { 0.0 };
+    let seconds = (runs + reference) * args.budget.as_secs_f64();
+    let some = |count: f64, what: &str| format!("{count} {what}{}", if count == 1.0 { "" } else { "s" });
+    format!(
+        "measuring {} in {} of {} each{}: about {} of rendering; kernels are compiled and images compared besides",
+        some(settings as f64, "setting"),
+        some(args.repeat.into(), "turn"),
+        duration(args.budget.as_secs_f64()),
+        if renders_reference { ", after a reference" } else { "" },
+        duration(seconds),
+    )
+}
+
+/// Where a measurement is.
+struct Place {
+    turn: u32,
+    turns: u32,
+    /// The share of the turn that is done.
+    done: f64,
+    /// The setting that is rendered.
+    label: String,
+    begin: Instant,
+}
+
+impl Place {
+    fn line(&self) -> Line {
+        let Self { turn, turns, done, ref label, begin } = *self;
+        let share = (f64::from(turn) + done) / f64::from(turns);
+        let elapsed = begin.elapsed().as_secs_f64();
+        let mut parts = vec![format!("turn {} of {turns}", turn + 1)];
+        // Turns take equal times, nearly.
+        parts.extend((share > 0.0).then(|| format!("about {} left", duration(elapsed * (1.0 / share - 1.0)))));
+        parts.push(label.clone());
+        parts.push(format!("{} so far", duration(elapsed)));
+        Line { share: Some(share), parts }
+    }
 }
 
 /// Checks before anything is rendered that no result replaces a file that the command reads.
@@ -185,7 +243,12 @@ fn given_reference(args: &MeasureArgs) -> Result<Option<(Image, Source)>, Failur
 }
 
 /// Renders a reference with the scene's own settings, and writes it to the folder of the results.
-fn own_reference(args: &MeasureArgs, device: &Arc<Device>, scene: &Scene) -> Result<(Image, Source), Failure> {
+fn own_reference(
+    args: &MeasureArgs,
+    device: &Arc<Device>,
+    scene: &Scene,
+    status: &Status,
+) -> Result<(Image, Source), Failure> {
     let time = args.budget * REFERENCE_BUDGETS;
     if !args.quiet {
         terminal::say(format_args!(
@@ -194,8 +257,13 @@ fn own_reference(args: &MeasureArgs, device: &Arc<Device>, scene: &Scene) -> Res
         ));
     }
     let seed = Some(scene.integrator.seed.wrapping_add(REFERENCE_SEED));
-    let mut renderer = Renderer::new(Arc::clone(device), scene, &Options { seed, ..Options::default() })?;
+    let options = Options { seed, ..Options::default() };
+    let mut renderer = Prepared::new(scene, &options, status.observer())?.build(Arc::clone(device))?;
     let start = Instant::now();
+    status.show(Box::new(move |since| Line {
+        share: Some(start.elapsed().as_secs_f64() / time.as_secs_f64()),
+        parts: vec![format!("reference, {}", of_limit(start.elapsed(), time)), since.activity.to_string()],
+    }));
     while renderer.iterations() == 0 || start.elapsed() < time {
         renderer.step()?;
     }

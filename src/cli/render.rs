@@ -8,7 +8,7 @@ mod options;
 mod options_page;
 mod progress;
 mod signal;
-mod spinner;
+mod summary;
 #[cfg(test)]
 mod tests;
 
@@ -19,23 +19,25 @@ use std::time::{Duration, Instant};
 pub use args::RenderArgs;
 use display_server::DisplayServer;
 use limit::Limit;
-use progress::{Begin, ProgressLine};
+use progress::{Begin, Progress};
 pub use signal::STOPPED;
 use signal::Signals;
-use spinner::Spinner;
 
 use super::cache::open_device;
 use super::outputs::{AN_IMAGE, Files, THE_CHECKPOINT, THE_STATISTICS, Written};
 use super::stats::{Stats, percent};
+use super::status::Status;
 use super::{Failure, terminal};
 use crate::image::estimate::Estimate;
 use crate::image::exposure::{self, Exposure, exposed, white_share};
 use crate::image::file::{self, Attribute, Channel, ImageError};
 use crate::image::film::Image;
+use crate::render::activity::Activity;
 use crate::render::aov;
 use crate::render::checkpoint::{Checkpoint, CheckpointError, MadeBy};
 use crate::render::error::RenderError;
-use crate::render::renderer::Renderer;
+use crate::render::renderer::{Prepared, Renderer};
+use crate::render::unsampled::Noise;
 use crate::scene::Scene;
 
 /// The largest share of white pixels in a picture without a warning.
@@ -62,9 +64,8 @@ pub fn run(args: &RenderArgs) -> Result<End, Failure> {
 fn run_with(args: &RenderArgs, step: impl Fn(&mut Renderer) -> Result<(), RenderError>) -> Result<End, Failure> {
     let start = Instant::now();
     let mut signals = Signals::new()?;
-    let notice = Spinner::new("reading the scene", args.quiet);
+    let status = Status::new(Activity::ReadingScene, args.quiet);
     let scene = Scene::load_within(&args.scene, args.scene_memory.budget())?;
-    drop(notice);
     for warning in scene.warnings.iter().filter(|_| !args.quiet) {
         terminal::warn(warning);
     }
@@ -74,40 +75,28 @@ fn run_with(args: &RenderArgs, step: impl Fn(&mut Renderer) -> Result<(), Render
     let resumed = args.resume.as_deref().map(read_checkpoint).transpose()?;
     let load_time = start.elapsed();
 
-    let device = Arc::new(open_device(args.device.as_deref(), args.validate)?);
-    let notice = Spinner::new("preparing the scene", args.quiet);
-    let mut renderer = Renderer::new(device, &scene, &args.options())?;
-    drop(notice);
-    for warning in renderer.warnings().iter().filter(|_| !args.quiet) {
-        terminal::warn(warning);
-    }
-    if let (Some(path), Some(checkpoint)) = (&args.resume, &resumed) {
-        renderer.resume(checkpoint).map_err(|reason| at(path, reason))?;
-        if !args.quiet {
-            warn_of_other_maker(path, &checkpoint.made_by, &MadeBy::new(renderer.device()));
-        }
-    }
-    if !args.quiet {
-        let seconds = renderer.compile_time().as_secs_f64();
-        terminal::say(format_args!("compiled the kernels in {seconds:.1} s"));
-        if let Some(choice) = renderer.choice() {
-            terminal::say(format_args!("trial of {:.1} s: {choice}", choice.time.as_secs_f64()));
-        }
-    }
+    let resumed = args.resume.as_deref().zip(resumed.as_ref());
+    let mut renderer = prepare(args, &scene, resumed, &status)?;
     signals.begin();
     let begin = Begin { iterations: renderer.iterations(), photons: renderer.photons(), time: Instant::now() };
     let address = args.display_server.clone();
     let mut display =
         address.map(|address| DisplayServer::new(address, scene_name(&args.scene), &args.aov, args.quiet));
-    let outcome = iterate(args, &scene, &signals, &mut renderer, &begin, &mut display, step);
+    let limit = Limit::new(args, &scene, renderer.sequence());
+    let mut progress = Progress::new(&status, limit, begin);
+    let outcome = iterate(args, &signals, &mut renderer, &mut progress, &mut display, step);
     let render_time = begin.time.elapsed();
+    status.note(Activity::Writing);
     let mut written = Written::default();
-    written.note(args.checkpoint.as_ref().map_or(Ok(()), |path| save(args, path, &renderer)));
+    let saved = args.checkpoint.as_deref().map(|path| save(args, path, &renderer).map(|()| path)).transpose();
     if renderer.iterations() > 0 || outcome.is_ok() {
         let times = [load_time, render_time, start.elapsed()];
         written.note(write(args, &scene, &outputs, &mut renderer, &begin, times));
         written.note(display.map_or(Ok(()), |display| display.finish(&renderer)));
     }
+    drop(status);
+    say_end(args, &outcome, &renderer, saved.as_ref().ok().copied().flatten());
+    written.note(saved.map(drop));
     // The failure that stopped the render determines the result, even if outputs failed after it.
     let end = match outcome {
         Err(failure) => {
@@ -122,7 +111,57 @@ fn run_with(args: &RenderArgs, step: impl Fn(&mut Renderer) -> Result<(), Render
     if messages.is_empty() { Ok(end) } else { Err(Failure::Validation(messages)) }
 }
 
-/// Writes images and statistics. A failed output does not stop the others.
+/// Opens the device and prepares the scene, up to the first iteration. A checkpoint that is to be resumed is compared
+/// with the render before any kernel is compiled.
+fn prepare(
+    args: &RenderArgs,
+    scene: &Scene,
+    resumed: Option<(&Path, &Checkpoint)>,
+    status: &Status,
+) -> Result<Renderer, Failure> {
+    status.note(Activity::OpeningDevice);
+    let device = Arc::new(open_device(args.device.as_deref(), args.validate)?);
+    let options = args.options();
+    let prepared = Prepared::new(scene, &options, status.observer())?;
+    if let Some((path, checkpoint)) = resumed {
+        prepared.check(checkpoint).map_err(|reason| at(path, reason))?;
+    }
+    let mut renderer = prepared.build(device)?;
+    for warning in renderer.warnings().iter().filter(|_| !args.quiet) {
+        terminal::warn(warning);
+    }
+    if let Some((path, checkpoint)) = resumed {
+        renderer.resume(checkpoint).map_err(|reason| at(path, reason))?;
+        if !args.quiet {
+            warn_of_other_maker(path, &checkpoint.made_by, &MadeBy::new(renderer.device()));
+        }
+    }
+    if !args.quiet {
+        let seconds = renderer.compile_time().as_secs_f64();
+        terminal::say(format_args!("compiled the kernels in {seconds:.1} s"));
+        if let Some(choice) = renderer.choice() {
+            terminal::say(format_args!("trial of {:.1} s: {choice}", choice.time.as_secs_f64()));
+        }
+    }
+    status.note(Activity::Rendering);
+    Ok(renderer)
+}
+
+/// Says which checkpoint was written, and how to go on if the render was stopped or has failed.
+fn say_end(args: &RenderArgs, outcome: &Result<End, Failure>, renderer: &Renderer, saved: Option<&Path>) {
+    if args.quiet {
+        return;
+    }
+    if let Some(path) = saved {
+        terminal::say(format_args!("wrote {}", path.display()));
+    }
+    let has_failed = outcome.is_err() && saved.is_some() && renderer.iterations() > 0;
+    if matches!(outcome, Ok(End::Stopped)) || has_failed {
+        terminal::say(summary::stopped(args, renderer.iterations(), saved));
+    }
+}
+
+/// Says the summary, and writes images and statistics. A failed output does not stop the others.
 fn write(
     args: &RenderArgs,
     scene: &Scene,
@@ -132,6 +171,10 @@ fn write(
     times: [Duration; 3],
 ) -> Result<(), Failure> {
     let estimate = renderer.estimate()?;
+    let noise = renderer.noise(&estimate)?;
+    if !args.quiet {
+        terminal::say(summary::summary(renderer, begin, times[1], &noise));
+    }
     let mut metadata = renderer.metadata(&scene_name(&args.scene), &estimate);
     if args.record_times {
         let [_, render, total] = times;
@@ -141,7 +184,7 @@ fn write(
     let channels = aov::channels(&args.aov, &estimate)?;
     let mut written = Written::default();
     written.note(write_images(outputs, &estimate, &channels, &metadata, args.exposure, args.quiet));
-    written.note(write_stats(args, scene, renderer, &estimate, begin, times));
+    written.note(write_stats(args, scene, renderer, noise, begin, times));
     written.end()
 }
 
@@ -149,33 +192,36 @@ fn write(
 fn write_stats(
     args: &RenderArgs,
     scene: &Scene,
-    renderer: &mut Renderer,
-    estimate: &Estimate,
+    renderer: &Renderer,
+    noise: Noise,
     begin: &Begin,
     times: [Duration; 3],
 ) -> Result<(), Failure> {
     let photons = renderer.photons() - begin.photons;
-    let noise = renderer.noise(estimate)?;
     let stats = Stats::new(scene, renderer, noise, photons, times)?;
     for warning in stats.warnings() {
         terminal::warn(warning);
     }
-    args.stats.as_ref().map_or(Ok(()), |path| stats.write(path))
+    let Some(path) = &args.stats else { return Ok(()) };
+    stats.write(path)?;
+    if !args.quiet {
+        terminal::say(format_args!("wrote {}", path.display()));
+    }
+    Ok(())
 }
 
 /// Runs iterations until a limit or a signal, and shows images and saves checkpoints on the way. A signal stops the render
 /// only after the first iteration, so that there is an image.
 fn iterate(
     args: &RenderArgs,
-    scene: &Scene,
     signals: &Signals,
     renderer: &mut Renderer,
-    begin: &Begin,
+    progress: &mut Progress,
     display: &mut Option<DisplayServer>,
     step: impl Fn(&mut Renderer) -> Result<(), RenderError>,
 ) -> Result<End, Failure> {
-    let limit = Limit::new(args, scene, renderer.sequence());
-    let mut progress = ProgressLine::new(&limit, begin, args.quiet);
+    let (limit, begin) = (progress.limit, progress.begin);
+    progress.draw(renderer);
     let mut saved = Instant::now();
     // A resumed render may have reached the target error already.
     if limit.wants_error(renderer.iterations(), args.quiet) {
@@ -189,7 +235,7 @@ fn iterate(
         if limit.wants_error(renderer.iterations(), args.quiet) {
             progress.error = renderer.relative_error()?;
         }
-        progress.show(renderer, &limit);
+        progress.show(renderer);
         if let Some(display) = display {
             display.show(renderer)?;
         }
@@ -201,7 +247,7 @@ fn iterate(
             saved = Instant::now();
         }
     }
-    progress.finish();
+    progress.draw(renderer);
     Ok(End::Done)
 }
 

@@ -4,21 +4,79 @@
 //! failure, because its reader needs no more, as in `goblet info scene.pbrt | head -1`. Messages go to
 //! standard error. If this fails, nothing changes: a render continues without its log.
 //!
+//! If standard error is a terminal, its last line may be a status, which is drawn again and again. Messages are printed
+//! above it. It needs no control characters but the carriage return, and is never as long as the terminal is wide.
+//!
 //! Names of files, devices and scenes may contain any characters. Control characters are printed as in JSON,
 //! so that they cannot move the cursor of a terminal or change its title.
 
 use std::borrow::Cow;
 use std::ffi::OsString;
 use std::fmt::{Display, Write as _};
-use std::io::{self, ErrorKind, Write};
+use std::io::{self, ErrorKind, IsTerminal, Write};
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Mutex, PoisonError};
 
 use super::Failure;
 
+/// The width of a terminal that does not tell its width, in columns.
+const USUAL_WIDTH: usize = 80;
+
+/// The status that is on the last line of the terminal; empty if there is none.
+static STATUS: Mutex<String> = Mutex::new(String::new());
+/// Whether a status may still be shown.
+static MAY_SHOW: AtomicBool = AtomicBool::new(true);
+
 /// Prints a message on standard error.
 pub fn say(message: impl Display) {
-    let line = format!("{}\n", printable(&message.to_string()));
+    let status = STATUS.lock().unwrap_or_else(PoisonError::into_inner);
+    let line = format!("{}{}\n{status}", erased(&status), printable(&message.to_string()));
+    put(&line);
+}
+
+/// Prints the last message of the process: no status is shown after it.
+pub fn say_at_last(message: impl Display) {
+    MAY_SHOW.store(false, Ordering::Relaxed);
+    show_status("");
+    say(message);
+}
+
+/// Returns whether standard error is a terminal, on which a status can be shown.
+pub fn has_status() -> bool {
+    io::stderr().is_terminal()
+}
+
+/// Returns the number of columns of the terminal.
+pub fn width() -> usize {
+    let (_, columns) = console::Term::stderr().size_checked().unwrap_or_default();
+    if columns == 0 { USUAL_WIDTH } else { columns.into() }
+}
+
+/// Shows a status of plain characters in place of the one before; none if it is empty. It must be shorter than the
+/// [`width`].
+pub fn show_status(line: &str) {
+    let mut status = STATUS.lock().unwrap_or_else(PoisonError::into_inner);
+    let line = if MAY_SHOW.load(Ordering::Relaxed) { line } else { "" };
+    if *status == line {
+        return;
+    }
+    let gone = status.chars().count().saturating_sub(line.chars().count());
+    let mut text = format!("\r{line}{:gone$}", "");
+    if line.is_empty() {
+        text.push('\r');
+    }
+    put(&text);
+    line.clone_into(&mut status);
+}
+
+/// Returns the characters that erase a status.
+fn erased(status: &str) -> String {
+    if status.is_empty() { String::new() } else { format!("\r{:width$}\r", "", width = status.chars().count()) }
+}
+
+fn put(text: &str) {
     // If standard error is closed, there is no place to report this.
-    let _ = io::stderr().lock().write_all(line.as_bytes());
+    let _ = io::stderr().lock().write_all(text.as_bytes());
 }
 
 /// Prints a warning about the result.
@@ -36,6 +94,7 @@ pub fn fail(failure: &Failure) {
 /// # Errors
 /// Standard output cannot be written to, for another reason than a closed pipe.
 pub fn print(text: &str) -> Result<(), Failure> {
+    show_status("");
     print_to(&mut io::stdout().lock(), text)
 }
 

@@ -4,6 +4,7 @@
 //! A file is a gzip stream, whose checksum detects a truncated file. It contains one line of JSON, then the
 //! sums and the states of the pixels in their memory layout, little-endian.
 
+pub(in crate::render) mod difference;
 pub(in crate::render) mod error;
 mod layers;
 
@@ -20,6 +21,7 @@ use glam::DMat3;
 use goblet_host::Device;
 use serde::{Deserialize, Serialize};
 
+pub use difference::{Difference, Differences, To};
 pub use error::CheckpointError;
 use error::FORMAT;
 use layers::LayerHeader;
@@ -177,17 +179,24 @@ impl Checkpoint {
     pub(crate) fn done_by(&self, shard: Shard) -> Result<u32, CheckpointError> {
         match self.done.get(&shard.index) {
             Some(done) if self.shards == shard.count && self.done.len() == 1 && !self.states.is_empty() => Ok(*done),
-            _ => Err(CheckpointError::Shard {
-                here: format!("{}/{}", shard.index, shard.count),
-                there: self.shard_names(),
-            }),
+            _ => Err(self.other_shard(shard)),
         }
     }
 
-    /// Returns the indices and the number of shards, as in `0/3` or `0,2/3`.
-    fn shard_names(&self) -> String {
-        let indices: Vec<String> = self.done.keys().map(u32::to_string).collect();
-        format!("{}/{}", shorten(&indices.join(",")), self.shards)
+    fn other_shard(&self, shard: Shard) -> CheckpointError {
+        let name = |index: u32, count: u32| format!("shard {index}/{count}");
+        let here = if shard.count == 1 { "whole".to_owned() } else { name(shard.index, shard.count) };
+        let (there, expected) = match self.done.keys().next() {
+            Some(_) if self.shards == 1 => ("a whole render".to_owned(), "no --shard".to_owned()),
+            Some(index) if self.done.len() == 1 && !self.states.is_empty() => {
+                (name(*index, self.shards), format!("--shard {index}/{}", self.shards))
+            }
+            _ => {
+                let merged = format!("merged shards, {} of {}", shorten(&ranges(self.done.keys())), self.shards);
+                (merged, "the checkpoint of one shard, or goblet merge".to_owned())
+            }
+        };
+        CheckpointError::Shard { here, there, expected }
     }
 
     /// Adds the iterations of other shards.
@@ -195,11 +204,9 @@ impl Checkpoint {
     /// # Errors
     /// The other checkpoint is of another render, or has a shard that this one has too.
     pub fn merge(&mut self, other: &Self) -> Result<(), CheckpointError> {
-        self.identity.check(&other.identity)?;
-        let option =
-            |name: &str, here: String, there: String| CheckpointError::Option { name: name.into(), here, there };
+        self.identity.check(&other.identity, To::Others)?;
         if self.shards != other.shards {
-            return Err(option("shards", self.shards.to_string(), other.shards.to_string()));
+            return Err(CheckpointError::Shards { here: self.shards, there: other.shards });
         }
         let Estimate { resolution, unit, white_balance, ref layers, .. } = other.estimate;
         self.check_form(resolution, unit, white_balance, &layers.form)?;
@@ -207,7 +214,7 @@ impl Checkpoint {
         if let (Some(here), Some(there)) = (self.first_radius, other.first_radius)
             && here != there
         {
-            return Err(option("first radius", format!("{here:?}"), format!("{there:?}")));
+            return Err(CheckpointError::Radii);
         }
         if let Some(index) = self.done.keys().find(|index| other.done.contains_key(index)) {
             return Err(CheckpointError::Twice(*index));
@@ -375,6 +382,23 @@ fn window_of(estimate: &Estimate) -> Option<[[u32; 2]; 2]> {
 #[derive(Deserialize)]
 struct Version {
     goblet_checkpoint: u32,
+}
+
+/// Returns numbers in increasing order as words, as in `0, 2-5, 7`.
+pub fn ranges<'a>(numbers: impl Iterator<Item = &'a u32>) -> String {
+    let mut ranges: Vec<[u32; 2]> = Vec::new();
+    for number in numbers {
+        match ranges.last_mut() {
+            Some([_, last]) if last.checked_add(1) == Some(*number) => *last = *number,
+            _ => ranges.push([*number; 2]),
+        }
+    }
+    let words = ranges.into_iter().map(|[first, last]| match last - first {
+        0 => first.to_string(),
+        1 => format!("{first}, {last}"),
+        _ => format!("{first}-{last}"),
+    });
+    words.collect::<Vec<_>>().join(", ")
 }
 
 fn torn(error: io::Error) -> CheckpointError {

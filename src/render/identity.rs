@@ -1,7 +1,7 @@
 //! The scene and the options that determine an image. A checkpoint can be continued, and shards can be
 //! merged, only if their identities are equal.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 use bytemuck::Pod;
 use serde::{Deserialize, Serialize};
@@ -11,9 +11,13 @@ use crate::base::names::Named;
 use crate::gpu_scene::camera::View;
 use crate::gpu_scene::pack::PackedScene;
 use crate::image::film::CoordinateSystem;
+use crate::render::checkpoint::difference::{
+    Difference, Differences, EYE_PATHS, INTEGRATOR, PHOTONS, RESOLUTION, ROUND, To, options_for,
+};
 use crate::render::checkpoint::error::CheckpointError;
+use crate::render::counts::Auto;
 use crate::render::options::table::{Effect, OPTIONS};
-use crate::render::options::{Contribution, Options, Resolved};
+use crate::render::options::{Contribution, DEFAULT_ROUND, Integrator, Options, Resolved};
 use crate::render::radius::{RADIUS_SCHEDULE, RadiusSchedule};
 use crate::scene::{Scene, shorten};
 
@@ -109,23 +113,85 @@ impl Identity {
         self.0.get(RADIUS_SCHEDULE).is_some_and(|name| name == schedule.name())
     }
 
-    /// Checks that a checkpoint with the identity `other` is of this render.
+    /// Checks that a checkpoint with the identity `other` is of this render, or of the same render as the checkpoints
+    /// before it.
     ///
     /// # Errors
-    /// The identities differ. The error has the first difference; options come before parts of the scene.
-    pub fn check(&self, other: &Self) -> Result<(), CheckpointError> {
-        let differing = self.0.keys().chain(other.0.keys()).filter(|name| self.0.get(*name) != other.0.get(*name));
-        let Some(name) = differing.min_by_key(|name| PARTS.iter().position(|part| part == name)) else {
-            return Ok(());
-        };
-        let [here, there] = [self, other].map(|identity| identity.0.get(name).map_or("nothing", String::as_str));
-        // Names and values from a file may be of any length.
-        let [name, here, there] = [name.as_str(), here, there].map(shorten);
-        Err(if here.starts_with(DIGEST) || there.starts_with(DIGEST) {
-            CheckpointError::Scene { part: name }
+    /// The identities differ. The error has all options that differ; if there is none, the parts of the scene that do.
+    pub fn check(&self, other: &Self, to: To) -> Result<(), CheckpointError> {
+        self.check_without(other, to, &[])
+    }
+
+    /// Checks that a checkpoint is of this render, except for the numbers that a trial will choose.
+    ///
+    /// # Errors
+    /// The same as for [`Identity::check`].
+    pub fn check_except(&self, other: &Self, auto: Auto) -> Result<(), CheckpointError> {
+        let chosen = [(auto.photons, PHOTONS), (auto.eye_paths, EYE_PATHS)];
+        let chosen: Vec<&str> = chosen.iter().filter(|(is_auto, _)| *is_auto).map(|(_, name)| *name).collect();
+        self.check_without(other, To::Render, &chosen)
+    }
+
+    fn check_without(&self, other: &Self, to: To, left_out: &[&str]) -> Result<(), CheckpointError> {
+        let names: BTreeSet<&String> = self.0.keys().chain(other.0.keys()).collect();
+        let differs = |name: &&String| self.0.get(*name) != other.0.get(*name) && !left_out.contains(&name.as_str());
+        let differing: Vec<&str> = names.into_iter().filter(differs).map(String::as_str).collect();
+        let follows = |name: &str| [self, other].iter().all(|it| it.follows(name, &differing));
+        let all: Vec<Difference> = differing
+            .iter()
+            .filter(|name| !self.is_digest(other, name) && !follows(name))
+            .map(|name| self.difference(other, name))
+            .collect();
+        if !all.is_empty() {
+            return Err(CheckpointError::Options(Differences { to, all }));
+        }
+        let mut parts: Vec<&str> = PARTS.into_iter().filter(|part| differing.contains(part)).collect();
+        if parts.first() == Some(&PARTS[0]) {
+            parts.truncate(1);
+        }
+        // A name that this program does not know is in a file of another one.
+        parts.extend(differing.iter().copied().find(|_| parts.is_empty()));
+        if parts.is_empty() {
+            Ok(())
         } else {
-            CheckpointError::Option { name, here, there }
-        })
+            Err(CheckpointError::Scene { parts: parts.into_iter().map(shorten).collect() })
+        }
+    }
+
+    fn get(&self, name: &str) -> Option<&str> {
+        self.0.get(name).map(String::as_str)
+    }
+
+    fn is_digest(&self, other: &Self, name: &str) -> bool {
+        [self, other].iter().any(|identity| identity.get(name).is_some_and(|value| value.starts_with(DIGEST)))
+    }
+
+    /// Returns whether a value that differs is the usual one for another value that differs too: one photon per pixel for
+    /// the size of the image, the length of rounds for the integrator, and the form of layers.
+    fn follows(&self, name: &str, differing: &[&str]) -> bool {
+        let number = |name: &str| self.get(name).and_then(|value| value.parse::<u64>().ok());
+        match name {
+            PHOTONS if differing.contains(&RESOLUTION) => {
+                let size = self.get(RESOLUTION).and_then(|size| size.split_once('x'));
+                let sides = size.and_then(|(width, height)| width.parse::<u64>().ok().zip(height.parse::<u64>().ok()));
+                number(PHOTONS).is_some()
+                    && number(PHOTONS) == sides.map(|(width, height)| width.saturating_mul(height))
+            }
+            ROUND if differing.contains(&INTEGRATOR) => {
+                let is_sppm = self.get(INTEGRATOR) == Some(Integrator::Sppm.name());
+                number(ROUND) == Some(if is_sppm { 1 } else { DEFAULT_ROUND.into() })
+            }
+            // They are there where layers are.
+            name if LAYERS[1..].contains(&name) => differing.contains(&LAYERS[0]),
+            _ => false,
+        }
+    }
+
+    /// Returns a difference with the options that give the value of `other`.
+    fn difference(&self, other: &Self, name: &str) -> Difference {
+        let [here, there] = [self, other].map(|identity| identity.get(name).map(str::to_owned));
+        let options = options_for(name, there.as_deref(), other.get(PHOTONS));
+        Difference { name: name.to_owned(), here, there, options }
     }
 }
 

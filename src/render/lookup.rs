@@ -12,6 +12,7 @@ use std::time::Duration;
 
 use goblet_host::{Device, Frame};
 use grid::HashGrid;
+use photon_grid::PhotonGrid;
 pub use rough::RoughGather;
 use tree::{KdTree, TreeArrays};
 
@@ -53,6 +54,15 @@ impl Lookup {
                 Self::Tree(KdTree::new(device, buffers, sizes, specialization, workgroup_size)?.into())
             }
         })
+    }
+
+    /// Returns the number of kernels that [`Lookup::new`] compiles.
+    pub fn kernels(kind: LookupKind, has_caustics: bool) -> u32 {
+        let of_index = match kind {
+            LookupKind::HashGrid => PhotonGrid::KERNELS,
+            LookupKind::KdTree => 1,
+        };
+        of_index + 1 + u32::from(has_caustics)
     }
 
     /// Returns the bytes that the index takes, without allocating it.

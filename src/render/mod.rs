@@ -1,6 +1,7 @@
 //! Renders: options, iterations, lookups, counters, checkpoints. Callers use [`renderer::Renderer`]. The
 //! algorithm is in `iteration.rs`.
 
+pub mod activity;
 pub mod aov;
 pub(crate) mod buffers;
 pub mod checkpoint;

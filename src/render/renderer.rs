@@ -3,25 +3,27 @@
 mod aside;
 mod inspect;
 mod noise;
+mod prepared;
 mod restart;
 mod trial;
 
 use std::sync::Arc;
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
 pub use aside::Aside;
-use goblet_host::{Device, DeviceKind};
+use goblet_host::Device;
+pub use prepared::Prepared;
 
 use crate::base::host_memory;
 use crate::gpu_scene::camera::{View, pack_camera};
-use crate::gpu_scene::pack::{RenderSpace, RevolutionSolver, pack};
+use crate::gpu_scene::pack::{RenderSpace, RevolutionSolver};
 use crate::image::estimate::{Estimate, Sum};
-use crate::image::file;
 use crate::image::film::Image;
 use crate::image::layers::{Groups, LayerForm, Layers};
 use crate::kernels::{MaterialFeatures, PixelState, SceneFeatures, Specialization};
-use crate::render::buffers::{Buffers, Sizes, room_for_records};
-use crate::render::checkpoint::{Checkpoint, CheckpointError, MadeBy};
+use crate::render::activity::{Activity, Observer};
+use crate::render::buffers::{Buffers, Sizes};
+use crate::render::checkpoint::{Checkpoint, CheckpointError, MadeBy, To};
 use crate::render::counters::Tally;
 use crate::render::counts::Choice;
 use crate::render::device::device_features;
@@ -32,7 +34,6 @@ use crate::render::guide::lights::GuideLights;
 use crate::render::identity::Identity;
 use crate::render::iteration;
 use crate::render::layers::LayerArrays;
-use crate::render::memory::MemoryNeed;
 use crate::render::options::{LookupKind, Options, Resolved};
 use crate::render::pacing::Schedule;
 use crate::render::passes::Passes;
@@ -65,6 +66,8 @@ pub struct Renderer {
     warnings: Vec<String>,
     /// The choice of a trial, if one was asked for.
     choice: Option<Choice>,
+    /// Who is told what the render does.
+    observer: Observer,
     build_time: Duration,
     compile_time: Duration,
 }
@@ -191,63 +194,6 @@ impl Base {
 }
 
 impl Renderer {
-    /// The same as [`Renderer::new`] with the usual numbers of photons and eye paths, where a trial is asked for.
-    ///
-    /// # Errors
-    /// The same as for [`Renderer::new`].
-    fn with_usual_counts(device: Arc<Device>, scene: &Scene, options: &Options) -> Result<Self, RenderError> {
-        let start = Instant::now();
-        let packed = pack(scene, options.packing(scene))?;
-        let base = Base {
-            space: packed.space,
-            mean_power: packed.mean_power,
-            has_surfaces: packed.has_surfaces(),
-            features: packed.features,
-            material_features: packed.material_features,
-            is_plane: scene.is_plane(),
-        };
-        let (resolved, view) = base.resolve(scene, options)?;
-        let identity = Identity::new(scene, &packed, &view, options, &resolved);
-        let compiled = base.compiled(&device, options, &resolved, &view);
-        let info = device.info();
-        let room = room_for_records(info.kind, info.memory.total_bytes, info.max_buffer_bytes);
-        let lights = if options.is_guided() { GuideLights::of(&packed.arrays.lights) } else { GuideLights::default() };
-        let sizes = Sizes::of_render(&packed, options, &resolved, room);
-        let memory = MemoryNeed::new(&packed, &sizes, compiled.lookup, resolved.layers);
-        memory.check(&device)?;
-        // Drivers and compilers abort the process if the host has no memory left.
-        let on_host = if device.info().kind == DeviceKind::Cpu { memory.total() } else { 0 };
-        let of_file = file::host_bytes(resolved.resolution, resolved.layers.len() as u64);
-        host_memory::check("a render of this size", on_host.saturating_add(of_file))?;
-        let gpu_scene = packed.arrays.upload(&device, &packed.info(resolved.max_depth, resolved.seed))?;
-        let buffers = Buffers::new(&device, &sizes, &view)?;
-        device.write_texels(&buffers.guide_lights, &lights.order)?;
-        let layers = LayerArrays::new(&device, resolved.layers, sizes.pixels)?;
-        let build_time = start.elapsed();
-
-        let start = Instant::now();
-        let Compiled { specialization, lookup, workgroup_size, .. } = &compiled;
-        let arrays = (&buffers, layers);
-        let passes = Passes::new(&device, gpu_scene, arrays, &sizes, *lookup, specialization, *workgroup_size)?;
-        Ok(Self {
-            settings: base.settings(scene, options, &resolved, &view),
-            progress: base.progress(&device, options, &resolved, &view),
-            exposure: scene.film.exposure,
-            base,
-            compiled,
-            identity,
-            sizes,
-            buffers,
-            passes,
-            lights,
-            warnings: packed.contacts.warnings(),
-            choice: None,
-            build_time,
-            compile_time: start.elapsed(),
-            device,
-        })
-    }
-
     /// Runs one iteration.
     ///
     /// # Errors
@@ -269,8 +215,10 @@ impl Renderer {
             buffers: &self.buffers,
             settings: &self.settings,
             lights: &self.lights,
+            observer: &self.observer,
             gives_up,
         };
+        self.observer.tell(Activity::Rendering);
         let outcome = iteration::run(&mut self.passes, stage, &mut self.progress);
         let Err(error) = outcome else { return Ok(true) };
         // The photons of the iteration are not in the image, and its visible points may be incomplete.
@@ -359,7 +307,7 @@ impl Renderer {
     /// # Errors
     /// The checkpoint is of another render (the error names a difference), or the device fails.
     pub fn resume(&mut self, checkpoint: &Checkpoint) -> Result<(), CheckpointError> {
-        self.identity.check(&checkpoint.identity)?;
+        self.identity.check(&checkpoint.identity, To::Render)?;
         let Settings { resolution, unit, white_balance, layers, .. } = self.settings;
         checkpoint.check_form(resolution, unit * self.exposure, white_balance, &layers)?;
         let done = checkpoint.done_by(self.settings.sequence.shard)?;
@@ -435,6 +383,11 @@ impl Renderer {
     /// points and nodes; 0 with a hash grid, which the device builds alone.
     pub fn kd_build_time(&self) -> Duration {
         self.passes.index_host_time()
+    }
+
+    /// Tells another observer what the render does from now on.
+    pub fn set_observer(&mut self, observer: Observer) {
+        self.observer = observer;
     }
 
     /// Returns the device of the render.

@@ -7,6 +7,7 @@ use bytemuck::{Pod, Zeroable};
 use goblet_host::{Device, Frame, Pass};
 
 use crate::kernels::Counters;
+use crate::render::activity::Observer;
 use crate::render::buffers::Buffers;
 use crate::render::error::RenderError;
 use crate::render::guide::lights::GuideLights;
@@ -24,6 +25,8 @@ pub struct Stage<'a> {
     pub settings: &'a Settings,
     /// What a guide knows of the scene's lights.
     pub lights: &'a GuideLights,
+    /// Who is told what the iteration does.
+    pub observer: &'a Observer,
     /// A function that is called between dispatches; it returns true to give the iteration up.
     pub gives_up: &'a dyn Fn() -> bool,
 }

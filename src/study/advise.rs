@@ -6,6 +6,11 @@
 //! rendered for a few iterations, which correct the model for these settings.
 //!
 //! The predicted settings include the numbers of photons and eye paths that a render with `auto` would choose.
+//!
+//! A probe has a limited time. Kernels are compiled once, for the trial of `auto`. The rest of the time is divided
+//! between the renders: one share for each of the four of the model, and three for the one that corrects it. If a share
+//! is too short for a few iterations of the full image, the renders have fewer pixels, each as wide as one of the full
+//! image, and fewer photons in proportion. Their noise and their time are then scaled to those of the full image.
 
 mod goal;
 mod model;
@@ -19,6 +24,7 @@ pub use goal::{Goal, Length};
 pub use model::{Choice, Expected, Model, Parts};
 use probe::Probe;
 
+use crate::render::activity::Observer;
 use crate::render::counts;
 use crate::render::error::RenderError;
 use crate::render::options::Options;
@@ -41,6 +47,8 @@ pub struct Advice {
 
 /// Settings with fewer iterations than this are not advised, unless the default settings have fewer, too.
 const FEW: u32 = 8;
+/// Settings whose render would take this many times longer than its time are not advised, unless the default settings do.
+const LATE: f64 = 1.5;
 /// The default settings are advised unless others reduce the error or the time by more than this share.
 const WORTH_IT: f64 = 0.05;
 
@@ -57,14 +65,14 @@ pub fn expect(
     iterations: u32,
     length: Length,
 ) -> Result<(Options, Expected), RenderError> {
-    let mut probe = Probe::new(device, scene, base, length);
+    let mut probe = Probe::new(device, scene, base, length, Observer::default());
     let model = probe.model()?;
     let corrected = probe.correct(&model, choice)?;
     Ok((probe.options(choice), corrected.after(choice, iterations)))
 }
 
 /// Probes a scene, and returns the best settings for a goal. `base` has the options that stay as they are,
-/// such as the resolution.
+/// such as the resolution. `observer` is told what is done.
 ///
 /// # Errors
 /// The scene or the device is at fault.
@@ -74,8 +82,9 @@ pub fn advise(
     base: &Options,
     goal: Goal,
     length: Length,
+    observer: Observer,
 ) -> Result<Advice, RenderError> {
-    let mut probe = Probe::new(device, scene, base, length);
+    let mut probe = Probe::new(device, scene, base, length, observer);
     let auto = probe.auto()?;
     let model = probe.model()?;
     let by_default = model.expect(Choice::DEFAULT, goal);
@@ -86,8 +95,13 @@ pub fn advise(
         radius,
         photons: auto.taken.photons as f64 / auto.usual.photons as f64,
     });
+    // A render ends after an iteration: one of many photons may end long after the time.
+    let latest = match goal {
+        Goal::Time(seconds) => (LATE * seconds).max(by_default.seconds),
+        Goal::Error(_) => f64::INFINITY,
+    };
     let choices = Choice::all().chain(of_auto).map(|choice| (choice, model.expect(choice, goal)));
-    let best = choices.filter(|(_, expected)| expected.iterations >= enough);
+    let best = choices.filter(|(_, expected)| expected.iterations >= enough && expected.seconds <= latest);
     let better = |a: &(Choice, Expected), b: &(Choice, Expected)| match goal {
         Goal::Time(_) => a.1.error.total_cmp(&b.1.error),
         Goal::Error(_) => a.1.seconds.total_cmp(&b.1.seconds),

@@ -66,11 +66,18 @@ impl<'a> Measurement<'a> {
         Self { device, scene, reference, settings, budget, known }
     }
 
-    /// Renders every setting once more, with the next seed, and calls `say` with the result of each.
+    /// Renders every setting once more, with the next seed, and calls `say` with the result of each. Calls `tell` before
+    /// each slice of time with the setting that has it, and with the share of the turn that is done.
     ///
     /// # Errors
     /// A setting does not fit the scene, or the device fails.
-    pub fn turn(&mut self, turn: u32, mut say: impl FnMut(&Setting, &Trajectory)) -> Result<(), RenderError> {
+    pub fn turn(
+        &mut self,
+        turn: u32,
+        mut tell: impl FnMut(&Setting, f64),
+        mut say: impl FnMut(&Setting, &Trajectory),
+    ) -> Result<(), RenderError> {
+        let (mut ended, all) = (0.0, self.settings.len() as f64);
         let mut waiting: Vec<usize> = (0..self.settings.len()).collect();
         if turn % 2 == 1 {
             waiting.reverse();
@@ -81,19 +88,26 @@ impl<'a> Measurement<'a> {
             let mut group = Vec::new();
             let mut held = 0;
             while let Some(index) = waiting.first().copied().filter(|_| held < room || group.is_empty()) {
+                let of_group: f64 = group.iter().map(|(_, run): &(usize, Run)| run.share()).sum();
+                tell(&self.settings[index], (ended + of_group) / all);
                 let run = self.begin(index, turn)?;
                 held += run.device_memory_bytes();
                 group.push((index, run));
                 waiting.remove(0);
             }
             while !group.is_empty() {
-                let mut going = Vec::new();
+                let mut going: Vec<(usize, Run)> = Vec::new();
+                let mut done: f64 = group.iter().map(|(_, run)| run.share()).sum();
                 for (index, mut run) in group {
+                    tell(&self.settings[index], (ended + done) / all);
+                    done -= run.share();
                     if self.advance(index, &mut run)? {
                         let run = run.finish();
                         say(&self.settings[index], &run);
                         self.known[index].runs.push(run);
+                        ended += 1.0;
                     } else {
+                        done += run.share();
                         going.push((index, run));
                     }
                 }

@@ -96,7 +96,7 @@ impl App {
             .with_title(&title)
             .with_inner_size(PhysicalSize::<u32>::from(opening.window))
             .with_min_inner_size(PhysicalSize::<u32>::from(Opening::least(panel)));
-        let window = events.create_window(attributes).map_err(|error| Failure::Window(error.to_string()))?;
+        let window = events.create_window(attributes).map_err(Failure::window)?;
         let window = Arc::new(window);
         let display = Display::new(Arc::clone(&window), self.device.as_deref(), self.validate)?;
         let scale = window.scale_factor() as f32;

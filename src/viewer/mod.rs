@@ -57,7 +57,7 @@ pub use latency::LatencyStats;
 /// # Errors
 /// There is no display, a device fails, a file cannot be written, or the validation layers have messages.
 pub fn run(args: &RenderArgs, scene: Scene) -> Result<LatencyStats, Failure> {
-    let events = EventLoop::<Wake>::with_user_event().build().map_err(|error| Failure::Window(error.to_string()))?;
+    let events = EventLoop::<Wake>::with_user_event().build().map_err(Failure::window)?;
     let size = args.request.options.resolution.unwrap_or(scene.film.resolution);
     let options = Options { resolution: Some(size), ..args.options() };
     let proxy = events.create_proxy();
@@ -76,7 +76,7 @@ pub fn run(args: &RenderArgs, scene: Scene) -> Result<LatencyStats, Failure> {
         shared.close();
         outcome
     });
-    outcome.map_err(|error| Failure::Window(error.to_string()))?;
+    outcome.map_err(Failure::window)?;
     if let Some(failure) = app.failure {
         return Err(failure);
     }

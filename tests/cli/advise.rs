@@ -99,7 +99,7 @@ fn the_command_renders() {
 #[test]
 fn advice_is_a_command_and_what_to_expect_of_it() {
     let bench = Bench::new();
-    let run = bench.run(&["advise", "scene.pbrt", "--time", "2", "--probe", "0.2", "--resolution", "8x6"]);
+    let run = bench.run(&["advise", "scene.pbrt", "--time", "2", "--probe", "0.2", "--resolution", "8x6", "--quiet"]);
     assert_eq!((run.code, run.stderr.as_str()), (0, ""), "{run:?}");
     for words in [
         "expect ",

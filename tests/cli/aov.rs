@@ -86,11 +86,9 @@ fn a_gbuffer_film_writes_its_layers() {
     assert!(channel(&bench, "world.exr", "P.Z") != channel(&bench, "film.exr", "P.Z"));
     assert!(channel(&bench, "world.exr", "R") == channel(&bench, "film.exr", "R"));
     let run = bench.render(&[&global[..], &["--shard", "0/2", "--checkpoint", "0", "--resume", "0"]].concat());
-    run.assert_refused(
-        "another system",
-        2,
-        &["layers' coordinate system: the checkpoint was made with camera, and this is world"],
-    );
+    let words =
+        "layers' coordinate system: the checkpoint was made with camera, and this render has world; expected the scene";
+    run.assert_refused("another system", 2, &[words]);
     bench
         .write("scene.pbrt", command::scene("Film \"rgb\"", "Film \"gbuffer\" \"string coordinatesystem\" \"screen\""));
     bench.render(&[]).assert_refused("a wrong system", 2, &["scene.pbrt:1:16", "\"camera\" or \"world\""]);
@@ -106,7 +104,7 @@ fn what_an_aov_does_not_know_has_one_value() {
     let run = bench.run(&["merge", "c", "-o", "y.exr", "--aov", "caustic"]);
     run.assert_refused("merge", 2, &["the layer caustic was not summed", "expected a render with --aov caustic"]);
     let run = bench.render(&["--iterations", "2", "-o", "y.exr", "--aov", "Z", "--resume", "c"]);
-    let words = "layers: the checkpoint was made with nothing, and this is Albedo, P";
+    let words = "layers: the checkpoint was made with none, and this render has Albedo, P";
     run.assert_refused("resume", 2, &[words]);
     assert!(!bench.path("y.exr").exists());
 }

@@ -19,6 +19,8 @@ mod render;
 mod report;
 #[path = "../support/mod.rs"]
 mod support;
+#[cfg(target_os = "linux")]
+mod terminal;
 mod tessellate;
 #[cfg(unix)]
 mod workflow;

@@ -41,7 +41,7 @@ const PRINTING: [&[&str]; 12] = [
     &["devices"],
     &["compare", "a.exr", "a.exr"],
     &["compare", "a.exr", "a.exr", "--json"],
-    &["advise", "scene.pbrt", "--time", "1", "--probe", "0.1"],
+    &["advise", "scene.pbrt", "--time", "1", "--probe", "0.1", "--quiet"],
     &["completions", "bash"],
     &["man"],
     &["man", "render"],

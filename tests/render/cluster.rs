@@ -72,7 +72,10 @@ fn an_array_of_tasks_makes_the_image_of_one_render() {
     assert_merges(&bench, "8");
     assert_refused(program(&bench, "sh").arg(docs("slurm-array.sh")), "usage: sbatch");
     let mut other = task(&bench, 0, "8");
-    assert_refused(other.args(["--seed", "1"]), "parts/0.checkpoint: seed: the checkpoint was made with 0");
+    assert_refused(
+        other.args(["--seed", "1"]),
+        "parts/0.checkpoint: seed: the checkpoint was made with 0, and this render has 1; expected --seed 0",
+    );
     if has_slurm() {
         assert_slurm_merges();
     }

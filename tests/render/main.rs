@@ -1,5 +1,6 @@
 //! Renders as wholes: stops, checkpoints, shards, and that every variant of the estimator converges.
 
+mod activities;
 mod auto;
 mod checkpoint;
 #[cfg(unix)]

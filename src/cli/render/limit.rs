@@ -11,12 +11,14 @@ use crate::scene::Scene;
 const FIRST_ESTIMATE: u32 = 8;
 
 /// The limits of a render.
+#[derive(Clone, Copy, Debug)]
 pub struct Limit {
     /// The number of iterations of this shard, including those of a resumed checkpoint.
     pub iterations: Option<u32>,
-    time: Option<Duration>,
-    error: Option<f64>,
-    round_length: u32,
+    pub time: Option<Duration>,
+    pub error: Option<f64>,
+    /// The number of iterations in a round.
+    pub round_length: u32,
 }
 
 impl Limit {
@@ -54,6 +56,16 @@ impl Limit {
             && rounds.is_multiple_of(1 << often)
     }
 
+    /// Returns how far the render has come to the limit that it reaches first, from 0 to 1: by the count of iterations, by
+    /// time, or by the error, whose noise falls as the root of the number of iterations. `done` iterations of this run
+    /// took `elapsed`. `None` if there is a target error alone, and the error is not known.
+    pub fn share(&self, iterations: u32, elapsed: Duration, error: Option<f64>) -> Option<f64> {
+        let by_count = self.iterations.map(|most| f64::from(iterations) / f64::from(most.max(1)));
+        let by_time = self.time.map(|most| elapsed.as_secs_f64() / most.as_secs_f64());
+        let by_error = self.error.zip(error).map(|(most, error)| (most / error).powi(2));
+        [by_count, by_time, by_error].into_iter().flatten().reduce(f64::max).map(|share| share.min(1.0))
+    }
+
     /// Estimates the remaining time in seconds, if `done` iterations of this run took `elapsed`; infinite if
     /// there is no limit of iterations or time.
     pub fn left(&self, iterations: u32, done: u32, elapsed: Duration) -> f64 {
@@ -62,5 +74,28 @@ impl Limit {
             .map(|most| elapsed.as_secs_f64() / f64::from(done.max(1)) * f64::from(most.saturating_sub(iterations)));
         let by_time = self.time.map(|most| most.saturating_sub(elapsed).as_secs_f64());
         by_count.into_iter().chain(by_time).fold(f64::INFINITY, f64::min)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_render_has_come_as_far_as_to_its_nearest_limit() {
+        let limit = |iterations, time: Option<f64>, error| Limit {
+            iterations,
+            time: time.map(Duration::from_secs_f64),
+            error,
+            round_length: 1,
+        };
+        let share = |limit: Limit, error| limit.share(5, Duration::from_secs(3), error);
+        assert_eq!(share(limit(None, Some(12.0), None), None), Some(0.25), "time alone fills the bar");
+        assert_eq!(share(limit(Some(50), None, None), None), Some(0.1));
+        assert_eq!(share(limit(Some(50), Some(12.0), None), Some(0.5)), Some(0.25));
+        assert_eq!(share(limit(Some(10), Some(12.0), None), None), Some(0.5));
+        assert_eq!(share(limit(None, None, Some(0.1)), Some(0.2)), Some(0.25));
+        assert_eq!(share(limit(None, None, Some(0.1)), None), None);
+        assert_eq!(share(limit(None, Some(1.0), None), None), Some(1.0), "the iteration in flight passes the limit");
     }
 }

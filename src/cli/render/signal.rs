@@ -77,7 +77,7 @@ fn signals() -> Vec<i32> {
 fn exit_when_received(received: &AtomicBool, begun: &Receiver<()>) {
     while begun.recv_timeout(LOOK) == Err(RecvTimeoutError::Timeout) {
         if received.load(Ordering::Relaxed) {
-            terminal::say("goblet: stopped by a signal before the first iteration: no image is written");
+            terminal::say_at_last("goblet: stopped by a signal before the first iteration: no image is written");
             // A normal exit runs handlers that would have to wait for threads in any state.
             low_level::exit(STOPPED.into());
         }

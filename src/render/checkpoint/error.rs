@@ -2,6 +2,8 @@
 
 use std::io;
 
+use super::difference::Differences;
+
 /// The version of the file format.
 pub(super) const FORMAT: u32 = 2;
 
@@ -21,33 +23,52 @@ pub enum CheckpointError {
     #[error("a checkpoint of format {0}: expected format {FORMAT}; render anew, or use the goblet that wrote it")]
     Version(u32),
     /// The scene differs from the scene that was rendered.
-    #[error("{part} of the scene differ from what the checkpoint was made with")]
+    #[error(
+        "{} of the scene differ from what the checkpoint was made with; expected the scene file as it was, or another \
+         checkpoint",
+        parts_in_words(parts)
+    )]
     Scene {
-        /// The part of the scene that differs.
-        part: String,
+        /// The parts of the scene that differ, at least one.
+        parts: Vec<String>,
     },
-    /// An option has another value.
-    #[error("{name}: the checkpoint was made with {there}, and this is {here}")]
-    Option {
-        /// The name of the option.
-        name: String,
-        /// Its value now.
-        here: String,
-        /// Its value in the checkpoint.
-        there: String,
+    /// Options have other values.
+    #[error("{0}")]
+    Options(Differences),
+    /// The files to merge have other numbers of shards.
+    #[error("it is one of {there} shards, and the files before it are of {here}; expected all shards of one render")]
+    Shards {
+        /// The number of shards in the files before.
+        here: u32,
+        /// The number of shards in the checkpoint.
+        there: u32,
     },
+    /// The files to merge begin with other radii.
+    #[error("its radii are not those of the files before it; expected all shards of one render")]
+    Radii,
     /// The checkpoint has iterations of other shards.
-    #[error("the checkpoint is of shard {there}, and this is shard {here}")]
+    #[error("the checkpoint is of {there}, and this render is {here}; expected {expected}")]
     Shard {
         /// The shard that is to be continued.
         here: String,
         /// The shards in the checkpoint.
         there: String,
+        /// What would fit.
+        expected: String,
     },
     /// Two of the files to merge have the same shard.
-    #[error("shard {0} is there twice")]
+    #[error("shard {0} is there twice; expected each shard once")]
     Twice(u32),
     /// The device failed.
     #[error(transparent)]
     Device(#[from] goblet_host::Error),
+}
+
+/// Returns the names of parts of a scene as words: `the materials and the camera`.
+fn parts_in_words(parts: &[String]) -> String {
+    let name = |part: &String| match part.as_str() {
+        "the camera" => "the camera, its crop window or its pixel filter".to_owned(),
+        other => other.to_owned(),
+    };
+    parts.iter().map(name).collect::<Vec<_>>().join(" and ")
 }

@@ -349,7 +349,7 @@ fn a_shard_without_iterations_knows_no_radius() {
         header["done"] = json!({ "1": 5 });
         header["first_radius"] = json!([0.0, 0.2, 0.2]);
     });
-    assert!(full().merge(&other).unwrap_err().to_string().starts_with("first radius"));
+    assert!(matches!(full().merge(&other), Err(CheckpointError::Radii)));
 }
 
 /// So that files of goblet from before there were white balances and layers are read, and the same files are written.
@@ -409,5 +409,18 @@ fn sums_of_another_form_are_not_added() {
             header[key] = value;
         });
         assert!(matches!(first().merge(&second), Err(CheckpointError::Format(_))), "{key}");
+    }
+}
+
+#[test]
+fn numbers_are_written_as_ranges() {
+    for (numbers, expected) in [
+        (&[][..], ""),
+        (&[7], "7"),
+        (&[0, 1], "0, 1"),
+        (&[0, 2, 3, 4, 5, 7], "0, 2-5, 7"),
+        (&[u32::MAX - 2, u32::MAX - 1, u32::MAX], "4294967293-4294967295"),
+    ] {
+        assert_eq!(ranges(numbers.iter()), expected);
     }
 }

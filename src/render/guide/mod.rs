@@ -29,6 +29,7 @@ use pilot::Pilot;
 use seen::Seen;
 use tree::{Caution, MOST_LEAVES, Tree};
 
+use crate::render::activity::Activity;
 use crate::render::error::RenderError;
 use crate::render::passes::PhotonPass;
 use crate::render::progress::Progress;
@@ -68,7 +69,12 @@ pub fn learn(photon: &mut PhotonPass, on: Stage<'_>, progress: &mut Progress) ->
     let guide = match (on.settings.photons_matter, is_blind) {
         (false, _) => Guide::none(Finding::PhotonsDoNotMatter),
         (true, true) => Guide::none(Finding::RoughSurfaces),
-        (true, false) => find(photon, on, progress)?,
+        (true, false) => {
+            on.observer.tell(Activity::Pilot);
+            let found = find(photon, on, progress)?;
+            on.observer.tell(Activity::Rendering);
+            found
+        }
     };
     on.device.write_texels(&on.buffers.guide_nodes, &guide.tree.nodes)?;
     progress.guide = Some(Guide { time: start.elapsed(), ..guide });

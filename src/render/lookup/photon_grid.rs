@@ -30,6 +30,9 @@ pub struct PhotonGrid {
 }
 
 impl PhotonGrid {
+    /// The number of kernels.
+    pub const KERNELS: u32 = 4;
+
     /// Compiles the passes and allocates the grid, for photons that are gathered on discs of up to a radius.
     ///
     /// # Errors

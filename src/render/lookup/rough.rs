@@ -62,6 +62,9 @@ impl RoughGather {
         Ok(Self { gather: device.pass(&kernel, specialization, workgroup_size)?, grid })
     }
 
+    /// The number of kernels.
+    pub const KERNELS: u32 = PhotonGrid::KERNELS + 1;
+
     /// Returns the bytes of the arrays, without allocating them.
     pub fn bytes(sizes: &Sizes) -> u64 {
         if sizes.gathers_rough { PhotonGridArrays::bytes(sizes) + RoughArrays::bytes(sizes) } else { 0 }

@@ -76,6 +76,12 @@ impl LayerPasses {
         })
     }
 
+    /// Returns the number of kernels that [`LayerPasses::new`] compiles.
+    pub(super) fn kernels(arrays: &LayerArrays) -> u32 {
+        let has_surfaces = arrays.groups.iter().any(Group::is_of_surface);
+        1 + arrays.sums.len() as u32 + u32::from(has_surfaces)
+    }
+
     pub(super) fn warm_up(&self, frame: &mut Frame<'_>) {
         if let Some(surfaces) = &self.surfaces {
             let nothing = [NONE; 5];

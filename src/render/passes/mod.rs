@@ -20,6 +20,7 @@ use radius::RadiusPass;
 use update::UpdatePass;
 
 use crate::kernels::{GpuScene, SceneFeatures, Specialization};
+use crate::render::activity::{Kernels, Observer};
 use crate::render::buffers::{Buffers, Sizes};
 use crate::render::layers::LayerArrays;
 use crate::render::lookup::{Lookup, RoughGather};
@@ -51,7 +52,7 @@ pub struct Passes {
 
 impl Passes {
     /// Compiles the passes for a scene and runs each once without an invocation that works, since
-    /// drivers may leave compilation to the first dispatch.
+    /// drivers may leave compilation to the first dispatch. `observer` is told how many kernels are compiled.
     ///
     /// # Errors
     /// The driver refuses a kernel, or the device is out of memory.
@@ -61,8 +62,8 @@ impl Passes {
         (buffers, layers): (&Buffers, Option<LayerArrays>),
         sizes: &Sizes,
         lookup: LookupKind,
-        specialization: &Specialization,
-        workgroup_size: u32,
+        (specialization, workgroup_size): (&Specialization, u32),
+        observer: &Observer,
     ) -> goblet_host::Result<Self> {
         let is_queue = is_queue(device.info().kind, &specialization.scene);
         let kernels = Arc::new(PathKernels { scene, specialization: *specialization, workgroup_size, is_queue });
@@ -71,17 +72,28 @@ impl Passes {
         let photon = kernels.photon(device, buffers, false)?;
         let caustics = layers.as_ref().and_then(LayerArrays::caustics);
         let rough = specialization.scene.has_rough_gather;
+        let of_rough = if rough { RoughGather::KERNELS } else { 0 };
+        let of_lookup = Lookup::kernels(lookup, caustics.is_some());
+        let of_layers = layers.as_ref().map_or(0, LayerPasses::kernels);
+        // Four are those of eye paths, radii, photons and the update.
+        let mut kernels_done = Kernels::new(observer, 4 + of_rough + of_lookup + of_layers);
+        let mut compiled = |count| kernels_done.compiled(count);
         let rough =
             rough.then(|| RoughGather::new(device, &kernels.scene, (buffers, sizes), specialization, workgroup_size));
-        let passes = Self {
-            rough: rough.transpose()?,
-            radius: RadiusPass::new(device, buffers, specialization, workgroup_size)?,
-            lookup: Lookup::new(device, (buffers, caustics), sizes, lookup, specialization, workgroup_size)?,
-            update: UpdatePass::new(device, buffers, specialization, workgroup_size)?,
-            photon: PhotonPass::new(photon.finish()?, Arc::clone(&kernels)),
-            layers: layers.map(|arrays| LayerPasses::new(device, buffers, arrays, &kernels)).transpose()?,
-            eye: EyePass::new(eye.finish()?, kernels),
-        };
+        let rough = rough.transpose()?;
+        compiled(of_rough);
+        let radius = RadiusPass::new(device, buffers, specialization, workgroup_size)?;
+        compiled(1);
+        let lookup = Lookup::new(device, (buffers, caustics), sizes, lookup, specialization, workgroup_size)?;
+        compiled(of_lookup);
+        let update = UpdatePass::new(device, buffers, specialization, workgroup_size)?;
+        compiled(1);
+        let photon = PhotonPass::new(photon.finish()?, Arc::clone(&kernels));
+        compiled(1);
+        let layers = layers.map(|arrays| LayerPasses::new(device, buffers, arrays, &kernels)).transpose()?;
+        compiled(of_layers);
+        let passes = Self { rough, radius, lookup, update, photon, layers, eye: EyePass::new(eye.finish()?, kernels) };
+        compiled(1);
         passes.warm_up(device)?;
         Ok(passes)
     }

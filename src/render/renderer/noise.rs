@@ -25,6 +25,7 @@ impl Renderer {
             buffers: &self.buffers,
             settings: &self.settings,
             lights: &self.lights,
+            observer: &self.observer,
             gives_up: &|| false,
         };
         // A resumed render has not measured its response yet, nor learned its guide. The result must not depend on when

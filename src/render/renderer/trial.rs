@@ -13,9 +13,10 @@ use std::time::Instant;
 
 use goblet_host::Device;
 
-use super::Renderer;
+use super::{Prepared, Renderer};
 use crate::image::estimate::dark_square;
 use crate::image::smooth::{blurred, trimmed_mean};
+use crate::render::activity::{Activity, Observer};
 use crate::render::counts::{Auto, Choice, Counts, Trial};
 use crate::render::error::RenderError;
 use crate::render::options::{Integrator, MAX_PHOTONS, Options, Resolved};
@@ -49,11 +50,7 @@ impl Renderer {
     /// The scene cannot be rendered, an option is out of range, or the host or the device does not have
     /// enough memory.
     pub fn new(device: Arc<Device>, scene: &Scene, options: &Options) -> Result<Self, RenderError> {
-        let mut renderer = Self::with_usual_counts(device, scene, options)?;
-        if options.auto.is_any() && !options.responsive {
-            renderer.choose_counts(scene, options)?;
-        }
-        Ok(renderer)
+        Prepared::new(scene, options, Observer::default())?.build(device)
     }
 
     /// Returns what a trial has chosen; `None` if there was none.
@@ -62,8 +59,11 @@ impl Renderer {
     }
 
     /// Chooses the numbers of photons and eye paths, and starts again with them.
-    fn choose_counts(&mut self, scene: &Scene, options: &Options) -> Result<(), RenderError> {
+    pub(super) fn choose_counts(&mut self, scene: &Scene, options: &Options) -> Result<(), RenderError> {
         let start = Instant::now();
+        // The iterations of a trial, and their pilot, are parts of the trial.
+        let observer = std::mem::take(&mut self.observer);
+        observer.tell(Activity::Trial);
         let (resolved, view) = self.base.resolve(scene, options)?;
         let usual = Counts { photons: resolved.photons, eye_paths: resolved.eye_paths };
         let trial = self.try_out(scene, options, &resolved, view.pixel_width)?;
@@ -75,6 +75,7 @@ impl Renderer {
         let (resolved, view) = self.base.resolve(scene, &chosen)?;
         self.begin_again(scene, &chosen, &resolved, &view)?;
         self.choice = Some(Choice { trial, usual, taken, time: start.elapsed() });
+        self.observer = observer;
         Ok(())
     }
 
@@ -88,9 +89,9 @@ impl Renderer {
     ) -> Result<Trial, RenderError> {
         let pixels = |resolution: [u32; 2]| resolution.map(f64::from).iter().product::<f64>();
         let fewer = (pixels(full.resolution) / PIXELS).sqrt().max(1.0);
+        let size = (full, pixel_width, fewer);
         let photons = (full.photons / 8).clamp(PHOTONS[0], PHOTONS[1]).min(full.photons);
         let small = Options {
-            resolution: Some(full.window.full.map(|side| (f64::from(side) / fewer).floor().max(1.0) as u32)),
             photons: Some(photons),
             integrator: Integrator::Ppm,
             photons_per_round: Some(2 * photons),
@@ -99,11 +100,7 @@ impl Renderer {
             shard: Shard::WHOLE,
             ..options.clone()
         };
-        let (mut resolved, view) = self.base.resolve(scene, &small)?;
-        let narrower = pixel_width / view.pixel_width;
-        resolved.radius_in_pixels = full.radius_in_pixels * narrower;
-        let view = view.with_narrow_filter(narrower);
-        self.begin_again(scene, &small, &resolved, &view)?;
+        let resolved = self.begin_with_fewer_pixels(scene, small, size)?;
         let shots = self.shoot()?;
 
         let [width, _] = resolved.resolution;
@@ -121,6 +118,42 @@ impl Renderer {
             photon_work: if emitted > 0.0 { works / emitted } else { 0.0 },
             photons_matter: self.settings.photons_matter,
         })
+    }
+
+    /// Starts again with fewer pixels, by a factor along each side, each as wide as one of the full image and with a disc of
+    /// the same size: its noise is that of the full image with the same numbers of photons and eye paths. Returns the share
+    /// of pixels that it has.
+    ///
+    /// # Errors
+    /// An option is out of range, or the device fails.
+    #[cfg(feature = "study")]
+    pub(crate) fn restart_with_fewer_pixels(
+        &mut self,
+        scene: &Scene,
+        options: &Options,
+        fewer: f64,
+    ) -> Result<f64, RenderError> {
+        let pixels = |resolution: [u32; 2]| resolution.map(f64::from).iter().product::<f64>();
+        let (full, view) = self.base.resolve(scene, options)?;
+        let small = self.begin_with_fewer_pixels(scene, options.clone(), (&full, view.pixel_width, fewer))?;
+        Ok(pixels(small.resolution) / pixels(full.resolution))
+    }
+
+    /// Does so, with the values of the full image, the width of its pixels, and the factor.
+    fn begin_with_fewer_pixels(
+        &mut self,
+        scene: &Scene,
+        options: Options,
+        (full, pixel_width, fewer): (&Resolved, f64, f64),
+    ) -> Result<Resolved, RenderError> {
+        let resolution = full.window.full.map(|side| (f64::from(side) / fewer).floor().max(1.0) as u32);
+        let small = Options { resolution: Some(resolution), ..options };
+        let (mut resolved, view) = self.base.resolve(scene, &small)?;
+        let narrower = pixel_width / view.pixel_width;
+        resolved.radius_in_pixels = full.radius_in_pixels * narrower;
+        let view = view.with_narrow_filter(narrower);
+        self.begin_again(scene, &small, &resolved, &view)?;
+        Ok(resolved)
     }
 
     /// Renders the iterations of a trial.

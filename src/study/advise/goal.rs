@@ -14,7 +14,7 @@ pub enum Goal {
 /// The length of a probe.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Length {
-    /// About this time in all.
+    /// About this time in all, from the hierarchy and the kernels on; longer if a scene leaves too little time for renders.
     Time(Duration),
     /// Iterations of each of its renders: an even number of at least 2. Predictions of errors then do not
     /// depend on the speed of the device.

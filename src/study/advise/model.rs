@@ -80,6 +80,8 @@ pub struct Model {
     pub blur_power: f64,
     /// Seconds of an iteration.
     pub seconds: Seconds,
+    /// Seconds before the first iteration: of the guide's pilot.
+    pub start: f64,
 }
 
 /// Seconds of an iteration with the default settings.
@@ -93,6 +95,44 @@ pub struct Seconds {
     pub gather: f64,
     /// Independent of the settings.
     pub rest: f64,
+}
+
+/// The numbers of pixels and of photons of a short render over those of the full image.
+#[derive(Clone, Copy, Debug)]
+pub struct Size {
+    /// That of pixels.
+    pub pixels: f64,
+    /// That of photons of an iteration.
+    pub photons: f64,
+}
+
+impl Size {
+    /// The size of the full image.
+    pub const FULL: Self = Self { pixels: 1.0, photons: 1.0 };
+
+    /// Returns the factors from this size to the full one.
+    pub fn inverse(self) -> Self {
+        Self { pixels: self.pixels.recip(), photons: self.photons.recip() }
+    }
+}
+
+impl Seconds {
+    /// Returns the seconds of an iteration with other numbers of pixels and of photons, by these factors.
+    pub fn scaled(self, by: Size) -> Self {
+        let Self { eye_path, photons, gather, rest } = self;
+        Self {
+            eye_path: by.pixels * eye_path,
+            photons: by.photons * photons,
+            gather: by.pixels * by.photons * gather,
+            rest: by.pixels * rest,
+        }
+    }
+
+    /// Returns the seconds of an iteration of a choice.
+    pub fn of(self, choice: Choice) -> f64 {
+        let Self { eye_path, photons, gather, rest } = self;
+        f64::from(choice.eye_paths) * eye_path + choice.photons * (photons + choice.radius.powi(2) * gather) + rest
+    }
 }
 
 /// The largest number of iterations that is predicted.
@@ -145,14 +185,15 @@ impl Model {
 
     /// Returns the seconds of an iteration.
     pub fn seconds_of(&self, choice: Choice) -> f64 {
-        let Seconds { eye_path, photons, gather, rest } = self.seconds;
-        f64::from(choice.eye_paths) * eye_path + choice.photons * (photons + choice.radius.powi(2) * gather) + rest
+        self.seconds.of(choice)
     }
 
     /// Predicts error and time at the iteration that reaches a goal.
     pub fn expect(&self, choice: Choice, goal: Goal) -> Expected {
         let iterations = match goal {
-            Goal::Time(seconds) => (seconds / self.seconds_of(choice)).ceil().clamp(1.0, f64::from(MOST)) as u32,
+            Goal::Time(seconds) => {
+                ((seconds - self.start) / self.seconds_of(choice)).ceil().clamp(1.0, f64::from(MOST)) as u32
+            }
             Goal::Error(error) => self.iterations_for(choice, error),
         };
         self.after(choice, iterations)
@@ -164,7 +205,12 @@ impl Model {
         let sum = parts.sum();
         let share = |part: f64| if sum > 0.0 { part / sum } else { 0.0 };
         let parts = Parts { eye: share(parts.eye), photons: share(parts.photons), blur: share(parts.blur) };
-        Expected { iterations, seconds: f64::from(iterations) * self.seconds_of(choice), error: sum.sqrt(), parts }
+        Expected {
+            iterations,
+            seconds: self.start + f64::from(iterations) * self.seconds_of(choice),
+            error: sum.sqrt(),
+            parts,
+        }
     }
 
     /// Returns the least number of iterations with an error of at most `error`, by bisection: the error
@@ -193,7 +239,16 @@ mod tests {
 
     fn model() -> Model {
         let seconds = Seconds { eye_path: 0.1, photons: 0.2, gather: 0.3, rest: 0.1 };
-        Model { alpha: 2.0 / 3.0, eye: 0.5, iteration: 0.5, photons: 4.0, blur: 0.1, blur_power: 2.0, seconds }
+        Model {
+            alpha: 2.0 / 3.0,
+            eye: 0.5,
+            iteration: 0.5,
+            photons: 4.0,
+            blur: 0.1,
+            blur_power: 2.0,
+            seconds,
+            start: 0.25,
+        }
     }
 
     #[test]

@@ -126,6 +126,14 @@ impl Run {
         Ok(self.is_over())
     }
 
+    /// Returns how far the run has come, from 0 to 1.
+    pub fn share(&self) -> f64 {
+        let by_time = self.spent.as_secs_f64() / self.budget.time.as_secs_f64();
+        let most = self.budget.iterations.map(|most| f64::from(most.max(1)));
+        let by_count = most.map_or(0.0, |most| f64::from(self.renderer.iterations()) / most);
+        by_time.max(by_count).min(1.0)
+    }
+
     fn is_over(&self) -> bool {
         let most = self.budget.iterations.unwrap_or(u32::MAX).max(1);
         let iterations = self.renderer.iterations();

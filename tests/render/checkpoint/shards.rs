@@ -90,7 +90,12 @@ fn three_shards() -> Bench {
         let run = bench.rendered(&[&GLOBAL[..], &["--shard", &shard, "--checkpoint", &file]].concat());
         // An image of a shard is not written unless one asks for it.
         let lines: Vec<&str> = run.stderr.lines().collect();
-        assert!(run.stdout.is_empty() && matches!(lines[..], [line] if line.starts_with("compiled ")), "{run:?}");
+        assert!(
+            run.stdout.is_empty()
+                && matches!(lines[..], [compiled, summary, written]
+            if compiled.starts_with("compiled ") && summary.contains(" iterations in ") && written == format!("wrote {file}")),
+            "{run:?}"
+        );
     }
     assert!(!bench.path("default.exr").exists());
     bench
@@ -111,7 +116,11 @@ fn merged_files_are_those_of_one_run() {
     assert!(bench.bytes("x.exr") == bench.bytes("whole.exr"));
 
     let missing = merge(&["2", "0", "--checkpoint", "20"]);
-    assert_eq!(missing, "warning: of 3 shards, 1 are not here: the image has more noise\n");
+    assert_eq!(
+        missing,
+        "warning: missing: shard 1 of 3, counted from 0 (--shard 1/3); without what is missing, the image has more noise\n\
+         wrote 20\n"
+    );
     assert_eq!(merge(&["2", "0", "--checkpoint", "20", "--quiet"]), "");
     bench.write("x.exr", "");
     merge(&[&["1", "20"], &image[..]].concat());
@@ -151,7 +160,8 @@ fn a_white_balance_is_that_of_one_run() {
 
     bench.write("scene.pbrt", plain);
     render(&["7", "--shard", "1/2", "--checkpoint", "1"]);
-    let words = "1: white balance: the checkpoint was made with nothing, and this is 4321.1 K";
+    let words =
+        "1: white balance: it was made with none, and the files before it with 4321.1 K; expected shards of one";
     bench.run(&["merge", "0", "1", "-o", "y.exr"]).assert_refused("plain", 2, &[words]);
 }
 
@@ -179,7 +189,7 @@ fn layers_are_those_of_one_run() {
 
     bench.rendered(&[&GLOBAL[..3], &["7", "--shard", "1/3", "--checkpoint", "1", "--aov", "N"]].concat());
     let words =
-        ["layers: the checkpoint was made with N, and this is Albedo, P, N, Ns, slope, direct, caustic, square"];
+        ["layers: it was made with N, and the files before it with Albedo, P, N, Ns, slope, direct, caustic, square"];
     bench.run(&["merge", "0", "1", "-o", "y.exr"]).assert_refused("other layers", 2, &words);
 }
 
@@ -192,9 +202,17 @@ fn what_does_not_belong_together_is_refused() {
     bench.write("text", "not a checkpoint");
     let merge = |arguments: &[&str]| bench.run(&[&["merge", "-o", "x.exr"], arguments].concat());
     let cases: &[(&[&str], i32, &[&str])] = &[
-        (&["0", "1", "0"], 2, &["0: shard 0 is there twice"]),
-        (&["0", "half"], 2, &["half: shards: the checkpoint was made with 2, and this is 3"]),
-        (&["0", "seed"], 2, &["seed: seed: the checkpoint was made with 9, and this is 0"]),
+        (&["./0", "1", "0"], 2, &["0: shard 0/3 is in ./0 as well; expected each shard once"]),
+        (
+            &["0", "half"],
+            2,
+            &["half: it is one of 2 shards, and the files before it are of 3; expected all shards of one"],
+        ),
+        (
+            &["0", "seed"],
+            2,
+            &["seed: seed: it was made with 9, and the files before it with 0; expected shards of one"],
+        ),
         (&["0", "text"], 2, &["text: not a whole checkpoint of goblet"]),
         (&["0", "absent"], 2, &["absent: cannot read the checkpoint", "No such file"]),
         (&[], 2, &["<CHECKPOINT>"]),
@@ -209,7 +227,7 @@ fn what_does_not_belong_together_is_refused() {
 
     bench.run(&["merge", "0", "1", "--checkpoint", "01", "--quiet"]);
     let run = bench.render(&[&GLOBAL[..], &["--shard", "0/3", "--resume", "01", "--checkpoint", "y"]].concat());
-    run.assert_refused("merged", 2, &["01: the checkpoint is of shard 0,1/3, and this is shard 0/3"]);
+    run.assert_refused("merged", 2, &["01: the checkpoint is of merged shards, 0, 1 of 3, and this render is shard 0/3; expected the checkpoint of one"]);
 }
 
 #[test]
