@@ -4,7 +4,8 @@
 // Reads: shown. Writes: pixels.
 // Units: shown is linear RGB, W/(m^2 sr), times `exposure`; pixels have 8 bits per channel.
 //
-// The image is interpolated, unless it is shown at one pixel of the window per pixel.
+// The image is interpolated, unless it is shown at one pixel of the window per pixel, or `nearest` says that its pixels
+// are shown as squares.
 #version 460
 #include "kernel/invocation.glsl"
 #include "scene/constants.glsl"
@@ -26,7 +27,7 @@ layout(push_constant) uniform Push {
     float exposure; // factor of the radiance
     uint curve;     // one of CURVE_*
     uint bgra;      // 1 if blue is the lowest byte of a pixel, 0 if red is
-    uint pad;       // unused
+    uint nearest;   // 1 if each pixel of the image is a square of one colour, 0 if pixels are interpolated
 };
 
 // sRGB color of the window around the image.
@@ -96,7 +97,9 @@ void main() {
     }
     vec2 at = (vec2(pixel % window.x, pixel / window.x) + 0.5 - origin) * per_pixel;
     bool inside = all(greaterThanEqual(at, vec2(0.0))) && all(lessThan(at, vec2(image)));
-    vec3 color = inside ? tone_map(sample_image(at - 0.5) * exposure) : BACKGROUND;
+    // At whole numbers, the interpolation takes one pixel alone.
+    vec2 place = nearest != 0u ? floor(at) : at - 0.5;
+    vec3 color = inside ? tone_map(sample_image(place) * exposure) : BACKGROUND;
     uvec3 bytes = uvec3(clamp(color, 0.0, 1.0) * 255.0 + 0.5);
     bytes = bgra != 0u ? bytes.bgr : bytes;
     pixels.data[pixel] = bytes.r | bytes.g << 8u | bytes.b << 16u | 0xff000000u;

@@ -27,7 +27,7 @@ use crate::render::renderer::Prepared;
 use crate::scene::Scene;
 use crate::study::machine::Machine;
 use crate::study::measure::{
-    Conditions, Measurement, Reference, Setting, Source, Trajectory, Vary, knobs, report, settings,
+    Conditions, Measurement, Reference, Results, Setting, Source, Trajectory, Vary, knobs, report, settings,
 };
 
 /// The render time of the automatic reference, in budgets of a setting.
@@ -135,6 +135,7 @@ pub fn run(args: &MeasureArgs) -> Result<(), Failure> {
     let reference = Reference::new(image, args.vary.iter().any(|vary| vary.knob == "resolution"));
     check_sizes(&reference, &scene, &settings)?;
 
+    let mut results = None;
     let mut measurement = Measurement::new(&device, &scene, &reference, &settings, args.budget);
     let begin = Instant::now();
     let planned = settings.len() as f64 * f64::from(args.repeat) * args.budget.as_secs_f64();
@@ -156,10 +157,11 @@ pub fn run(args: &MeasureArgs) -> Result<(), Failure> {
             repeat: turn + 1,
         };
         status.note(Activity::Writing);
-        write(&args.output, &measurement, conditions)?;
+        results = Some(write(&args.output, &measurement, conditions)?);
     }
     drop(status);
     if !args.quiet {
+        results.iter().flat_map(report::verdict_sentences).for_each(terminal::say);
         terminal::say(format_args!("measured in {}", duration(begin.elapsed().as_secs_f64())));
         terminal::say(format_args!("wrote {}", args.output.join(REPORT).display()));
     }
@@ -314,7 +316,7 @@ fn check_sizes(reference: &Reference, scene: &Scene, settings: &[Setting]) -> Re
 }
 
 /// Writes all results so far. A file that cannot be written does not stop the others.
-fn write(folder: &Path, measurement: &Measurement, conditions: Conditions) -> Result<(), Failure> {
+fn write(folder: &Path, measurement: &Measurement, conditions: Conditions) -> Result<Results, Failure> {
     let results = measurement.results(conditions);
     let save = |name: &str, text: Result<String, String>| {
         let path = folder.join(name);
@@ -336,7 +338,7 @@ fn write(folder: &Path, measurement: &Measurement, conditions: Conditions) -> Re
     }
     let report = report::html(&results, measurement.reference(), &images);
     written.note(save(REPORT, report.map_err(|error| error.to_string())));
-    written.end()
+    written.end().map(|()| results)
 }
 
 fn image_file(setting: usize) -> String {

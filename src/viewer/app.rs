@@ -17,7 +17,7 @@ use super::keys::{Busy, Keys, Stroke, With};
 use super::latency::Latency;
 use super::layout::{Area, Opening, panel_pixels};
 use super::session::{Effect, Session};
-use super::{area, panel};
+use super::{area, dialog, help, panel};
 use crate::cli::Failure;
 
 /// The application that the event loop drives.
@@ -60,6 +60,8 @@ struct Opened {
     window: Arc<Window>,
     /// The size of the window in the last frame, in pixels.
     size: [u32; 2],
+    /// The title of the window.
+    title: String,
     /// Whether the size of the window may differ from the size of the display.
     is_stale: bool,
 }
@@ -89,8 +91,9 @@ impl App {
         let panel = panel_pixels(screen.as_ref().map_or(1.0, |screen| screen.scale_factor() as f32));
         let opening = Opening::new(self.session.image(), panel, screen.map(|screen| screen.size().into()));
         self.session.opens_with(opening.image);
+        let title = self.session.title();
         let attributes = Window::default_attributes()
-            .with_title("goblet")
+            .with_title(&title)
             .with_inner_size(PhysicalSize::<u32>::from(opening.window))
             .with_min_inner_size(PhysicalSize::<u32>::from(Opening::least(panel)));
         let window = events.create_window(attributes).map_err(Failure::window)?;
@@ -100,7 +103,7 @@ impl App {
         let input =
             egui_winit::State::new(self.context.clone(), ViewportId::ROOT, &*window, Some(scale), window.theme(), None);
         let size = window.inner_size().into();
-        self.opened = Some(Opened { display, input, window, size, is_stale: false });
+        self.opened = Some(Opened { display, input, window, size, title, is_stale: false });
         self.redraw();
         Ok(())
     }
@@ -108,7 +111,9 @@ impl App {
     /// Adapts to the size of the window and takes the news. Returns false if the window has no area or is not
     /// open.
     fn catch_up(&mut self) -> Result<bool, Failure> {
-        let Some(Opened { display, window, size: known, is_stale, .. }) = &mut self.opened else { return Ok(false) };
+        let Some(Opened { display, window, size: known, title: known_title, is_stale, .. }) = &mut self.opened else {
+            return Ok(false);
+        };
         let size: [u32; 2] = window.inner_size().into();
         if size.contains(&0) {
             return Ok(false);
@@ -121,8 +126,12 @@ impl App {
         if std::mem::replace(known, size) != size {
             self.session.resized();
         }
-        if let Some(picture) = self.session.take_news() {
-            display.take(&picture)?;
+        self.session.take_news();
+        self.session.repaint(|shown| display.take(shown.size, &shown.pixels, shown.shade))?;
+        let title = self.session.title();
+        if *known_title != title {
+            window.set_title(&title);
+            *known_title = title;
         }
         Ok(true)
     }
@@ -136,10 +145,14 @@ impl App {
         }
         let (busy, moves) = (Busy::of(&self.context), self.session.moves);
         let Some(Opened { input, window, .. }) = &mut self.opened else { return Ok(()) };
+        let mut asks = Vec::new();
         let output = self.context.run(input.take_egui_input(window), |context| {
-            panel::show(context, &mut self.session);
+            let asked = panel::show(context, &mut self.session);
+            asks.extend(asked);
             area::show(context, &mut self.session);
+            help::show(context, &mut self.session);
         });
+        asks.into_iter().for_each(|asked| self.carry_out(events, asked));
         self.take_keys(events, busy.until(Busy::of(&self.context)));
         let Some(Opened { display, input, window, is_stale, .. }) = &mut self.opened else { return Ok(()) };
         if self.session.moves != moves {
@@ -165,26 +178,37 @@ impl App {
 
     /// Carries out the commands of the strokes since the last frame, and flies.
     fn take_keys(&mut self, events: &ActiveEventLoop, busy: Busy) {
-        let Some(Opened { input, .. }) = &mut self.opened else { return };
         let strokes = std::mem::take(&mut self.strokes);
         if busy.with_keys {
             self.keys.release();
         }
         for stroke in &strokes {
-            match self.keys.take(*stroke, busy).and_then(|command| self.session.obey(command)) {
-                Some(Effect::Copy(text)) => input.set_clipboard_text(text),
-                Some(Effect::Quit) => events.exit(),
-                None => {}
+            if let Some(effect) = self.keys.take(*stroke, busy).and_then(|command| self.session.obey(command)) {
+                self.carry_out(events, effect);
             }
         }
+        let Some(Opened { input, .. }) = &mut self.opened else { return };
         let by = self.keys.flight(input.egui_input().modifiers.shift);
         let time = self.context.input(|input| input.stable_dt.min(LONGEST_FLIGHT));
         if by != DVec3::ZERO {
-            self.session.control.fly(by * SPEED * f64::from(time));
-            self.session.moved();
+            self.session.moves(|control| control.fly(by * SPEED * f64::from(time)));
         }
         if by != DVec3::ZERO || !strokes.is_empty() {
             self.redraw();
+        }
+    }
+
+    /// Carries out the part of a command that needs the window.
+    fn carry_out(&mut self, events: &ActiveEventLoop, effect: Effect) {
+        let Some(Opened { input, window, .. }) = &mut self.opened else { return };
+        match effect {
+            Effect::Copy(text) => input.set_clipboard_text(text),
+            Effect::Ask(question, start) => {
+                let shared = self.session.shared();
+                let tell = move |answer| shared.tell(|news| news.answer = Some((question, answer)));
+                dialog::ask(question, &start, window, tell);
+            }
+            Effect::Quit => events.exit(),
         }
     }
 
@@ -248,7 +272,7 @@ impl ApplicationHandler<Wake> for App {
                 return self.check(events, outcome);
             }
             WindowEvent::Resized(_) => opened.is_stale = true,
-            WindowEvent::DroppedFile(path) => self.session.open(path),
+            WindowEvent::DroppedFile(path) => self.session.drop_file(path),
             WindowEvent::CursorMoved { .. } | WindowEvent::MouseInput { .. } | WindowEvent::MouseWheel { .. } => {
                 self.latency.input()
             }

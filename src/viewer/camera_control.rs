@@ -9,6 +9,18 @@ use crate::scene::{Camera, Film, Projection};
 /// smaller angles the camera could turn over.
 const LEAST_TILT: f64 = 0.02;
 
+/// The range of the field of view, in degrees.
+pub const FIELDS_OF_VIEW: [f64; 2] = [1.0, 170.0];
+
+/// A camera and its distance to the pivot.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Place {
+    /// The camera.
+    pub camera: Camera,
+    /// The distance from the eye to the pivot in world units; `None` until the first picture.
+    pub distance: Option<f64>,
+}
+
 /// A camera with the pivot about which it turns.
 #[derive(Clone, Debug)]
 pub struct CameraControl {
@@ -35,6 +47,48 @@ impl CameraControl {
     /// Returns the current camera.
     pub fn camera(&self) -> &Camera {
         &self.camera
+    }
+
+    /// Returns the camera and its distance to the pivot.
+    pub fn place(&self) -> Place {
+        Place { camera: self.camera, distance: self.distance }
+    }
+
+    /// Returns to a place.
+    pub fn go_to(&mut self, place: Place) {
+        (self.camera, self.distance) = (place.camera, place.distance);
+    }
+
+    /// Returns whether the camera is that of the scene.
+    pub fn is_home(&self) -> bool {
+        self.camera == self.home
+    }
+
+    /// Returns the field of view along the shorter side of the image, in degrees; `None` if lines of sight are parallel
+    /// or the camera sees all directions.
+    pub fn field_of_view(&self) -> Option<f64> {
+        let Projection::Perspective { tan_half_fov } = self.camera.projection else { return None };
+        Some(2.0 * tan_half_fov.atan().to_degrees())
+    }
+
+    /// Sets the field of view along the shorter side of the image, in degrees, where the camera has one.
+    pub fn set_field_of_view(&mut self, degrees: f64) {
+        if let Projection::Perspective { tan_half_fov } = &mut self.camera.projection {
+            let [least, most] = FIELDS_OF_VIEW;
+            *tan_half_fov = (0.5 * degrees.clamp(least, most)).to_radians().tan();
+        }
+    }
+
+    /// Multiplies the size of what the camera sees by a factor: the width of the image plane, whose field of view stays in
+    /// its range.
+    pub fn widen(&mut self, factor: f64) {
+        match self.camera.projection {
+            Projection::Perspective { tan_half_fov } => {
+                self.set_field_of_view(2.0 * (factor * tan_half_fov).atan().to_degrees());
+            }
+            Projection::Orthographic => self.dolly(factor),
+            Projection::Equirectangular | Projection::EqualArea => {}
+        }
     }
 
     /// Resets the camera to the one of the scene.
@@ -297,5 +351,36 @@ mod tests {
         assert!((gone - control.forward()).length() < 1e-9);
         control.reset();
         assert_eq!(control.camera().world_from_camera, control.home.world_from_camera);
+    }
+
+    #[test]
+    fn a_wider_field_of_view_sees_more_and_stays_in_its_range() {
+        let mut control = control(CAMERAS[0]);
+        assert!((control.field_of_view().unwrap() - 40.0).abs() < 1e-9);
+        control.set_field_of_view(60.0);
+        assert!((control.field_of_view().unwrap() - 60.0).abs() < 1e-9);
+        let width = ImagePlane::new(control.camera(), &control.film, RESOLUTION).across;
+        control.widen(1.25);
+        let wider = ImagePlane::new(control.camera(), &control.film, RESOLUTION).across;
+        assert!((wider / width - 1.25).abs() < 1e-9);
+        for (factor, end) in [(1e9, 1), (1e-9, 0)] {
+            control.widen(factor);
+            assert!((control.field_of_view().unwrap() - FIELDS_OF_VIEW[end]).abs() < 1e-6);
+        }
+    }
+
+    #[test]
+    fn parallel_lines_of_sight_have_no_angle_but_can_be_widened() {
+        let mut control = control(CAMERAS[3]);
+        assert_eq!(control.field_of_view(), None);
+        let pivot = control.pivot();
+        control.widen(1.25);
+        assert!(project(&control, pivot).distance(DVec2::splat(0.5)) < 1e-9);
+        assert!(!control.is_home());
+        let place = control.place();
+        control.reset();
+        assert!(control.is_home());
+        control.go_to(place);
+        assert_eq!(control.place(), place);
     }
 }

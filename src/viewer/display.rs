@@ -6,7 +6,7 @@ use goblet_host::{Buffer, Interface, Pass, Result, Screen, Texels};
 use winit::window::Window;
 
 use super::layout::Placement;
-use super::quantity::{Picture, Shade};
+use super::paint::Shade;
 use crate::cli::cache;
 use crate::kernels::{
     CURVE_ACES, CURVE_AGX, CURVE_LINEAR, CURVE_SRGB, REQUIREMENTS, Specialization, ToneMap, ToneMapPush,
@@ -86,14 +86,15 @@ impl Display {
         Ok(Self { shown, pixels, pass, image: [1, 1], shade: Shade::Light, mapped: None, screen })
     }
 
-    /// Uploads a picture, which is shown from now on.
+    /// Uploads the colours of a picture, which is shown from now on. `pixels` are row by row, the top row first; the
+    /// fourth number is unused.
     ///
     /// # Errors
     /// The device fails.
-    pub fn take(&mut self, picture: &Picture) -> Result<()> {
-        self.make_room(picture.size)?;
-        self.screen.device().write_texels(&self.shown, &picture.pixels)?;
-        (self.image, self.shade, self.mapped) = (picture.size, picture.shade, None);
+    pub fn take(&mut self, size: [u32; 2], pixels: &[[f32; 4]], shade: Shade) -> Result<()> {
+        self.make_room(size)?;
+        self.screen.device().write_texels(&self.shown, pixels)?;
+        (self.image, self.shade, self.mapped) = (size, shade, None);
         Ok(())
     }
 
@@ -127,18 +128,19 @@ impl Display {
     pub fn show(&mut self, look: Look, placement: Placement, interface: Interface) -> Result<bool> {
         let window = self.screen.size();
         if self.mapped != Some((look, placement, window)) {
-            let Placement { origin, size } = placement;
+            let Placement { origin, size, .. } = placement;
             let per_pixel = [0, 1].map(|axis| self.image[axis] as f32 / size[axis]);
             let curve = if self.shade == Shade::Light { look.curve } else { Curve::Linear };
+            let exposure = if self.shade == Shade::Fixed { 1.0 } else { look.stops.exp2() };
             let push = ToneMapPush {
                 window,
                 image: self.image,
                 origin,
                 per_pixel,
-                exposure: if self.shade.has_exposure() { look.stops.exp2() } else { 1.0 },
+                exposure,
                 curve: curve.number(),
                 bgra: self.screen.is_bgra().into(),
-                pad: 0,
+                nearest: u32::from(placement.has_squares(self.image)),
             };
             // The previous frame may still be reading the pixels.
             self.screen.finish()?;

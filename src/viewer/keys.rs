@@ -1,11 +1,12 @@
-//! Keyboard input: it translates key strokes into commands and into flight. It uses no window.
+//! Keyboard input: it translates key strokes into commands and into flight, by the [table](super::bindings) of keys. It
+//! uses no window.
 
 use std::collections::HashSet;
 
 use egui::{Context, Key, Popup};
 use glam::DVec3;
 
-use super::quantity::Quantity;
+use super::bindings::{BINDINGS, Binding, Chord, Command, Does};
 
 /// A press or a release of a key.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -57,45 +58,6 @@ impl Busy {
     }
 }
 
-/// The command of a key.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Command {
-    /// Show this quantity.
-    Show(Quantity),
-    /// Reset the camera to the one of the scene.
-    Reset,
-    /// Pause or continue.
-    Pause,
-    /// Copy the camera as pbrt text.
-    Copy,
-    /// Show or hide the panel.
-    Panel,
-    /// Save to the file that the panel names.
-    Save,
-    /// Close the window.
-    Quit,
-}
-
-/// Keys that show a quantity, in the order of [`Quantity::ALL`].
-pub(super) const DIGITS: [Key; 10] =
-    [Key::Num1, Key::Num2, Key::Num3, Key::Num4, Key::Num5, Key::Num6, Key::Num7, Key::Num8, Key::Num9, Key::Num0];
-/// Plain keys with a command.
-const PLAIN: [(Key, Command); 5] = [
-    (Key::R, Command::Reset),
-    (Key::Space, Command::Pause),
-    (Key::C, Command::Copy),
-    (Key::H, Command::Panel),
-    (Key::Escape, Command::Quit),
-];
-/// Keys that fly, with their directions: x is right, y is up, z is forward.
-const FLIGHT: [(Key, DVec3); 6] = [
-    (Key::D, DVec3::X),
-    (Key::A, DVec3::NEG_X),
-    (Key::E, DVec3::Y),
-    (Key::Q, DVec3::NEG_Y),
-    (Key::W, DVec3::Z),
-    (Key::S, DVec3::NEG_Z),
-];
 /// The factor of the speed while shift is held.
 const FASTER: f64 = 4.0;
 
@@ -120,32 +82,32 @@ impl Keys {
         if is_repeat || with.other {
             return None;
         }
-        if with.command {
-            return (key == Key::S && !with.shift).then_some(Command::Save);
+        let binding = find(key, with)?;
+        let is_for_others = busy.with_keys && !binding.is_for_window() || busy.with_drag && key == Key::Escape;
+        match binding.does {
+            _ if is_for_others => None,
+            Does::Command(command) => Some(command),
+            Does::Fly(_) => {
+                self.held.insert(key);
+                self.tapped.insert(key);
+                None
+            }
         }
-        if busy.with_keys || (busy.with_drag && key == Key::Escape) {
-            return None;
-        }
-        if FLIGHT.iter().any(|(other, _)| *other == key) {
-            self.held.insert(key);
-            self.tapped.insert(key);
-        }
-        command(key)
     }
 
     /// Returns the direction of flight (right, up, forward) of the keys that are held or were pressed since
     /// the last call.
     pub fn flight(&mut self, is_fast: bool) -> DVec3 {
         let tapped = std::mem::take(&mut self.tapped);
-        let is_down = |key| self.held.contains(key) || tapped.contains(key);
-        let by: DVec3 = FLIGHT.iter().filter(|(key, _)| is_down(key)).map(|(_, by)| *by).sum();
+        let is_down = |key: &Key| self.held.contains(key) || tapped.contains(key);
+        let by: DVec3 = flight().filter(|(key, _)| is_down(key)).map(|(_, by)| by).sum();
         if is_fast { by * FASTER } else { by }
     }
 
     /// Returns strokes that release all keys of flight. The window needs them when it loses the focus,
     /// because it does not get the releases of keys after that.
     pub fn all_up() -> impl Iterator<Item = Stroke> {
-        FLIGHT.iter().map(|(key, _)| Stroke { key: *key, is_pressed: false, is_repeat: false, with: With::default() })
+        flight().map(|(key, _)| Stroke { key, is_pressed: false, is_repeat: false, with: With::default() })
     }
 
     /// Forgets all keys, because they are released or another widget takes them.
@@ -154,16 +116,31 @@ impl Keys {
     }
 }
 
-/// Returns the command of a key without modifiers.
-fn command(key: Key) -> Option<Command> {
-    let shown = DIGITS.iter().position(|digit| *digit == key).and_then(|place| Quantity::ALL.get(place));
-    let shown = shown.map(|quantity| Command::Show(*quantity));
-    shown.or_else(|| PLAIN.iter().find(|(other, _)| *other == key).map(|(_, command)| *command))
+/// Returns the keys of flight with their directions.
+fn flight() -> impl Iterator<Item = (Key, DVec3)> {
+    BINDINGS
+        .iter()
+        .filter_map(|binding| match binding.does {
+            Does::Fly(by) => Some(binding.keys.iter().map(move |key| (*key, by))),
+            Does::Command(_) => None,
+        })
+        .flatten()
+}
+
+/// Returns the entry of the table for a key with these modifiers.
+fn find(key: Key, with: With) -> Option<&'static Binding> {
+    let chord = match with {
+        With { command: true, shift: false, .. } => Chord::Command,
+        With { command: true, shift: true, .. } => Chord::CommandShift,
+        With { command: false, .. } => Chord::Plain,
+    };
+    BINDINGS.iter().find(|binding| binding.with == chord && binding.keys.contains(&key))
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::viewer::quantity::Quantity;
 
     const PLAIN_KEY: With = With { command: false, other: false, shift: false };
     const CTRL: With = With { command: true, ..PLAIN_KEY };
@@ -178,31 +155,54 @@ mod tests {
         Stroke { is_pressed: false, ..down(key, with) }
     }
 
+    fn plain() -> impl Iterator<Item = (&'static Binding, Key)> {
+        let plain = BINDINGS.iter().filter(|binding| binding.with == Chord::Plain);
+        plain.flat_map(|binding| binding.keys.iter().map(move |key| (binding, *key)))
+    }
+
     fn every_key() -> impl Iterator<Item = Key> {
-        DIGITS.into_iter().chain(PLAIN.map(|(key, _)| key)).chain(FLIGHT.map(|(key, _)| key))
+        BINDINGS.iter().flat_map(|binding| binding.keys).copied()
     }
 
     #[test]
-    fn every_plain_key_has_its_command() {
-        let mut keys = Keys::default();
-        let commands: Vec<_> = every_key().map(|key| keys.take(down(key, PLAIN_KEY), FREE)).collect();
-        let shown = Quantity::ALL.iter().take(DIGITS.len()).map(|quantity| Some(Command::Show(*quantity)));
-        let shown: Vec<_> = shown.collect();
-        let plain = PLAIN.map(|(_, command)| Some(command));
-        assert_eq!(commands, [&shown[..], &plain, &[None; 6]].concat());
+    fn every_entry_of_the_table_is_found_by_its_keys() {
+        for binding in BINDINGS {
+            let with = match binding.with {
+                Chord::Plain => PLAIN_KEY,
+                Chord::Command => CTRL,
+                Chord::CommandShift => With { shift: true, ..CTRL },
+            };
+            for key in binding.keys {
+                let found = Keys::default().take(down(*key, with), FREE);
+                let expected = if let Does::Command(command) = binding.does { Some(command) } else { None };
+                assert_eq!(found, expected, "{key:?} {with:?}");
+            }
+        }
     }
 
     #[test]
-    fn with_ctrl_alt_or_super_no_key_is_plain() {
-        for with in [CTRL, With { other: true, ..PLAIN_KEY }, With { other: true, ..CTRL }] {
+    fn a_chord_is_no_plain_key() {
+        for with in
+            [CTRL, With { shift: true, ..CTRL }, With { other: true, ..PLAIN_KEY }, With { other: true, ..CTRL }]
+        {
             let mut keys = Keys::default();
-            for key in every_key() {
-                let is_save = key == Key::S && with == CTRL;
-                assert_eq!(keys.take(down(key, with), FREE), is_save.then_some(Command::Save), "{key:?} {with:?}");
+            for (binding, key) in plain() {
+                let command = keys.take(down(key, with), FREE);
+                let is_plain = matches!(binding.does, Does::Command(plain) if command == Some(plain));
+                assert!(!is_plain && (!with.other || command.is_none()), "{key:?} {with:?}: {command:?}");
                 assert_eq!(keys.take(up(key, with), FREE), None);
             }
             assert_eq!(keys.flight(false), DVec3::ZERO, "{with:?}");
         }
+    }
+
+    /// Where a text has the focus, Ctrl+Z is its own, and Ctrl+S saves.
+    #[test]
+    fn files_can_be_saved_while_a_text_is_typed() {
+        let mut keys = Keys::default();
+        assert_eq!(keys.take(down(Key::Z, CTRL), TYPING), None);
+        assert_eq!(keys.take(down(Key::Z, CTRL), FREE), Some(Command::Undo));
+        assert_eq!(keys.take(down(Key::S, CTRL), TYPING), Some(Command::Save));
     }
 
     /// In any order of releases, and with any focus.
@@ -226,13 +226,14 @@ mod tests {
     #[test]
     fn what_is_typed_is_no_command() {
         let mut keys = Keys::default();
-        for key in every_key() {
+        for (_, key) in plain() {
             assert_eq!(keys.take(down(key, PLAIN_KEY), TYPING), None, "{key:?}");
         }
         assert_eq!(keys.flight(false), DVec3::ZERO);
         let dragging = Busy { with_drag: true, ..FREE };
         assert_eq!(keys.take(down(Key::Escape, PLAIN_KEY), dragging), None, "it ends the drag");
         assert_eq!(keys.take(down(Key::Num4, PLAIN_KEY), dragging), Some(Command::Show(Quantity::ALL[3])));
+        assert_eq!(keys.take(down(Key::F1, PLAIN_KEY), dragging), Some(Command::Keys));
     }
 
     #[test]
@@ -248,7 +249,7 @@ mod tests {
     #[test]
     fn keys_fly_while_they_are_down_and_at_least_once() {
         let mut keys = Keys::default();
-        for (key, by) in FLIGHT {
+        for (key, by) in flight() {
             keys.take(down(key, PLAIN_KEY), FREE);
             assert_eq!([keys.flight(false), keys.flight(false)], [by; 2]);
             keys.take(up(key, PLAIN_KEY), FREE);

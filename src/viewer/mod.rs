@@ -4,14 +4,23 @@
 
 mod app;
 mod area;
+mod bindings;
 mod camera_control;
 pub mod command;
+mod compared;
+mod dialog;
 mod display;
-mod false_color;
+mod doing;
 mod guiding;
+mod help;
+mod histogram;
+mod history;
+#[cfg(test)]
+mod key_tests;
 mod keys;
 mod latency;
 mod layout;
+mod paint;
 mod panel;
 mod plan;
 mod quantity;
@@ -23,6 +32,8 @@ mod shared;
 mod state_tests;
 #[cfg(test)]
 mod tests;
+#[cfg(test)]
+mod truth;
 mod watch;
 
 use std::path::Path;
@@ -37,6 +48,7 @@ use crate::cli::{Failure, RenderArgs};
 use crate::render::options::Options;
 use crate::scene::Scene;
 
+pub use bindings::key_list;
 pub use latency::LatencyStats;
 
 /// Opens a window, and shows a scene until the window is closed. Returns the statistics of the window.
@@ -51,7 +63,8 @@ pub fn run(args: &RenderArgs, scene: Scene) -> Result<LatencyStats, Failure> {
     let shared = Shared::new(first_wish(&args.scene, &options), move || wake(&proxy, Wake::News));
     let shared = Arc::new(shared);
     let save = args.output.first().map(|path| path.as_path());
-    let session = Session::new(&args.scene, &scene, options, save, Arc::clone(&shared));
+    let mut session = Session::new(&args.scene, &scene, options, save, Arc::clone(&shared));
+    session.set_exposure(args.exposure);
     let mut app = App::new(session, args.device.clone(), args.validate);
     let files = render_thread::files(&args.scene, &scene);
     let proxy = events.create_proxy();

@@ -123,6 +123,7 @@ mod tests {
     use std::time::Instant;
 
     use super::*;
+    use crate::image::exposure::Exposure;
     use crate::render::options::Options;
 
     const MOST: u32 = 5;
@@ -139,7 +140,13 @@ mod tests {
     }
 
     fn save(photons: u64) -> Save {
-        Save { path: PathBuf::from("image.exr"), target: target(photons), quantity: Quantity::Image }
+        Save {
+            path: PathBuf::from("image.exr"),
+            may_replace: false,
+            exposure: Exposure::default(),
+            target: target(photons),
+            quantity: Quantity::Image,
+        }
     }
 
     /// Calls `check` with every state that the plan distinguishes, each with a wish for target 1.

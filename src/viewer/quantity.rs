@@ -1,7 +1,7 @@
 //! The quantities of a render that the window can show: the image, two parts of its light, and every AOV.
 
-use super::false_color;
 use crate::image::estimate::Estimate;
+use crate::image::film::Image;
 use crate::image::layers::Groups;
 use crate::render::aov::{AOVS, Aov, AovKind};
 use crate::render::options::{Contribution, Options};
@@ -20,37 +20,19 @@ pub enum Quantity {
     Aov(&'static Aov),
 }
 
-/// An image for the screen.
+/// The values of a quantity in each pixel.
+#[derive(Clone, Debug, PartialEq)]
 pub struct Picture {
     /// Width and height in pixels.
     pub size: [u32; 2],
-    /// Row by row, the top row first; the fourth number is unused.
-    pub pixels: Vec<[f32; 4]>,
-    /// The values that are shown as black and white, or by the first and the last false colour, if the picture is of an
-    /// AOV with one channel; the second is infinite if no value is known.
+    /// Row by row, the top row first: red, green and blue, the axes of a vector, or a number three times. The fourth
+    /// number is unused.
+    pub values: Vec<[f32; 4]>,
+    /// What the values are of.
+    pub quantity: Quantity,
+    /// The ends of the scale of numbers and vectors, in their unit; `None` for light and colours. The second is
+    /// infinite if no value is known.
     pub ends: Option<[f32; 2]>,
-    /// How it shows values.
-    pub shade: Shade,
-}
-
-/// How a picture shows values.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Shade {
-    /// Light, to which exposure and tone curves apply.
-    Light,
-    /// Numbers as grey, and others as red, green and blue, to which the exposure applies.
-    Plain,
-    /// Shares from 0 to 1 in [false colours](false_color::shares).
-    Shares,
-    /// Amounts in [false colours](false_color::amounts).
-    Amounts,
-}
-
-impl Shade {
-    /// Returns whether the exposure applies to the picture.
-    pub fn has_exposure(self) -> bool {
-        matches!(self, Self::Light | Self::Plain)
-    }
 }
 
 /// The quantile of an AOV's values that is shown as white.
@@ -102,14 +84,30 @@ impl Quantity {
         options.contribution == self.contribution() && options.layers.has_all(self.layers())
     }
 
-    /// Returns how a picture shows the quantity.
-    pub fn shade(self) -> Shade {
-        let Self::Aov(aov) = self else { return Shade::Light };
-        match aov.kind {
-            AovKind::Light => Shade::Light,
-            AovKind::Share => Shade::Shares,
-            AovKind::Amount => Shade::Amounts,
-            AovKind::Number | AovKind::Direction | AovKind::Point | AovKind::Color => Shade::Plain,
+    /// Returns the kind of the values.
+    pub fn kind(self) -> AovKind {
+        if let Self::Aov(aov) = self { aov.kind } else { AovKind::Light }
+    }
+
+    /// Returns the unit of the values; empty for numbers without a unit.
+    pub fn unit(self) -> &'static str {
+        if let Self::Aov(aov) = self { aov.unit } else { "W/(m² sr)" }
+    }
+
+    /// Returns whether the values are radiance in W/(m² sr) in linear RGB, which can be compared with an image file.
+    pub fn is_radiance(self) -> bool {
+        match self {
+            Self::Image | Self::Direct | Self::Photons => true,
+            Self::Aov(aov) => ["direct", "photons", "caustic"].contains(&aov.name),
+        }
+    }
+
+    /// Returns the names of the values of a pixel.
+    pub fn axes(self) -> &'static [&'static str] {
+        match self.kind() {
+            AovKind::Light | AovKind::Color => &["R", "G", "B"],
+            AovKind::Direction | AovKind::Point => &["X", "Y", "Z"],
+            AovKind::Number | AovKind::Share | AovKind::Amount => &[""],
         }
     }
 
@@ -126,52 +124,57 @@ impl Quantity {
     /// Returns the picture of the quantity after the iterations so far; black if the estimate does not have its
     /// layers.
     pub fn picture(self, estimate: &Estimate) -> Picture {
-        let (size, shade) = (estimate.resolution, self.shade());
+        let size = estimate.resolution;
         let Self::Aov(aov) = self else {
-            let pixels = estimate.image().pixels.into_iter().map(|[r, g, b]| [r, g, b, 0.0]).collect();
-            return Picture { size, pixels, ends: None, shade };
+            let values = estimate.image().pixels.into_iter().map(|[r, g, b]| [r, g, b, 0.0]).collect();
+            return Picture { size, values, quantity: self, ends: None };
         };
-        let (pixels, ends) = match (aov.planes(estimate).as_deref(), aov.kind) {
-            (Some([r, g, b]), AovKind::Color | AovKind::Light) => (colors([r, g, b]), None),
-            (Some([x, y, z]), AovKind::Direction) => (directions([x, y, z]), None),
-            (Some([x, y, z]), _) => {
-                let far = bright([x, y, z].into_iter().flatten().map(|value| value.abs()).collect());
-                let near = |values: &Vec<f32>| values.iter().map(|value| value / far).collect();
-                (directions([&near(x), &near(y), &near(z)]), None)
+        let (values, ends) = match aov.planes(estimate).as_deref() {
+            Some([x, y, z]) => {
+                let values: Vec<_> = x.iter().zip(y).zip(z).map(|((x, y), z)| [*x, *y, *z, 0.0]).collect();
+                (values, self.ends([x, y, z].into_iter().flatten().map(|value| value.abs())))
             }
-            (Some([values, ..]), AovKind::Share) => (false_color::shares(values), Some([0.0, 1.0])),
-            (Some([values, ..]), AovKind::Amount) => {
-                let ends = ends_of_amounts(values);
-                (false_color::amounts(values, ends), Some(ends))
+            Some([numbers, ..]) => (
+                numbers.iter().map(|value| [*value, *value, *value, 0.0]).collect(),
+                self.ends(numbers.iter().copied()),
+            ),
+            Some([]) | None => {
+                (vec![[0.0; 4]; size.map(|side| side as usize).iter().product()], self.ends([].into_iter()))
             }
-            (Some([values, ..]), _) => {
-                let white = bright(values.clone());
-                (numbers(values, white), Some([0.0, white]))
-            }
-            (Some([]) | None, _) => (vec![[0.0; 4]; size.map(|side| side as usize).iter().product()], None),
         };
-        Picture { size, pixels, ends, shade }
+        Picture { size, values, quantity: self, ends }
+    }
+
+    /// Returns the ends of the scale for some values, without the signs of vectors.
+    fn ends(self, values: impl Iterator<Item = f32>) -> Option<[f32; 2]> {
+        match self.kind() {
+            AovKind::Light | AovKind::Color => None,
+            AovKind::Share => Some([0.0, 1.0]),
+            AovKind::Direction => Some([-1.0, 1.0]),
+            AovKind::Amount => Some(ends_of_amounts(values)),
+            AovKind::Number => Some([0.0, bright(values.collect())]),
+            AovKind::Point => {
+                let far = bright(values.collect());
+                Some([-far, far])
+            }
+        }
     }
 }
 
-/// Returns colours as they are.
-fn colors([r, g, b]: [&Vec<f32>; 3]) -> Vec<[f32; 4]> {
-    r.iter().zip(g).zip(b).map(|((r, g), b)| [*r, *g, *b, 0.0]).collect()
-}
+impl Picture {
+    /// Returns the values as red, green and blue.
+    pub fn to_image(&self) -> Image {
+        let [width, height] = self.size;
+        Image { width, height, pixels: self.values.iter().map(|[r, g, b, _]| [*r, *g, *b]).collect() }
+    }
 
-/// Returns directions as colours: coordinates from -1 to 1 become 0 to 1, and a zero vector is black.
-fn directions([x, y, z]: [&Vec<f32>; 3]) -> Vec<[f32; 4]> {
-    let shown = |direction: [f32; 3]| {
-        let [x, y, z] = if direction == [0.0; 3] { direction } else { direction.map(|axis| 0.5 + 0.5 * axis) };
-        [x, y, z, 0.0]
-    };
-    x.iter().zip(y).zip(z).map(|((x, y), z)| shown([*x, *y, *z])).collect()
-}
-
-/// Returns numbers divided by the value that is white; infinite numbers are white too.
-fn numbers(values: &[f32], white: f32) -> Vec<[f32; 4]> {
-    let shown = |value: f32| if value.is_finite() { value / white } else { 1.0 };
-    values.iter().map(|value| [shown(*value), shown(*value), shown(*value), 0.0]).collect()
+    /// Returns the values of a place on the image, whose corners are (0, 0) and (1, 1); `None` outside.
+    pub fn at(&self, [x, y]: [f64; 2]) -> Option<[f32; 3]> {
+        let [width, height] = self.size;
+        let place = |at: f64, side: u32| (0.0..1.0).contains(&at).then(|| (at * f64::from(side)) as usize);
+        let (column, row) = (place(x, width)?, place(y, height)?);
+        self.values.get(row * width as usize + column).map(|[x, y, z, _]| [*x, *y, *z])
+    }
 }
 
 /// Returns the [`BRIGHT`] quantile of the values, which may be infinite; 1 if the quantile is 0 or if there
@@ -181,14 +184,14 @@ fn bright(mut values: Vec<f32>) -> f32 {
 }
 
 /// Returns the amounts that have the first and the last colour: quantiles of those above 0, a decade or more apart.
-fn ends_of_amounts(values: &[f32]) -> [f32; 2] {
-    let mut amounts: Vec<f32> = values.iter().copied().filter(|value| *value > 0.0).collect();
+pub fn ends_of_amounts(values: impl Iterator<Item = f32>) -> [f32; 2] {
+    let mut amounts: Vec<f32> = values.filter(|value| *value > 0.0).collect();
     let [least, most] = [1.0 - BRIGHT, BRIGHT].map(|part| quantile(&mut amounts, part).unwrap_or(1.0));
     [least.min(0.1 * most), most]
 }
 
 /// Returns a quantile of the values, which may be infinite; `None` if there is no value.
-fn quantile(values: &mut [f32], part: f64) -> Option<f32> {
+pub fn quantile(values: &mut [f32], part: f64) -> Option<f32> {
     let place = (values.len().checked_sub(1)? as f64 * part) as usize;
     Some(*values.select_nth_unstable_by(place, f32::total_cmp).1)
 }
@@ -197,34 +200,38 @@ fn quantile(values: &mut [f32], part: f64) -> Option<f32> {
 mod tests {
     use super::*;
 
-    /// Keys show them in this order.
     #[test]
-    fn what_photons_do_is_in_false_colors() {
-        let shades: Vec<_> = Quantity::ALL[..10].iter().map(|quantity| (quantity.name(), quantity.shade())).collect();
-        for (name, shade) in
-            [("density", Shade::Amounts), ("photon share", Shade::Shares), ("light per photon", Shade::Amounts)]
-        {
-            assert!(shades.contains(&(name.to_owned(), shade)), "{name}");
-        }
-        assert_eq!(shades.iter().filter(|(_, shade)| !shade.has_exposure()).count(), 3);
-        assert_eq!(Quantity::Image.shade(), Shade::Light);
+    fn ends_follow_the_kind_of_the_values() {
+        let named = |name| Quantity::Aov(Aov::named(name).unwrap());
+        let of = |name, values: &[f32]| named(name).ends(values.iter().copied());
+        assert_eq!(of("radius", &[0.0, 1.0, 2.0, 4.0]), Some([0.0, 2.0]));
+        assert_eq!(of("standard-error", &[f32::INFINITY; 2]), Some([0.0, f32::INFINITY]));
+        assert_eq!(of("radius", &[0.0; 2]), Some([0.0, 1.0]));
+        assert_eq!(of("P", &[3.0; 2]), Some([-3.0, 3.0]));
+        assert_eq!(of("N", &[0.5]), Some([-1.0, 1.0]));
+        assert_eq!(of("photon-share", &[0.5]), Some([0.0, 1.0]));
+        assert_eq!((of("Albedo", &[0.5]), of("caustic", &[0.5])), (None, None));
+        assert_eq!(of("density", &[0.0; 3]), Some([0.1, 1.0]));
+        assert_eq!(of("density", &[0.0, 4.0, 5.0, 0.0]), Some([0.4, 4.0]), "a decade at least");
+        let wide: Vec<f32> = (0..=200).map(|step| 1.06_f32.powi(step)).collect();
+        assert_eq!(of("density", &wide), Some([wide[2], wide[198]]));
     }
 
     #[test]
-    fn numbers_are_shown_up_to_white_and_the_unknown_is_white() {
-        let of = |values: &[f32]| {
-            let white = bright(values.to_vec());
-            (white, numbers(values, white).into_iter().map(|[r, ..]| r).collect::<Vec<_>>())
-        };
-        assert_eq!(of(&[0.0, 1.0, 2.0, 4.0]), (2.0, vec![0.0, 0.5, 1.0, 2.0]));
-        assert_eq!(of(&[f32::INFINITY; 2]), (f32::INFINITY, vec![1.0; 2]));
-        assert_eq!(of(&[0.0; 2]), (1.0, vec![0.0; 2]));
-        assert_eq!(ends_of_amounts(&[0.0; 3]), [0.1, 1.0]);
-        assert_eq!(ends_of_amounts(&[0.0, 4.0, 5.0, 0.0]), [0.4, 4.0], "a decade at least");
-        let wide: Vec<f32> = (0..=200).map(|step| 1.06_f32.powi(step)).collect();
-        assert_eq!(ends_of_amounts(&wide), [wide[2], wide[198]]);
-        let axis = |value: f32| vec![value];
-        assert_eq!(directions([&axis(-1.0), &axis(0.0), &axis(1.0)]), [[0.0, 0.5, 1.0, 0.0]]);
-        assert_eq!(directions([&axis(0.0), &axis(0.0), &axis(0.0)]), [[0.0; 4]]);
+    fn a_place_on_the_image_has_the_values_of_its_pixel() {
+        let values = (0..6).map(|number| [number as f32; 4]).collect();
+        let picture = Picture { size: [3, 2], values, quantity: Quantity::Image, ends: None };
+        assert_eq!(picture.at([0.0, 0.0]), Some([0.0; 3]));
+        assert_eq!(picture.at([0.99, 0.49]), Some([2.0; 3]));
+        assert_eq!(picture.at([0.34, 0.5]), Some([4.0; 3]));
+        assert_eq!([picture.at([1.0, 0.5]), picture.at([0.5, -0.1])], [None; 2]);
+    }
+
+    #[test]
+    fn only_radiance_can_be_compared_with_files() {
+        let names: Vec<_> = Quantity::ALL.into_iter().filter(|quantity| quantity.is_radiance()).collect();
+        let names: Vec<_> = names.into_iter().map(Quantity::name).collect();
+        let expected = ["image", "direct light", "light of photons", "direct", "photons", "caustic"];
+        assert_eq!(names, expected);
     }
 }

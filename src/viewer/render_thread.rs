@@ -6,6 +6,7 @@ use std::time::{Duration, Instant};
 
 use goblet_host::Device;
 
+use super::doing::Doing;
 use super::plan::{Next, Standing, next};
 use super::rendering::{Kept, Render};
 use super::shared::{Loaded, Save, Shared, Target, Wish};
@@ -100,7 +101,10 @@ pub fn run_on(device: &Arc<Device>, shared: &Shared, args: &RenderArgs, scene: S
 
 /// Answers all wishes with an error, because there is no device.
 fn without_device(shared: &Shared, error: &str) {
-    shared.tell(|news| news.message = Some(Err(error.to_owned())));
+    shared.tell(|news| {
+        news.message = Some(Err(error.to_owned()));
+        news.status.does(Doing::Failed);
+    });
     loop {
         let wish = shared.take_wish();
         refuse(shared, &wish, &wish.saves, error);
@@ -158,9 +162,10 @@ impl RenderThread<'_> {
             self.shared.tell(|news| news.message = Some(Ok("trying again".to_owned())));
         }
         let doing = match &self.render {
-            Some(render) if render.coarseness > 1 => "looking",
-            _ if next != Next::Iterate && wish.paused => "paused",
-            _ => "rendering",
+            _ if self.failed.is_some() => Doing::Failed,
+            Some(render) if render.coarseness > 1 => Doing::Looks,
+            _ if next != Next::Iterate && wish.paused => Doing::Pauses,
+            _ => Doing::Renders,
         };
         match next {
             Next::Follow => self.saves.iter_mut().for_each(|save| {
@@ -179,7 +184,7 @@ impl RenderThread<'_> {
                 refuse(self.shared, wish, &std::mem::take(&mut self.saves), &why);
             }
             Next::Rest => {
-                self.says(if wish.paused { "paused" } else { "done" });
+                self.says(if wish.paused { Doing::Pauses } else { Doing::IsDone });
                 self.shared.wait(IDLE);
             }
             Next::Save(_) | Next::End => {}
@@ -198,19 +203,20 @@ impl RenderThread<'_> {
         self.failed = Some((wish.target.clone(), failure.to_string()));
         self.shared.tell(|news| {
             news.message = Some(Err(failure.to_string()));
-            news.status.doing = "failed";
+            news.status.does(Doing::Failed);
         });
     }
 
-    fn says(&self, doing: &'static str) {
+    fn says(&self, doing: Doing) {
         if self.shared.news().status.doing != doing && self.failed.is_none() {
-            self.shared.tell(|news| news.status.doing = doing);
+            self.shared.tell(|news| news.status.does(doing));
         }
     }
 
     /// Writes a file. A failure is reported, and does not end the render.
     fn save(&mut self, wish: &Wish, save: &Save) -> Result<(), Failure> {
         let Some(render) = &mut self.render else { return Ok(()) };
+        let save = &save.with_free_name();
         let files = Files::default().reads_scene(&self.path, &self.scene).writes(AN_IMAGE, [&save.path]);
         let saved = files.check().and_then(|()| render.save(self.shared, self.args, &self.path, save));
         if let Err(failure) = saved {
@@ -220,7 +226,7 @@ impl RenderThread<'_> {
     }
 
     /// Runs an iteration, and gives it up if the wish changes meanwhile.
-    fn iterate(&mut self, wish: &Wish, doing: &'static str) -> Result<(), Failure> {
+    fn iterate(&mut self, wish: &Wish, doing: Doing) -> Result<(), Failure> {
         let Some(render) = &mut self.render else { return Ok(()) };
         render.moves = wish.moves;
         let before = self.device.pass_times();
@@ -246,7 +252,7 @@ impl RenderThread<'_> {
 
     /// Reads the wished scene. If this fails, the old scene stays.
     fn load(&mut self, wish: &Wish) {
-        self.says("reading the scene");
+        self.says(Doing::Reads);
         self.loads = wish.target.loads;
         match Scene::load_within(&wish.scene, self.scene.budget.anew()) {
             Ok(scene) => {
@@ -293,7 +299,7 @@ impl RenderThread<'_> {
             None => false,
         };
         if !restarted {
-            self.says("preparing the scene");
+            self.says(Doing::Prepares);
             // The old renderer is dropped first, so that there are never two in memory.
             self.render = None;
             let mut renderer = Renderer::new(Arc::clone(&self.device), &self.scene, &target.options)?;

@@ -3,6 +3,7 @@
 use std::path::Path;
 use std::time::{Duration, Instant};
 
+use super::doing::Doing;
 use super::guiding::Guiding;
 use super::plan::Rendered;
 use super::quantity::Quantity;
@@ -121,7 +122,7 @@ impl Render {
     ///
     /// # Errors
     /// The device fails.
-    pub fn tell_soon(&mut self, shared: &Shared, quantity: Quantity, doing: &'static str) -> Result<(), Failure> {
+    pub fn tell_soon(&mut self, shared: &Shared, quantity: Quantity, doing: Doing) -> Result<(), Failure> {
         let is_soon = self.told.is_some_and(|(when, _, what)| what == quantity && when.elapsed() < LEAST_BETWEEN_VIEWS);
         if is_soon { Ok(()) } else { self.tell(shared, quantity, doing, None) }
     }
@@ -135,7 +136,7 @@ impl Render {
         &mut self,
         shared: &Shared,
         quantity: Quantity,
-        doing: &'static str,
+        doing: Doing,
         message: Option<String>,
     ) -> Result<(), Failure> {
         let estimate = self.renderer.estimate()?;
@@ -146,13 +147,7 @@ impl Render {
         }
         let picture = quantity.picture(&estimate);
         let lengths = if is_first { Some(self.renderer.path_lengths()?) } else { None };
-        let view = View {
-            picture,
-            #[cfg(test)]
-            quantity,
-            moves: self.moves,
-            lengths,
-        };
+        let view = View { picture, moves: self.moves, lengths };
         let iterations = self.renderer.iterations();
         self.told = Some((Instant::now(), iterations, quantity));
         shared.tell(|news| {
@@ -162,8 +157,10 @@ impl Render {
             if let Some(message) = message {
                 news.message = Some(Ok(message));
             }
+            news.status.does(doing);
             news.status = Status {
                 doing,
+                since: news.status.since,
                 iterations,
                 photons: self.renderer.tally().emitted,
                 time: self.time,
@@ -193,9 +190,9 @@ impl Render {
             let estimate = renderer.estimate()?;
             let metadata = renderer.metadata(&scene, &estimate);
             let channels = aov::channels(&args.aov, &estimate)?;
-            write_images(std::slice::from_ref(path), &estimate, &channels, &metadata, args.exposure, true)?;
+            write_images(std::slice::from_ref(path), &estimate, &channels, &metadata, save.exposure, true)?;
         }
-        self.tell(shared, *quantity, "rendering", Some(wrote(path, &self.target, renderer.iterations())))
+        self.tell(shared, *quantity, Doing::Renders, Some(wrote(path, &self.target, renderer.iterations())))
     }
 }
 

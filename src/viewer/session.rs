@@ -1,19 +1,32 @@
 //! The session of a user: the state of the window, and the wishes that follow from it.
 
+mod compare;
+mod files;
+mod image;
+
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::time::Instant;
 
 use glam::{DVec2, DVec3};
 
+pub use self::image::{EXPOSURES, Probe};
+use super::bindings::Command;
 use super::camera_control::CameraControl;
+use super::compared::Compared;
+use super::dialog::Question;
 use super::display::Look;
-use super::keys::Command;
-use super::layout::{Area, Placement};
-use super::quantity::{Picture, Quantity, Shade};
-use super::shared::{Loaded, Save, Shared, Status, Target};
+use super::histogram::Histogram;
+use super::history::History;
+use super::layout::{Area, Zoom};
+use super::paint::{Colors, Scale};
+use super::quantity::{Picture, Quantity};
+use super::shared::{Loaded, Shared, Status, Target, View};
 use crate::render::options::{Options, photons_of};
 use crate::scene::{Film, Integrator, Scene};
+
+/// The factor by which a key makes the width of what is seen larger.
+const WIDER: f64 = 1.1;
 
 /// The state of the window.
 pub struct Session {
@@ -31,16 +44,34 @@ pub struct Session {
     pub has_panel: bool,
     /// The text of the panel's field for the scene file.
     pub scene_text: String,
+    /// The text of the panel's field for the image to compare with.
+    pub reference_text: String,
     /// The text of the panel's field for the file to save to.
     pub save_text: String,
     /// The status of the render.
     pub status: Status,
     /// The last message about a finished action or an error.
     pub message: Option<Result<String, String>>,
-    /// How the picture shows values.
-    pub shade: Shade,
-    /// [`Picture::ends`] of the picture.
-    pub ends: Option<[f32; 2]>,
+    /// The picture that was last rendered.
+    pub picture: Option<Arc<Picture>>,
+    /// How values become colours.
+    pub colors: Colors,
+    /// Whether the exposure follows from the image.
+    pub has_auto_exposure: bool,
+    /// The scale of false colours that are shown.
+    pub scale: Option<Scale>,
+    /// How large the image is shown.
+    pub zoom: Zoom,
+    /// Whether the last turn of the wheel was with Alt, and enlarges the image.
+    pub enlarges: bool,
+    /// The pixel of the window under the cursor, while it is on the image.
+    pub cursor: Option<[f32; 2]>,
+    /// The picture to compare with, and how both are shown.
+    pub compared: Compared,
+    /// Whether the list of keys is open.
+    pub has_keys: bool,
+    /// Whether a file dialog is open.
+    pub is_asking: bool,
     /// The number of the last move of the camera in the picture.
     pub seen: u64,
     /// The number of moves of the camera.
@@ -61,6 +92,15 @@ pub struct Session {
     lengths: (Vec<f32>, [u32; 2]),
     /// Whether a scene that is not read yet is another one, or the same one read again.
     opening: Option<Opening>,
+    history: History,
+    /// Whether what the window shows of the picture has changed.
+    is_changed: bool,
+    /// The number of pictures so far.
+    pictures: u64,
+    /// The number of measurements of the error so far.
+    measurements: u64,
+    /// The histogram of the picture with this number.
+    histogram: Option<(u64, Histogram)>,
     shared: Arc<Shared>,
 }
 
@@ -75,6 +115,8 @@ enum Opening {
 pub enum Effect {
     /// Copy a text to the clipboard.
     Copy(String),
+    /// Open a file dialog. The path is the file that it names first.
+    Ask(Question, PathBuf),
     /// Close the window.
     Quit,
 }
@@ -92,11 +134,20 @@ impl Session {
             paused: false,
             has_panel: true,
             scene_text: path.display().to_string(),
+            reference_text: String::new(),
             save_text: save.unwrap_or(&exr).display().to_string(),
             status: Status::default(),
             message: None,
-            shade: Shade::Light,
-            ends: None,
+            picture: None,
+            colors: Colors::default(),
+            has_auto_exposure: false,
+            scale: None,
+            zoom: Zoom::default(),
+            enlarges: false,
+            cursor: None,
+            compared: Compared::default(),
+            has_keys: false,
+            is_asking: false,
             seen: 0,
             moves: 0,
             area: Area { origin: [0, 0], size: [1, 1] },
@@ -108,26 +159,55 @@ impl Session {
             has_moved: false,
             lengths: (Vec::new(), [0, 0]),
             opening: None,
+            history: History::default(),
+            is_changed: false,
+            pictures: 0,
+            measurements: 0,
+            histogram: None,
             shared,
         }
+    }
+
+    /// Returns the state that all threads share.
+    pub fn shared(&self) -> Arc<Shared> {
+        Arc::clone(&self.shared)
     }
 
     /// Carries out a command. Returns the part that the window has to carry out, if there is one.
     pub fn obey(&mut self, command: Command) -> Option<Effect> {
         match command {
             Command::Show(quantity) => self.show(quantity),
+            Command::Colors => self.color(self.colors.next(self.quantity)),
+            Command::Expose(steps) => self.expose(steps),
+            Command::AutoExpose => self.auto_expose(!self.has_auto_exposure),
+            Command::Zoom(is_in) => self.zoom = self.zoom.step(is_in, self.hand(), self.area, self.image()),
+            Command::Fit => self.zoom = Zoom::Fit,
+            Command::Pixels => self.zoom = Zoom::Own { scale: 1.0, middle: [0.5; 2] },
+            Command::Shift(eighths) => self.shift(eighths),
+            Command::Widen(is_wider) => self.widen(if is_wider { WIDER } else { 1.0 / WIDER }),
+            Command::Undo | Command::Redo => self.travel(command == Command::Redo),
             Command::Reset => self.reset(),
+            Command::Copy => {
+                self.message = Some(Ok("copied the camera as pbrt text".to_owned()));
+                return Some(Effect::Copy(self.camera_text()));
+            }
+            Command::Keep => self.keep(),
+            Command::Flip => self.flip(),
+            Command::Split => self.split(),
+            Command::MoveSplit(is_right) => self.move_split(is_right),
             Command::Pause => self.pause(),
-            Command::Copy => return Some(Effect::Copy(self.camera_text())),
-            Command::Panel => self.has_panel = !self.has_panel,
             Command::Save => self.save(),
+            Command::Ask(question) => return self.ask(question),
+            Command::Panel => self.has_panel = !self.has_panel,
+            Command::Keys => self.has_keys = !self.has_keys,
+            Command::Quit if self.has_keys => self.has_keys = false,
             Command::Quit => return Some(Effect::Quit),
         }
         None
     }
 
     /// Takes the news. Returns the new picture, if there is one.
-    pub fn take_news(&mut self) -> Option<Picture> {
+    pub fn take_news(&mut self) -> Option<Arc<Picture>> {
         let shared = Arc::clone(&self.shared);
         let mut news = shared.news();
         if let Some(loaded) = news.loaded.take() {
@@ -140,16 +220,28 @@ impl Session {
         if let Some(message) = news.message.take() {
             self.message = Some(message);
         }
-        let view = news.view.take()?;
+        self.take_answers(&mut news);
+        let view = news.view.take();
+        drop(news);
+        let taken = view.map(|view| self.take_view(view));
+        self.measure();
+        taken
+    }
+
+    fn take_view(&mut self, view: View) -> Arc<Picture> {
         self.seen = view.moves;
-        (self.shade, self.ends) = (view.picture.shade, view.picture.ends);
         if let Some(lengths) = view.lengths {
             self.lengths = (lengths, view.picture.size);
             if let Some(length) = self.length_at(DVec2::splat(0.5)) {
                 self.control.set_distance_once(length);
             }
         }
-        Some(view.picture)
+        let picture = Arc::new(view.picture);
+        self.picture = Some(Arc::clone(&picture));
+        self.pictures += 1;
+        self.follow_exposure();
+        self.is_changed = true;
+        picture
     }
 
     fn take_scene(&mut self, loaded: Loaded) {
@@ -164,6 +256,7 @@ impl Session {
             self.control.set_home(control);
         } else {
             self.control = control;
+            self.history = History::default();
             self.has_moved = false;
             self.moves += 1;
         }
@@ -178,8 +271,24 @@ impl Session {
         self.shared.wish(false, |wish| wish.scene.clone_from(&self.path));
     }
 
-    /// Follows a change of the camera.
-    pub fn moved(&mut self) {
+    /// Changes the camera, and notes the place before the change so that the user can return to it.
+    pub fn moves(&mut self, change: impl FnOnce(&mut CameraControl)) {
+        self.moves_if(|control| {
+            change(control);
+            true
+        });
+    }
+
+    /// As [`Self::moves`], if the change says that the image changes.
+    pub fn moves_if(&mut self, change: impl FnOnce(&mut CameraControl) -> bool) {
+        let before = self.control.place();
+        if change(&mut self.control) {
+            self.history.moves(before, Instant::now());
+            self.moved();
+        }
+    }
+
+    fn moved(&mut self) {
         self.has_moved = true;
         self.moves += 1;
         self.look_again(true);
@@ -187,10 +296,47 @@ impl Session {
 
     /// Resets the camera to the one of the scene.
     pub fn reset(&mut self) {
+        if !self.control.is_home() {
+            self.history.ends_step();
+            self.history.moves(self.control.place(), Instant::now());
+            self.history.ends_step();
+        }
         self.control.reset();
         self.has_moved = false;
         self.moves += 1;
         self.look_again(true);
+    }
+
+    /// Undoes the last move of the camera, or does it again.
+    pub fn travel(&mut self, is_forward: bool) {
+        let here = self.control.place();
+        let place = if is_forward { self.history.redo(here) } else { self.history.undo(here) };
+        let Some(place) = place else {
+            let what = if is_forward { "no move was undone" } else { "the camera has not moved" };
+            self.message = Some(Ok(what.to_owned()));
+            return;
+        };
+        self.control.go_to(place);
+        self.moved();
+        // The scene's own camera is the same target as at first, even if the scene is read again.
+        if self.control.is_home() {
+            self.has_moved = false;
+            self.look_again(true);
+        }
+    }
+
+    /// Returns the numbers of moves that can be undone and done again.
+    pub fn steps(&self) -> [usize; 2] {
+        self.history.steps()
+    }
+
+    /// Multiplies the width of what the camera sees by a factor.
+    pub fn widen(&mut self, factor: f64) {
+        self.moves_if(|control| {
+            let before = *control.camera();
+            control.widen(factor);
+            *control.camera() != before
+        });
     }
 
     /// Returns the target to render.
@@ -242,6 +388,7 @@ impl Session {
     pub fn show(&mut self, quantity: Quantity) {
         if self.quantity != quantity {
             self.quantity = quantity;
+            self.color(Colors::first(quantity));
             self.look_again(false);
         }
     }
@@ -253,6 +400,12 @@ impl Session {
         self.shared.wish(false, |wish| wish.paused = paused);
     }
 
+    /// Reads the scene again, because its files have changed.
+    pub fn reload(&mut self) {
+        self.opening.get_or_insert(Opening::Again);
+        self.load();
+    }
+
     /// Opens another scene.
     pub fn open(&mut self, path: &Path) {
         self.scene_text = path.display().to_string();
@@ -261,22 +414,9 @@ impl Session {
         self.load();
     }
 
-    /// Reads the scene again, because its files have changed.
-    pub fn reload(&mut self) {
-        self.opening.get_or_insert(Opening::Again);
-        self.load();
-    }
-
     fn load(&mut self) {
         self.loads += 1;
         self.look_again(false);
-    }
-
-    /// Writes the image or a checkpoint to the file that the panel names.
-    pub fn save(&mut self) {
-        let save = Save { path: PathBuf::from(&self.save_text), target: self.target(), quantity: self.quantity };
-        self.message = Some(Ok(format!("writing {} after this iteration", save.path.display())));
-        self.shared.wish(false, |wish| wish.saves.push(save));
     }
 
     /// Returns the camera as pbrt text.
@@ -308,18 +448,6 @@ impl Session {
         of_scene.unwrap_or_else(|| pixels * self.control.pixel_width(self.resolution()))
     }
 
-    /// Returns the place of the image in the window.
-    pub fn placement(&self) -> Placement {
-        Placement::new(self.area, self.image())
-    }
-
-    /// Converts a pixel of the window to a place on the image, whose corners are (0, 0) and (1, 1).
-    pub fn on_image(&self, pixel: [f32; 2]) -> DVec2 {
-        let Placement { origin, size } = self.placement();
-        let place = |axis: usize| f64::from((pixel[axis] - origin[axis]) / size[axis]);
-        DVec2::new(place(0), place(1))
-    }
-
     /// Returns the length of the eye path at a place on the image in scene units; `None` if there is no
     /// visible point.
     fn length_at(&self, at: DVec2) -> Option<f64> {
@@ -337,7 +465,19 @@ impl Session {
 
     /// Moves the camera sideways, so that a point moves on the image from one place to another.
     pub fn pan(&mut self, from: DVec2, to: DVec2) {
-        self.control.pan(from, to, self.grabbed, self.resolution());
+        let (grabbed, resolution) = (self.grabbed, self.resolution());
+        self.moves(|control| control.pan(from, to, grabbed, resolution));
+    }
+
+    /// Returns the state of the render in words.
+    pub fn state(&self) -> String {
+        self.status.doing.words(self.paused, self.status.since)
+    }
+
+    /// Returns the title of the window: the scene's name, and the state.
+    pub fn title(&self) -> String {
+        let name = self.path.file_name().unwrap_or_else(|| self.path.as_os_str());
+        format!("{} - {} - goblet", name.to_string_lossy(), self.status.doing.words(self.paused, None))
     }
 }
 

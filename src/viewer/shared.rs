@@ -5,9 +5,14 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Condvar, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 
+use super::compared::Other;
+use super::dialog::{Answer, Question};
+use super::doing::Doing;
 use super::guiding::Guiding;
 use super::quantity::{Picture, Quantity};
 use crate::cli::Failure;
+use crate::image::compare::Comparison;
+use crate::image::exposure::Exposure;
 use crate::render::options::Options;
 use crate::scene::{Camera, Film, Integrator};
 
@@ -35,10 +40,28 @@ impl Target {
 pub struct Save {
     /// The name of the file; its extension decides about the format.
     pub path: PathBuf,
+    /// Whether a file with this name is replaced, because the user was asked. Else the file gets the next free name.
+    pub may_replace: bool,
+    /// The exposure of a PNG.
+    pub exposure: Exposure,
     /// The target of the image. A later target replaces it if it does not get an iteration.
     pub target: Target,
     /// The quantity that was shown when the user saved.
     pub quantity: Quantity,
+}
+
+impl Save {
+    /// Returns the file with a name that no other file has: `image.exr`, else `image-2.exr` and so on, unless the file may
+    /// be replaced.
+    pub fn with_free_name(&self) -> Self {
+        let Self { path, may_replace, .. } = self;
+        let stem = path.file_stem().unwrap_or_default().to_string_lossy();
+        let extension = path.extension().map_or_else(String::new, |end| format!(".{}", end.to_string_lossy()));
+        let numbered = |number: u32| path.with_file_name(format!("{stem}-{number}{extension}"));
+        let mut names = [path.clone()].into_iter().chain((2..).map(numbered));
+        let is_free = |path: &PathBuf| *may_replace || path.symlink_metadata().is_err();
+        Self { path: names.find(is_free).unwrap_or_else(|| path.clone()), ..self.clone() }
+    }
 }
 
 /// The wishes of the window. Only the newest state counts.
@@ -66,9 +89,6 @@ pub struct Wish {
 pub struct View {
     /// The picture.
     pub picture: Picture,
-    /// What it shows: tests wait for it.
-    #[cfg(test)]
-    pub quantity: Quantity,
     /// The number of the last move of the camera in the picture.
     pub moves: u64,
     /// Lengths of eye paths in scene units, if they are new.
@@ -94,7 +114,9 @@ pub struct Loaded {
 #[derive(Clone, Debug, Default)]
 pub struct Status {
     /// The activity of the render thread.
-    pub doing: &'static str,
+    pub doing: Doing,
+    /// The time when it began.
+    pub since: Option<Instant>,
     /// The number of finished iterations.
     pub iterations: u32,
     /// The number of emitted photons.
@@ -130,6 +152,12 @@ pub struct News {
     pub status: Status,
     /// A message about a finished action or an error, until the window takes it.
     pub message: Option<Result<String, String>>,
+    /// The answer to a file dialog, until the window takes it.
+    pub answer: Option<(Question, Answer)>,
+    /// An image file that was read for a comparison, or the reason why it was not, until the window takes it.
+    pub other: Option<Result<Other, String>>,
+    /// The error that the measurement with this number has found, until the window takes it.
+    pub comparison: Option<(u64, Comparison)>,
     /// The errors of files that could not be written after the window was closed.
     pub unwritten: Vec<Failure>,
     /// Messages of the validation layers, once the render thread has ended.
@@ -153,6 +181,15 @@ pub struct Shared {
     news: Mutex<News>,
     /// Wakes the thread of the window.
     wake: Box<dyn Fn() + Send + Sync>,
+}
+
+impl Status {
+    /// Notes an activity. Its time begins now, unless it goes on.
+    pub fn does(&mut self, doing: Doing) {
+        if self.doing != doing || self.since.is_none() {
+            (self.doing, self.since) = (doing, Some(Instant::now()));
+        }
+    }
 }
 
 impl Shared {
@@ -244,4 +281,30 @@ impl Shared {
 /// Locks a mutex, even if a thread panicked with it: its numbers and lists can still be shown.
 fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
     mutex.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_name_that_is_taken_gets_a_number() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("image.v2.exr");
+        let target = Target { loads: 0, camera: None, options: Options::default() };
+        let save = Save {
+            path: path.clone(),
+            may_replace: false,
+            exposure: Exposure::default(),
+            target,
+            quantity: Quantity::Image,
+        };
+        for expected in ["image.v2.exr", "image.v2-2.exr", "image.v2-3.exr"] {
+            let free = save.with_free_name().path;
+            assert_eq!(free, folder.path().join(expected));
+            std::fs::write(free, "").unwrap();
+        }
+        let may = Save { may_replace: true, ..save };
+        assert_eq!(may.with_free_name().path, path);
+    }
 }

@@ -3,20 +3,20 @@
 //! picture.
 
 use std::fs;
-use std::sync::{Arc, LazyLock};
+use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use egui::Key;
 use glam::DVec3;
-use goblet_host::Device;
 
-use super::keys::{Busy, DIGITS, Keys, Stroke, With};
+use super::bindings::{BINDINGS, Chord, Command, Does};
+use super::doing::Doing;
+use super::keys::{Busy, Keys, Stroke, With};
 use super::quantity::{Picture, Quantity};
 use super::session::{Effect, Session};
 use super::tests::{Rendering, SCENE, shared_device};
-use crate::render::device::{DeviceOptions, open_device};
+use super::truth::Truth;
 use crate::render::options::{Contribution, Options};
-use crate::render::renderer::Renderer;
 use crate::scene::{Camera, Scene};
 
 /// The number of iterations of a render that is not paused: enough that a render in progress, a paused one and
@@ -24,57 +24,29 @@ use crate::scene::{Camera, Scene};
 const MOST: u32 = 4;
 
 /// The user at the window.
-struct Hand {
+pub struct Hand {
     rendering: Rendering,
-    session: Session,
+    /// The state of the window.
+    pub session: Session,
     keys: Keys,
     /// The picture that the window shows.
-    picture: Option<Picture>,
-}
-
-/// The pictures that the window should show.
-struct Truth {
-    scene: Scene,
-    renderer: Renderer,
-    /// The camera and the options of the image that the renderer has.
-    last: Option<(Camera, Options)>,
-}
-
-/// Without validation layers, which the devices of the render threads have.
-static DEVICE: LazyLock<Arc<Device>> = LazyLock::new(|| Arc::new(open_device(&DeviceOptions::default()).unwrap()));
-
-impl Truth {
-    fn new() -> Self {
-        let scene = Scene::parse(SCENE, "scene.pbrt", ".").unwrap();
-        let renderer = Renderer::new(Arc::clone(&DEVICE), &scene, &Options::default()).unwrap();
-        Self { scene, renderer, last: None }
-    }
-
-    /// Returns the picture and the saved image after this number of iterations of the session's target.
-    fn after(&mut self, iterations: u32, session: &Session) -> (Picture, Vec<[f32; 3]>) {
-        let contribution = session.quantity.contribution();
-        let scene = Scene { camera: *session.control.camera(), ..self.scene.clone() };
-        let layers = session.options.layers.with(session.quantity.layers());
-        let options = Options { contribution, layers, ..session.options.clone() };
-        // Tests ask for the same image several times. It is rendered once.
-        let last = Some((scene.camera, options.clone()));
-        if self.last != last || self.renderer.iterations() > iterations {
-            if !self.renderer.restart(&scene, &options).unwrap() {
-                let of_layers = self.last.as_ref().is_none_or(|(_, last)| last.layers != options.layers);
-                assert!(of_layers, "the same kernels");
-                self.renderer = Renderer::new(Arc::clone(&DEVICE), &scene, &options).unwrap();
-            }
-            self.last = last;
-        }
-        while self.renderer.iterations() < iterations {
-            self.renderer.step().unwrap();
-        }
-        let estimate = self.renderer.estimate().unwrap();
-        (session.quantity.picture(&estimate), estimate.image().pixels)
-    }
+    pub picture: Option<Arc<Picture>>,
 }
 
 impl Hand {
+    /// Returns a user at a scene with a render thread, which has nothing left to do.
+    pub fn at_rest() -> Self {
+        let mut hand = Self::new();
+        hand.rendering.start();
+        hand.rest();
+        hand
+    }
+
+    /// Returns the path of a file in the folder of the scene.
+    pub fn path(&self, name: &str) -> std::path::PathBuf {
+        self.rendering.path(name)
+    }
+
     /// Returns a user at a scene without a render thread.
     fn new() -> Self {
         let mut rendering = Rendering::waiting(&["--iterations", &MOST.to_string()]);
@@ -85,22 +57,21 @@ impl Hand {
         Self { rendering, session, keys: Keys::default(), picture: None }
     }
 
-    /// Presses and releases a key, with or without Ctrl.
-    fn press(&mut self, (key, has_ctrl): (Key, bool)) -> Option<Effect> {
-        let with = With { command: has_ctrl, ..With::default() };
+    /// Presses and releases a key with its modifiers.
+    pub fn press(&mut self, (key, chord): (Key, Chord)) -> Option<Effect> {
+        let with = With { command: chord != Chord::Plain, shift: chord == Chord::CommandShift, other: false };
         let down = Stroke { key, is_pressed: true, is_repeat: false, with };
         let command = self.keys.take(down, Busy::default());
         self.keys.take(Stroke { is_pressed: false, ..down }, Busy::default());
         let by = self.keys.flight(false);
         if by != DVec3::ZERO {
-            self.session.control.fly(0.2 * by);
-            self.session.moved();
+            self.session.moves(|control| control.fly(0.2 * by));
         }
         command.and_then(|command| self.session.obey(command))
     }
 
     /// Takes news until `ask` returns an answer.
-    fn look<T>(&mut self, what: &str, mut ask: impl FnMut(&Self) -> Option<T>) -> T {
+    pub fn look<T>(&mut self, what: &str, mut ask: impl FnMut(&Self) -> Option<T>) -> T {
         let start = Instant::now();
         loop {
             if let Some(picture) = self.session.take_news() {
@@ -115,12 +86,12 @@ impl Hand {
     }
 
     /// Waits until the render thread has nothing left to do.
-    fn rest(&mut self) {
+    pub fn rest(&mut self) {
         self.look("a wish to be taken", |hand| hand.rendering.shared.is_taken().then_some(()));
         // All news from now on follow the wish.
-        self.rendering.shared.news().status.doing = "";
+        self.rendering.shared.news().status.doing = Doing::OpensDevice;
         self.rendering.shared.wish(false, |_| {});
-        self.look("rest", |hand| ["paused", "done"].contains(&hand.session.status.doing).then_some(()));
+        self.look("rest", |hand| [Doing::Pauses, Doing::IsDone].contains(&hand.session.status.doing).then_some(()));
     }
 
     /// Waits until the render thread has nothing left to do, and checks that a renderer gives the same
@@ -131,8 +102,8 @@ impl Hand {
         assert!(iterations > 0, "{context}");
         let (expected, _) = truth.after(iterations, &self.session);
         let picture = self.picture.as_ref().unwrap();
-        assert!(picture.size == [24, 16] && picture.pixels == expected.pixels, "{context}: {iterations} iterations");
-        assert_eq!((picture.ends, picture.shade), (expected.ends, expected.shade), "{context}");
+        assert!(picture.size == [24, 16] && picture.values == expected.values, "{context}: {iterations} iterations");
+        assert_eq!((picture.ends, picture.quantity), (expected.ends, expected.quantity), "{context}");
         iterations
     }
 
@@ -165,24 +136,46 @@ impl Hand {
     }
 
     /// Presses a key and checks its effects: the action of the window, the picture and the saved file.
-    fn check(&mut self, truth: &mut Truth, key: (Key, bool), state: &str) {
+    fn check(&mut self, truth: &mut Truth, key: (Key, Chord), state: &str) {
         let context = format!("{key:?} while {state}");
         let before = Before::new(&self.session);
         let effect = self.press(key);
         before.check(self, key, effect, &context);
         if key == SAVE {
             assert!(self.written("saved.exr", &context) > 0, "{context}");
+            fs::remove_file(self.rendering.path("saved.exr")).unwrap();
         }
         self.shows(truth, &context);
         self.saves(truth, &context);
     }
 }
 
-const SAVE: (Key, bool) = (Key::S, true);
+const SAVE: (Key, Chord) = (Key::S, Chord::Command);
+const SPACE: (Key, Chord) = plain(Key::Space);
 
-fn every_key() -> impl Iterator<Item = (Key, bool)> {
-    let plain = [Key::R, Key::C, Key::H, Key::Escape, Key::W, Key::A, Key::S, Key::D, Key::E, Key::Q, Key::Space];
-    DIGITS.into_iter().chain(plain).map(|key| (key, false)).chain([SAVE])
+const fn plain(key: Key) -> (Key, Chord) {
+    (key, Chord::Plain)
+}
+
+/// Returns the keys of the table that what is rendered or saved depends on. `key_tests` has all keys.
+fn every_key() -> impl Iterator<Item = (Key, Chord)> {
+    let reaches_render = |does: Does| match does {
+        Does::Fly(_) => true,
+        Does::Command(command) => matches!(
+            command,
+            Command::Show(_)
+                | Command::Widen(_)
+                | Command::Undo
+                | Command::Redo
+                | Command::Reset
+                | Command::Pause
+                | Command::Save
+                | Command::Panel
+                | Command::Quit
+        ),
+    };
+    let bindings = BINDINGS.iter().filter(move |binding| reaches_render(binding.does));
+    bindings.map(|binding| (binding.keys[0], binding.with))
 }
 
 /// The values that keys change immediately.
@@ -191,36 +184,37 @@ struct Before {
     quantity: Quantity,
     paused: bool,
     has_panel: bool,
-    place: DVec3,
+    camera: Camera,
 }
 
 impl Before {
     fn new(session: &Session) -> Self {
-        let place = session.control.camera().world_from_camera.translation;
-        Self { quantity: session.quantity, paused: session.paused, has_panel: session.has_panel, place }
+        let camera = *session.control.camera();
+        Self { quantity: session.quantity, paused: session.paused, has_panel: session.has_panel, camera }
     }
 
-    fn check(self, hand: &Hand, (key, has_ctrl): (Key, bool), effect: Option<Effect>, context: &str) {
+    fn check(self, hand: &Hand, key: (Key, Chord), effect: Option<Effect>, context: &str) {
         let after = Self::new(&hand.session);
-        let digit = DIGITS.iter().position(|digit| *digit == key);
         let mut expected = self;
-        match (key, has_ctrl) {
-            _ if digit.is_some() => expected.quantity = Quantity::ALL[digit.unwrap()],
-            (Key::R, _) => expected.place = DVec3::new(0.0, 0.0, -3.0),
-            (Key::Space, _) => expected.paused = !self.paused,
-            (Key::H, _) => expected.has_panel = !self.has_panel,
-            (Key::W | Key::A | Key::S | Key::D | Key::E | Key::Q, false) => {
-                assert!(after.place != self.place, "{context}");
-                expected.place = after.place;
+        let binding = BINDINGS.iter().find(|binding| binding.keys.contains(&key.0) && binding.with == key.1).unwrap();
+        match binding.does {
+            Does::Command(Command::Show(quantity)) => expected.quantity = quantity,
+            Does::Command(Command::Pause) => expected.paused = !self.paused,
+            Does::Command(Command::Panel) => expected.has_panel = !self.has_panel,
+            Does::Command(Command::Reset) => {
+                assert!(hand.session.control.is_home(), "{context}");
+                expected.camera = after.camera;
             }
-            _ => {}
+            Does::Command(Command::Undo | Command::Redo) => expected.camera = after.camera,
+            Does::Command(Command::Widen(_)) | Does::Fly(_) => {
+                assert!(after.camera != self.camera, "{context}");
+                expected.camera = after.camera;
+            }
+            Does::Command(_) => {}
         }
         assert_eq!(after, expected, "{context}");
-        match key {
-            Key::Escape => assert_eq!(effect, Some(Effect::Quit), "{context}"),
-            Key::C => assert!(matches!(&effect, Some(Effect::Copy(text)) if text.contains("Camera")), "{context}"),
-            _ => assert_eq!(effect, None, "{context}"),
-        }
+        let is_quit = binding.does == Does::Command(Command::Quit);
+        assert_eq!(effect, is_quit.then_some(Effect::Quit), "{context}");
     }
 }
 
@@ -231,12 +225,12 @@ fn every_key_while_it_renders() {
     hand.rendering.start();
     for key in every_key() {
         if hand.session.paused {
-            hand.press((Key::Space, false));
+            hand.press(SPACE);
         }
         hand.session.reset();
         hand.session.show(Quantity::Image);
         hand.rest();
-        hand.press((Key::Q, false));
+        hand.press(plain(Key::Q));
         let moves = hand.session.moves;
         let is_whole = |hand: &Hand| {
             hand.session.seen == moves && hand.picture.as_ref().is_some_and(|picture| picture.size == [24, 16])
@@ -269,7 +263,7 @@ fn what_is_asked_for_while_a_scene_is_read_again_is_of_that() {
     let mut truth = Truth::new();
     let mut hand = Hand::new();
     hand.rendering.start();
-    for key in [(Key::Num8, false), (Key::Num2, false), (Key::W, false)] {
+    for key in [plain(Key::Num8), plain(Key::Num2), plain(Key::W)] {
         hand.session.reload();
         hand.press(key);
         hand.saves(&mut truth, "it is read again");
@@ -285,11 +279,11 @@ fn every_key_while_it_is_paused() {
     for key in every_key() {
         hand.session.reset();
         if hand.session.paused {
-            hand.press((Key::Space, false));
+            hand.press(SPACE);
         }
         hand.session.show(Quantity::Image);
         hand.look("some iterations", |hand| (hand.session.status.iterations > 1).then_some(()));
-        hand.press((Key::Space, false));
+        hand.press(SPACE);
         hand.rest();
         hand.check(&mut truth, key, "it is paused");
     }
@@ -299,17 +293,17 @@ fn every_key_while_it_is_paused() {
 fn every_key_while_it_is_paused_and_moved() {
     let mut truth = Truth::new();
     let mut hand = Hand::new();
-    hand.press((Key::Space, false));
+    hand.press(SPACE);
     hand.rendering.start();
     assert_eq!(hand.shows(&mut truth, "paused from the beginning"), 1);
     for key in every_key() {
         hand.session.paused = true;
         hand.rendering.shared.wish(false, |wish| wish.paused = true);
         hand.session.show(Quantity::Image);
-        hand.press((Key::D, false));
+        hand.press(plain(Key::D));
         hand.check(&mut truth, key, "it is paused and moves");
         hand.session.reset();
-        hand.press((Key::A, false));
+        hand.press(plain(Key::A));
         hand.rest();
         hand.check(&mut truth, key, "it is paused and was moved");
     }
@@ -325,7 +319,7 @@ fn every_key_while_it_is_coarse() {
         hand.session.reset();
         hand.session.show(Quantity::Image);
         hand.rest();
-        hand.press((Key::E, false));
+        hand.press(plain(Key::E));
         // As if the camera never came to rest.
         let later = Instant::now() + Duration::from_secs(1000);
         hand.rendering.shared.wish(true, |wish| wish.moved = Some(later));
@@ -335,13 +329,14 @@ fn every_key_while_it_is_coarse() {
         let effect = hand.press(key);
         before.check(&hand, key, effect, &context);
         hand.rendering.shared.wish(true, |wish| wish.moved = Some(later));
-        let shade = hand.session.quantity.shade();
-        hand.look("a coarse picture of it", |hand| (hand.picture.as_ref()?.shade == shade).then_some(()));
+        let quantity = hand.session.quantity;
+        hand.look("a coarse picture of it", |hand| (hand.picture.as_ref()?.quantity == quantity).then_some(()));
         std::thread::sleep(Duration::from_millis(20));
         assert!(!hand.rendering.path("saved.exr").exists(), "{context}");
         hand.rendering.shared.wish(true, |wish| wish.moved = None);
         if key == SAVE {
             assert!(hand.written("saved.exr", &context) > 0, "{context}");
+            fs::remove_file(hand.rendering.path("saved.exr")).unwrap();
         }
         hand.shows(&mut truth, &context);
         hand.saves(&mut truth, &context);
@@ -385,8 +380,8 @@ fn every_key_with_an_error_of_the_options_shown() {
         let effect = hand.press(key);
         before.check(&hand, key, effect, &context);
         if hand.session.quantity.is_in(&hand.session.options) {
-            let shade = hand.session.quantity.shade();
-            hand.look("a picture of it", |hand| (hand.picture.as_ref()?.shade == shade).then_some(()));
+            let quantity = hand.session.quantity;
+            hand.look("a picture of it", |hand| (hand.picture.as_ref()?.quantity == quantity).then_some(()));
         }
         hand.press(SAVE);
         hand.look("a refusal", |hand| {
@@ -410,16 +405,16 @@ fn an_image_that_is_left_for_a_part_of_its_light_comes_back_with_all_its_iterati
         hand.rest();
         assert_eq!(hand.session.status.iterations, MOST);
         if paused {
-            hand.press((Key::Space, false));
+            hand.press(SPACE);
             for digit in [Key::Num2, Key::Num3, Key::Num8, Key::Num5, Key::Num2] {
-                hand.press((digit, false));
+                hand.press(plain(digit));
                 assert_eq!(hand.shows(&mut truth, "a part of the light or a layer, paused"), 1, "{digit:?}");
             }
         } else {
-            hand.press((Key::Num2, false));
+            hand.press(plain(Key::Num2));
         }
         for digit in [Key::Num1, Key::Num6] {
-            hand.press((digit, false));
+            hand.press(plain(digit));
             hand.rest();
             assert_eq!(hand.shows(&mut truth, "back again"), MOST, "{digit:?}");
         }
@@ -437,7 +432,7 @@ fn a_file_gets_what_was_shown_when_it_was_asked_for() {
     let (_, image) = truth.after(MOST, &hand.session);
     hand.press(SAVE);
     hand.session.save_text = hand.rendering.path("other.exr").display().to_string();
-    hand.press((Key::W, false));
+    hand.press(plain(Key::W));
     hand.press(SAVE);
     let iterations = hand.written("other.exr", "after the move");
     assert!(crate::image::file::read(&hand.rendering.path("saved.exr")).unwrap().pixels == image);

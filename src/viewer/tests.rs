@@ -13,6 +13,7 @@ use super::quantity::Quantity;
 use super::shared::{News, Save, Shared, View, Wish};
 use super::{first_wish, render_thread};
 use crate::cli::{Cli, Command, RenderArgs};
+use crate::render::aov::AovKind;
 use crate::render::device::{DeviceOptions, open_device};
 use crate::render::guide::guidance::Guidance;
 use crate::render::options::{Contribution, Options};
@@ -91,7 +92,7 @@ impl Rendering {
     /// Returns the wish to save the first image.
     fn save(&self, name: &str) -> Save {
         let Wish { target, quantity, .. } = first_wish(&self.args.scene, &self.args.options());
-        Save { path: self.path(name), target, quantity }
+        Save { path: self.path(name), may_replace: false, exposure: self.args.exposure, target, quantity }
     }
 
     /// Waits for news of a kind.
@@ -129,7 +130,7 @@ impl Drop for Rendering {
 }
 
 fn largest(view: &View) -> f32 {
-    view.picture.pixels.iter().flatten().copied().fold(0.0, f32::max)
+    view.picture.values.iter().flatten().copied().fold(0.0, f32::max)
 }
 
 #[test]
@@ -143,12 +144,11 @@ fn every_quantity_has_a_picture() {
             wish.target.options.layers = quantity.layers();
         });
         rendering.shared.news().view = None;
-        let is_number = matches!(quantity, Quantity::Aov(aov) if aov.kind.is_number());
-        let is_wanted = |view: &View| view.picture.size == [24, 16] && view.quantity == quantity;
+        let has_ends = !matches!(quantity.kind(), AovKind::Light | AovKind::Color);
+        let is_wanted = |view: &View| view.picture.size == [24, 16] && view.picture.quantity == quantity;
         let view = rendering.wait(&quantity.name(), |news| news.view.take_if(|view| is_wanted(view)));
-        assert_eq!((view.picture.shade, view.picture.ends.is_some()), (quantity.shade(), is_number), "{quantity:?}");
-        assert_eq!(view.picture.pixels.len(), 24 * 16);
-        assert!(view.picture.pixels.iter().flatten().all(|value| value.is_finite()), "{quantity:?}");
+        assert_eq!((view.picture.ends.is_some(), view.picture.values.len()), (has_ends, 24 * 16), "{quantity:?}");
+        assert!(view.picture.values.iter().flatten().all(|value| value.is_finite()), "{quantity:?}");
         // Nothing in the scene is specular.
         assert_eq!(largest(&view) > 0.0, quantity.name() != "caustic", "{quantity:?}");
     }

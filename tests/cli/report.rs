@@ -182,6 +182,9 @@ fn a_reference_can_be_rendered_first() {
     assert!(run.stderr.contains("rendering a reference for 2 s"), "{run:?}");
     let report = String::from_utf8(bench.bytes("out/report.html")).expect("UTF-8");
     assert!(report.contains("goblet rendered it itself"));
+    // The terminal says what the page begins with.
+    let verdict = run.stderr.lines().find(|line| line.contains(" of iterations, ")).unwrap_or_default().trim();
+    assert!(!verdict.is_empty() && report.contains(verdict), "{run:?}");
     let results = bench.json("out/results.json");
     // How many it is depends on what else the machine does.
     assert!(results["reference"]["own_iterations"].as_u64() >= Some(1));

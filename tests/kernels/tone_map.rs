@@ -16,7 +16,7 @@ fn show(image: [u32; 2], colors: &[[f32; 3]], change: impl FnOnce(&mut ToneMapPu
         exposure: 1.0,
         curve: CURVE_SRGB,
         bgra: 0,
-        pad: 0,
+        nearest: 0,
     };
     change(&mut push);
     let colors: Vec<[f32; 4]> = colors.iter().map(|[r, g, b]| [*r, *g, *b, 0.0]).collect();
@@ -122,4 +122,21 @@ fn an_image_of_another_size_is_interpolated_in_the_middle() {
     assert_eq!(red[1..9], [0, 0, 32, 96, 159, 223, 255, 255]);
     assert!([0, 9].into_iter().all(|x| bytes[x] == [5, 5, 5, 255]), "around it: {bytes:?}");
     assert_eq!(bytes[..10], bytes[30..40]);
+}
+
+/// Each pixel is a square of its own colour, wherever the image begins.
+#[test]
+fn enlarged_pixels_are_squares() {
+    let colors = [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
+    let bytes = show([2, 2], &colors, |push| {
+        (push.window, push.origin, push.per_pixel) = ([10, 9], [1.0, -2.0], [0.25; 2]);
+        (push.curve, push.nearest) = (CURVE_LINEAR, 1);
+    });
+    for (index, found) in bytes.iter().enumerate() {
+        let (x, y) = (index as i32 % 10 - 1, index as i32 / 10 + 2);
+        let is_inside = (0..8).contains(&x) && (0..8).contains(&y);
+        let color = colors[if is_inside { (y / 4 * 2 + x / 4) as usize } else { 0 }].map(|value| value as u8 * 255);
+        let expected = if is_inside { color } else { [5; 3] };
+        assert_eq!(found[..3], expected, "{x} {y}");
+    }
 }

@@ -76,15 +76,42 @@ impl Desktop {
     pub fn find_window(&mut self) {
         self.window = wait_for("a window", || {
             let children = self.connection.query_tree(self.root).ok()?.reply().ok()?.children;
-            children.into_iter().find(|window| self.title(*window).as_deref() == Some("goblet"))
+            children.into_iter().find(|window| self.title_of(*window).is_some_and(|title| title.ends_with("goblet")))
         });
         self.connection.set_input_focus(InputFocus::PARENT, self.window, x11rb::CURRENT_TIME).expect("focus");
         self.connection.flush().expect("a connection");
     }
 
-    fn title(&self, window: Window) -> Option<String> {
+    /// The title of the window.
+    pub fn title(&self) -> String {
+        self.title_of(self.window).unwrap_or_default()
+    }
+
+    fn title_of(&self, window: Window) -> Option<String> {
         let property = self.connection.get_property(false, window, AtomEnum::WM_NAME, AtomEnum::ANY, 0, 64).ok()?;
         String::from_utf8(property.reply().ok()?.value).ok()
+    }
+
+    /// Moves the mouse without a button.
+    pub fn point(&self, place: [i16; 2]) {
+        self.input(MOTION_NOTIFY_EVENT, 0, place);
+    }
+
+    /// Turns the wheel by notches, away from the hand.
+    pub fn turn(&self, notches: u32) {
+        for _ in 0..notches {
+            self.input(BUTTON_PRESS_EVENT, 4, [0, 0]);
+            self.input(BUTTON_RELEASE_EVENT, 4, [0, 0]);
+        }
+    }
+
+    /// Holds a key down while something is done.
+    pub fn with_key(&self, symbol: u32, act: impl FnOnce()) {
+        let code = self.key_code(symbol);
+        self.input(KEY_PRESS_EVENT, code, [0, 0]);
+        act();
+        std::thread::sleep(Duration::from_millis(200));
+        self.input(KEY_RELEASE_EVENT, code, [0, 0]);
     }
 
     /// What the window shows.
@@ -104,14 +131,19 @@ impl Desktop {
 
     /// Presses the left button and moves it along a path.
     pub fn drag(&self, path: impl IntoIterator<Item = [i16; 2]>, between: Duration) {
+        self.drag_by(1, path, between);
+    }
+
+    /// Presses a button (1 is the left one, 2 the middle one) and moves it along a path.
+    pub fn drag_by(&self, button: u8, path: impl IntoIterator<Item = [i16; 2]>, between: Duration) {
         let mut path = path.into_iter();
         self.input(MOTION_NOTIFY_EVENT, 0, path.next().expect("a start"));
-        self.input(BUTTON_PRESS_EVENT, 1, [0, 0]);
+        self.input(BUTTON_PRESS_EVENT, button, [0, 0]);
         for place in path {
             std::thread::sleep(between);
             self.input(MOTION_NOTIFY_EVENT, 0, place);
         }
-        self.input(BUTTON_RELEASE_EVENT, 1, [0, 0]);
+        self.input(BUTTON_RELEASE_EVENT, button, [0, 0]);
     }
 
     /// Presses keys together, as a hand does.

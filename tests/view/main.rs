@@ -3,6 +3,7 @@
 #![cfg(feature = "view")]
 
 mod desktop;
+mod keys;
 #[path = "../support/mod.rs"]
 mod support;
 
@@ -41,16 +42,23 @@ fn scene() -> PathBuf {
 const OPTIONS: [&str; 9] =
     ["--iterations", "3", "--photons", "4000", "--eye-paths", "2", "--max-depth", "6", "--validate"];
 
-/// What `goblet render` makes of the scene.
+/// What `goblet render` makes of the scene. The window takes no guide, and files say so.
 fn rendered(scene: &Path, resolution: &str, path: &Path) {
     let mut command = goblet();
-    command.arg("render").arg(scene).args(OPTIONS).args(["--resolution", resolution, "--quiet", "-o"]).arg(path);
+    command
+        .arg("render")
+        .arg(scene)
+        .args(OPTIONS)
+        .args(["--resolution", resolution, "--guide", "off", "--quiet", "-o"])
+        .arg(path);
     assert!(command.status().expect("goblet").success());
 }
 
 fn view(desktop: &Desktop, options: &[&str]) -> Child {
     let mut command = goblet();
     command.arg("view").args(options).env("DISPLAY", desktop.name()).env_remove("WAYLAND_DISPLAY");
+    // Else a desktop on which the tests run would show dialogs, and wait for an answer.
+    command.env("DBUS_SESSION_BUS_ADDRESS", "unix:path=/nonexistent").env("PATH", "");
     command.stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().expect("goblet")
 }
 
@@ -162,6 +170,18 @@ fn a_window_shows_and_saves_what_goblet_render_writes() {
     }
 }
 
+/// Saves to a file that is there: it is kept, and the image gets a number in its name.
+fn saves_beside(desktop: &Desktop, saved: &Path, expected: &Path) {
+    fs::write(saved, "mine").expect("a file");
+    desktop.strike(&[CONTROL, S]);
+    let numbered = saved.with_file_name("saved-2.png");
+    wait_for("a file", || numbered.exists().then_some(()));
+    std::thread::sleep(Duration::from_millis(100));
+    assert!(fs::read(&numbered).expect("a file") == fs::read(expected).expect("a file"), "the same bytes");
+    assert_eq!(fs::read(saved).expect("a file"), b"mine");
+    fs::remove_file(saved).expect("a file");
+}
+
 /// A film of 128x128 has a window in which both it and the panel can be seen, and a paused image
 /// is saved as it is shown wherever the camera has gone.
 #[test]
@@ -194,6 +214,7 @@ fn a_small_film_has_a_usable_window_and_what_is_saved_is_what_is_shown() {
         assert!(fs::read(&saved).expect("a file") == fs::read(&expected).expect("a file"), "the same bytes");
         fs::remove_file(&saved).expect("a file");
     }
+    saves_beside(&desktop, &saved, &expected);
     shows_beside(&desktop, PANEL, &expected);
 
     desktop.press(&[SPACE]);

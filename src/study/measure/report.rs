@@ -43,7 +43,7 @@ pub fn html(results: &Results, reference: &Image, shown: &[Option<LastImage>]) -
             }
             body {
                 h1 { (title) }
-                (verdict(results, &names))
+                (verdict(results))
                 (shared(&names))
                 (table(results, &names))
                 (turns(results, &names))
@@ -90,8 +90,15 @@ impl Names {
     }
 }
 
-fn verdict(results: &Results, names: &Names) -> Markup {
-    let sentences = results.verdict.as_ref().map(|verdict| verdict.sentences(&names.names)).unwrap_or_default();
+/// Returns which setting has the least error and why, in sentences; none if no setting has an image with an error.
+#[must_use]
+pub fn verdict_sentences(results: &Results) -> Vec<String> {
+    let names = Names::new(&results.settings).names;
+    results.verdict.as_ref().map(|verdict| verdict.sentences(&names)).unwrap_or_default()
+}
+
+fn verdict(results: &Results) -> Markup {
+    let sentences = verdict_sentences(results);
     html! {
         div.verdict {
             @for sentence in &sentences { p { (sentence) } }
