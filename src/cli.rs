@@ -37,8 +37,10 @@ use std::path::PathBuf;
 
 use clap::{Args, Parser, Subcommand};
 
-use values::{aov, exposure, limit, output_path, scene_path, tolerance};
+use values::{aov, exposure, limit, named, output_path, positive, scene_path, tolerance};
 
+use crate::base::names::Named;
+use crate::image::difference::Difference;
 use crate::image::exposure::Exposure;
 use crate::render::aov::Aov;
 
@@ -189,11 +191,32 @@ pub struct CompareArgs {
     #[arg(value_name = "REFERENCE")]
     pub reference: PathBuf,
 
-    /// Write a picture of the relative error
+    /// Write a map of the difference: a .png in false colours with their scale, or an .exr
     ///
-    /// Red pixels are too bright, blue pixels are too dark, green pixels are not finite.
+    /// An EXR has the values of the map, without colours and scale. In a PNG, what is not
+    /// finite is green.
     #[arg(long, value_name = "FILE", value_parser = output_path)]
     pub diff: Option<PathBuf>,
+
+    /// Quantity of the map
+    #[arg(long, value_name = "KIND", value_parser = named::<Difference>(), default_value = Difference::default().name())]
+    #[arg(requires = "diff")]
+    pub diff_kind: Difference,
+
+    /// Value at the end of the map's scale [default: for flip 1, else a round value above 99 % of the pixels]
+    #[arg(long, value_name = "X", value_parser = positive, allow_negative_numbers = true, requires = "diff")]
+    pub diff_max: Option<f64>,
+
+    /// Exposure at which FLIP sees both images, and --side-by-side shows them: stops, or auto
+    ///
+    /// A stop doubles the brightness. With auto, the geometric mean of the reference's luminance becomes 0.18, middle
+    /// grey. No other number depends on it.
+    #[arg(long, value_name = "STOPS|auto", value_parser = exposure, default_value = "0", allow_negative_numbers = true)]
+    pub exposure: Exposure,
+
+    /// Put the image and the reference beside the map, in the same PNG
+    #[arg(long, requires = "diff")]
+    pub side_by_side: bool,
 
     /// Print JSON; a value that is not finite is null
     #[arg(long)]

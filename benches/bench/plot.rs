@@ -31,7 +31,10 @@ fn growth_curves(growth: &Growth) -> Vec<(String, Curve)> {
         let unit = 1e3 * times.whole().least / order.at(first.size);
         let points = growth.measured().map(|(point, _)| (point.size as f64, unit * order.at(point.size))).collect();
         let name = format!("{order:?}").to_lowercase();
-        curves.push((name, Curve { label: None, color: BLACK, width: 1, dashed: true, marked: false, points }));
+        curves.push((
+            name,
+            Curve { label: None, color: BLACK, width: 1, dashed: true, marked: false, points, bars: Vec::new() },
+        ));
     }
     curves.push(("iteration".into(), marked(BLACK, line(&|times| times.whole().least))));
     let passes = passes(growth.measured().map(|(_, times)| times));
@@ -42,7 +45,7 @@ fn growth_curves(growth: &Growth) -> Vec<(String, Curve)> {
 }
 
 fn marked(color: RGBColor, points: Vec<(f64, f64)>) -> Curve {
-    Curve { label: None, color, width: 2, dashed: false, marked: true, points }
+    Curve { label: None, color, width: 2, dashed: false, marked: true, points, bars: Vec::new() }
 }
 
 /// Writes an SVG of the errors of all seeds over time, and of pbrt's.
@@ -69,7 +72,7 @@ fn write(path: &Path, title: &str, x_label: &str, named: &[(String, Curve)]) -> 
     root.fill(&WHITE)?;
     let (left, right) = root.split_horizontally(SIZE.0 - LEGEND_WIDTH);
     let curves: Vec<Curve> = named.iter().map(|(_, curve)| curve.clone()).collect();
-    chart::draw(&left, Axes { title, x_label, x, y }, &curves)?;
+    chart::draw(&left, Axes { title, x_label, y_label: "", x, y }, &curves)?;
     legend(&right, named)?;
     Ok(root.present()?)
 }

@@ -48,10 +48,11 @@ fn line(table: &[[Pair; RADII.len()]], seconds: impl Fn(&[Pair; RADII.len()]) ->
 fn chart(area: &Area<'_>, title: &str, all: Vec<Curves>) -> Result<()> {
     let times = || all.iter().flat_map(|curves| curves.ways.iter().flatten()).map(|point| point.1);
     let (least, most) = (times().fold(f64::INFINITY, f64::min), times().fold(0.0, f64::max));
-    let axes = Axes { title, x_label: "visible points", x: 8e3..5e6, y: 0.7 * least..1.5 * most };
+    let axes = Axes { title, x_label: "visible points", y_label: "", x: 8e3..5e6, y: 0.7 * least..1.5 * most };
     let pair = |Curves { label, color, ways: [grid, tree] }| {
-        let grid = Curve { label: Some(label), color, width: 2, dashed: false, marked: true, points: grid };
-        [grid, Curve { label: None, color, width: 2, dashed: true, marked: true, points: tree }]
+        let grid =
+            Curve { label: Some(label), color, width: 2, dashed: false, marked: true, points: grid, bars: Vec::new() };
+        [grid, Curve { label: None, color, width: 2, dashed: true, marked: true, points: tree, bars: Vec::new() }]
     };
     chart::draw(area, axes, &all.into_iter().flat_map(pair).collect::<Vec<_>>())
 }

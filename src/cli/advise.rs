@@ -96,7 +96,7 @@ pub fn run(args: &AdviseArgs) -> Result<(), Failure> {
     let budget = args.probe.unwrap_or(Duration::from_secs_f64(usual));
     status.show(Box::new(move |since| Line {
         share: Some(start.elapsed().as_secs_f64() / budget.as_secs_f64()),
-        parts: vec![since.to_string(), format!("about {} in all", of_limit(start.elapsed(), budget))],
+        parts: vec![since.to_string(), format!("{} in all", of_limit(start.elapsed(), budget))],
     }));
     let scene = Scene::load_within(&args.scene, args.scene_memory.budget())?;
     for warning in scene.warnings.iter().filter(|_| !args.quiet) {

@@ -129,11 +129,26 @@ pub enum CompareError {
     #[error(transparent)]
     Image(#[from] ImageError),
     /// The images have different sizes.
-    #[error(transparent)]
+    #[error(
+        "{0}; `goblet render --resolution {width}x{height}` renders in that of the reference",
+        width = .0.reference[0], height = .0.reference[1]
+    )]
     Size(#[from] SizeMismatch),
+    /// The scene's images do not have the size of the reference.
+    #[error(
+        "{0}; `--vary resolution={width}x{height}` renders in that of the reference",
+        width = .0.reference[0], height = .0.reference[1]
+    )]
+    FilmSize(SizeMismatch),
     /// The images are parts of a larger image that have no pixel in common.
     #[error(transparent)]
     Apart(#[from] Apart),
+    /// An EXR was asked to have what only a picture has.
+    #[error("{0}: expected a --diff that ends in .png; an .exr has the values of the map alone")]
+    NoPicture(&'static str),
+    /// This goblet cannot measure FLIP.
+    #[error("--diff-kind flip: this goblet was built without the feature `study`, which measures FLIP")]
+    NoFlip,
 }
 
 /// The reason why the bodies of a scene could not be replaced by meshes.

@@ -14,13 +14,13 @@ use super::failure::CompareError;
 use super::outputs::{Files, Written};
 use super::status::{Line, Status, duration, of_limit};
 use super::values::{positive_u32, seconds};
-use super::{Failure, SceneMemory, terminal};
+use super::{Failure, SceneMemory, compare, terminal};
 use crate::base::output::replace;
 use crate::gpu_scene::pack::pack;
 use crate::image::compare::SizeMismatch;
 use crate::image::file;
 use crate::image::film::Image;
-use crate::render::activity::Activity;
+use crate::render::activity::{Activity, Since};
 use crate::render::error::RenderError;
 use crate::render::options::Options;
 use crate::render::renderer::Prepared;
@@ -137,10 +137,13 @@ pub fn run(args: &MeasureArgs) -> Result<(), Failure> {
 
     let mut measurement = Measurement::new(&device, &scene, &reference, &settings, args.budget);
     let begin = Instant::now();
+    let planned = settings.len() as f64 * f64::from(args.repeat) * args.budget.as_secs_f64();
     for turn in 0..args.repeat {
         let tell = |setting: &Setting, done: f64| {
-            let place = Place { turn, turns: args.repeat, done, label: setting.label(), begin };
-            status.show(Box::new(move |_| place.line()));
+            let (turns, label, now) = (args.repeat, setting.label(), Instant::now());
+            let place = Place { turn, turns, done, label, planned, begin, now };
+            status.show(Box::new(move |since| place.line(since)));
+            status.note(Activity::Rendering);
             status.draw();
         };
         measurement.turn(turn, tell, |setting, run| say(args, turn, setting, run))?;
@@ -152,6 +155,7 @@ pub fn run(args: &MeasureArgs) -> Result<(), Failure> {
             budget: args.budget.as_secs_f64(),
             repeat: turn + 1,
         };
+        status.note(Activity::Writing);
         write(&args.output, &measurement, conditions)?;
     }
     drop(status);
@@ -187,18 +191,26 @@ struct Place {
     done: f64,
     /// The setting that is rendered.
     label: String,
+    /// The time of rendering in all turns, before anything is known about what comes with it.
+    planned: f64,
     begin: Instant,
+    /// When the measurement was here.
+    now: Instant,
 }
 
 impl Place {
-    fn line(&self) -> Line {
-        let Self { turn, turns, done, ref label, begin } = *self;
+    fn line(&self, since: &Since) -> Line {
+        let Self { turn, turns, done, ref label, planned, begin, now } = *self;
         let share = (f64::from(turn) + done) / f64::from(turns);
         let elapsed = begin.elapsed().as_secs_f64();
         let mut parts = vec![format!("turn {} of {turns}", turn + 1)];
         // Turns take equal times, nearly.
-        parts.extend((share > 0.0).then(|| format!("about {} left", duration(elapsed * (1.0 / share - 1.0)))));
-        parts.push(label.clone());
+        let all = if share > 0.0 { (now - begin).as_secs_f64() / share } else { planned };
+        parts.push(format!("about {} left", duration(((1.0 - share) * all - now.elapsed().as_secs_f64()).max(0.0))));
+        parts.push(match since.activity {
+            Activity::Writing => since.activity.to_string(),
+            _ => label.clone(),
+        });
         parts.push(format!("{} so far", duration(elapsed)));
         Line { share: Some(share), parts }
     }
@@ -296,7 +308,7 @@ fn check_sizes(reference: &Reference, scene: &Scene, settings: &[Setting]) -> Re
     let image = [end[0] - first[0], end[1] - first[1]];
     let as_the_scene_says = settings.iter().any(|setting| setting.request.options.resolution.is_none());
     if as_the_scene_says && image != reference.resolution() {
-        return Err(CompareError::from(SizeMismatch { image, reference: reference.resolution() }).into());
+        return Err(CompareError::FilmSize(SizeMismatch { image, reference: reference.resolution() }).into());
     }
     Ok(())
 }
@@ -313,23 +325,16 @@ fn write(folder: &Path, measurement: &Measurement, conditions: Conditions) -> Re
     let json = serde_json::to_string_pretty(&results).map(|json| json + "\n");
     written.note(save(RESULTS[0], json.map_err(|error| error.to_string())));
     written.note(save(RESULTS[1], results.csv().map_err(|error| error.to_string())));
-    let mut differences = Vec::new();
-    for (i, images) in measurement.images().enumerate() {
-        let difference = match images {
-            Some((image, window, difference)) => {
-                let path = folder.join(image_file(i));
-                written.note(file::write_part(&path, image, &window, &[], &[]).map_err(Failure::from));
-                difference
-            }
-            None => None,
-        };
-        if let Some(difference) = &difference {
-            let path = folder.join(difference_file(i));
-            written.note(file::write(&path, difference, &[]).map_err(Failure::from));
+    let images: Vec<_> = measurement.images().collect();
+    for (i, last) in images.iter().enumerate().filter_map(|(i, last)| Some((i, last.as_ref()?))) {
+        let path = folder.join(image_file(i));
+        written.note(file::write_part(&path, last.image, &last.window, &[], &[]).map_err(Failure::from));
+        if let Some(difference) = &last.difference {
+            let (sheet, _) = compare::draw(difference, &difference.scale(), None);
+            written.note(file::write(&folder.join(difference_file(i)), &sheet, &[]).map_err(Failure::from));
         }
-        differences.push(difference);
     }
-    let report = report::html(&results, &differences);
+    let report = report::html(&results, measurement.reference(), &images);
     written.note(save(REPORT, report.map_err(|error| error.to_string())));
     written.end()
 }

@@ -4,6 +4,7 @@ use std::path::PathBuf;
 
 use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 
+use crate::base::names::Named;
 use crate::image::exposure::{Exposure, MAX_STOPS};
 use crate::image::file;
 use crate::render::aov::{AOVS, Aov};
@@ -18,6 +19,12 @@ pub fn aov() -> impl TypedValueParser<Value = &'static Aov> {
         PossibleValue::new(aov.name).aliases(alias).help(aov.help())
     };
     PossibleValuesParser::new(AOVS.iter().map(value)).try_map(|name| Aov::named(&name).ok_or("no such name"))
+}
+
+/// Returns the parser of the name of a value.
+pub fn named<T: Named + Send + Sync>() -> impl TypedValueParser<Value = T> {
+    let value = |(name, line): &(&'static str, &'static str)| PossibleValue::new(*name).help(line.trim());
+    PossibleValuesParser::new(T::NAMES.iter().map(value)).try_map(|name| T::from_name(&name))
 }
 
 pub fn output_path(text: &str) -> Result<PathBuf, String> {
@@ -58,6 +65,10 @@ pub fn tolerance(text: &str) -> Result<f64, String> {
 pub fn limit(text: &str) -> Result<f64, String> {
     let accepted = |limit: f64| limit.is_finite() && limit >= 0.0;
     number(text, accepted, "a finite number, 0 or more")
+}
+
+pub fn positive(text: &str) -> Result<f64, String> {
+    number(text, |value| value.is_finite() && value > 0.0, "a finite number above 0")
 }
 
 /// Reads a number of GiB and returns it in bytes.

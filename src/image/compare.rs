@@ -1,4 +1,4 @@
-//! The error of an image against a reference: metrics, a difference image, and limits for the metrics.
+//! The error of an image against a reference: metrics, and limits for the metrics.
 //!
 //! Sums are f64. A value that is not finite is counted, makes the metrics that contain it not finite, and
 //! fails every limit.
@@ -123,47 +123,26 @@ impl Comparison {
     }
 }
 
-/// Returns an image of the signed relative error: red where the image is too bright, blue where it is too
-/// dark, black where it is equal, green where a value is not finite. Full colour is a root mean square
-/// over the channels of 1.
-///
-/// # Errors
-/// When the sizes differ.
-pub fn difference_image(image: &Image, reference: &Image) -> Result<Image, SizeMismatch> {
-    check_sizes(image, reference)?;
-    let colour = |pair| {
-        let magnitude = relative_error(pair).sqrt() as f32;
-        if !magnitude.is_finite() {
-            [0.0, 1.0, 0.0]
-        } else if differences(pair).iter().sum::<f64>() > 0.0 {
-            [magnitude.min(1.0), 0.0, 0.0]
-        } else {
-            [0.0, 0.0, magnitude.min(1.0)]
-        }
-    };
-    Ok(Image { width: image.width, height: image.height, pixels: pairs(image, reference).map(colour).collect() })
-}
-
 /// A pixel of the image and that of the reference.
-type Pair = ([f64; 3], [f64; 3]);
+pub(crate) type Pair = ([f64; 3], [f64; 3]);
 
-fn pairs<'a>(image: &'a Image, reference: &'a Image) -> impl Iterator<Item = Pair> + 'a {
+pub(crate) fn pairs<'a>(image: &'a Image, reference: &'a Image) -> impl Iterator<Item = Pair> + 'a {
     let both = image.pixels.iter().zip(&reference.pixels);
     both.map(|(x, r)| (x.map(f64::from), r.map(f64::from)))
 }
 
-fn differences((x, r): Pair) -> [f64; 3] {
+pub(crate) fn differences((x, r): Pair) -> [f64; 3] {
     [x[0] - r[0], x[1] - r[1], x[2] - r[2]]
 }
 
 /// Returns the mean over the channels of (x - r)² / (r² + 0.01).
-fn relative_error(pair: Pair) -> f64 {
+pub(crate) fn relative_error(pair: Pair) -> f64 {
     let squared = differences(pair).map(|difference| difference * difference);
     let channels = squared.iter().zip(pair.1);
     channels.map(|(squared, r)| squared / (r * r + DARK_SQUARE)).sum::<f64>() / 3.0
 }
 
-fn check_sizes(image: &Image, reference: &Image) -> Result<(), SizeMismatch> {
+pub(crate) fn check_sizes(image: &Image, reference: &Image) -> Result<(), SizeMismatch> {
     let size = |image: &Image| [image.width, image.height];
     if size(image) != size(reference) || image.pixels.len() != reference.pixels.len() {
         return Err(SizeMismatch { image: size(image), reference: size(reference) });
@@ -323,14 +302,5 @@ mod tests {
         let result = compare(&Image::new(2, 3), &Image::new(3, 2));
         let message = result.unwrap_err().to_string();
         assert!(message.contains("2x3") && message.contains("3x2"), "{message}");
-    }
-
-    #[test]
-    fn the_difference_image_shows_the_sign() {
-        let reference = image(4, vec![[0.0; 3]; 4]);
-        let rendered = image(4, vec![[0.05; 3], [-9.0; 3], [0.0; 3], [f32::NAN; 3]]);
-        let pixels = difference_image(&rendered, &reference).unwrap().pixels;
-        assert!((pixels[0][0] - 0.5).abs() < 1e-6 && pixels[0][2] == 0.0);
-        assert_eq!(pixels[1..], [[0.0, 0.0, 1.0], [0.0; 3], [0.0, 1.0, 0.0]]);
     }
 }

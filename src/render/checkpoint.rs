@@ -192,7 +192,7 @@ impl Checkpoint {
                 (name(*index, self.shards), format!("--shard {index}/{}", self.shards))
             }
             _ => {
-                let merged = format!("merged shards, {} of {}", shorten(&ranges(self.done.keys())), self.shards);
+                let merged = format!("merged shards ({} of {})", shorten(&ranges(self.done.keys())), self.shards);
                 (merged, "the checkpoint of one shard, or goblet merge".to_owned())
             }
         };

@@ -8,22 +8,28 @@
 
 mod error_of;
 mod knob;
+mod measured;
 mod plot;
 pub mod report;
 mod results;
 mod trajectory;
+mod verdict;
 
 pub use error_of::{ErrorOf, Reference};
 pub use knob::{KnobError, Setting, Vary, knobs, settings};
-pub use results::{Bias, Conditions, Measured, Point, Results, Source};
+pub use measured::{Bias, Measured, Point};
+pub use results::{Conditions, Results, Source};
 pub use trajectory::{Budget, Run, Trajectory};
+pub use verdict::{Rank, Verdict};
 
 use std::sync::Arc;
 use std::time::Duration;
 
 use goblet_host::Device;
 
-use crate::image::film::{Image, Window};
+use report::LastImage;
+
+use crate::image::film::Image;
 use crate::render::error::RenderError;
 use crate::scene::Scene;
 
@@ -151,17 +157,21 @@ impl<'a> Measurement<'a> {
             let biases = known.differences.iter().map(|sums| self.reference.squared_mean(sums, known.runs.len()));
             Measured::new(setting, &known.runs, &biases.collect::<Vec<_>>())
         });
-        Results::new(conditions, measured.collect())
+        Results::new(conditions, self.reference.exposure_stops(), measured.collect())
     }
 
-    /// Returns the last image of each setting, its window in the full image, and its difference image;
-    /// `None` before the first turn.
-    pub fn images(&self) -> impl Iterator<Item = Option<(&Image, Window, Option<Image>)>> {
+    /// Returns the image that is taken to be right.
+    pub fn reference(&self) -> &Image {
+        self.reference.image()
+    }
+
+    /// Returns the last image of each setting, with its difference from the reference; `None` before the first turn.
+    pub fn images(&self) -> impl Iterator<Item = Option<LastImage<'_>>> {
         self.known.iter().zip(self.settings).map(|(known, setting)| {
             let image = known.last_image.as_ref()?;
             let film = &self.scene.film;
             let window = film.part(setting.request.options.resolution.unwrap_or(film.resolution));
-            Some((image, window, self.reference.difference_image(image).ok()))
+            Some(LastImage { image, window, difference: self.reference.difference(image).ok().flatten() })
         })
     }
 }

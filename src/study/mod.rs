@@ -2,5 +2,6 @@
 
 pub mod advise;
 pub mod chart;
+pub mod flip;
 pub mod machine;
 pub mod measure;

@@ -11,7 +11,6 @@ mod compared;
 mod dialog;
 mod display;
 mod doing;
-mod false_color;
 mod guiding;
 mod help;
 mod histogram;

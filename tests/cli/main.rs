@@ -2,6 +2,8 @@
 
 mod advise;
 mod aov;
+mod browser;
+mod compare;
 mod display_server;
 mod exporters;
 #[cfg(unix)]

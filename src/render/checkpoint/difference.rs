@@ -85,8 +85,8 @@ impl Difference {
     }
 }
 
-/// Returns the options that give a value of an identity, `None` if it has none; empty if no option does. `photons` is the number of photons of an
-/// iteration.
+/// Returns the options that give a value of an identity, which is `None` if it has none; empty if no option does.
+/// `photons` is the number of photons of an iteration.
 pub(in crate::render) fn options_for(name: &str, value: Option<&str>, photons: Option<&str>) -> String {
     let Some(value) = value else {
         return if name == LAYERS { "no --aov".to_owned() } else { String::new() };

@@ -120,9 +120,9 @@ impl Renderer {
         })
     }
 
-    /// Starts again with fewer pixels, by a factor along each side, each as wide as one of the full image and with a disc of
-    /// the same size: its noise is that of the full image with the same numbers of photons and eye paths. Returns the share
-    /// of pixels that it has.
+    /// Starts again with fewer pixels, by a factor along each side, each as wide as one of the full image and with a
+    /// disc of the same size: its noise is that of the full image with the same numbers of photons and eye paths.
+    /// Returns the share of pixels that it has.
     ///
     /// # Errors
     /// An option is out of range, or the device fails.

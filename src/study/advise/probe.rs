@@ -29,8 +29,8 @@ const LEAST: u32 = 2;
 const MOST: u32 = 64;
 /// The iterations that a short render has time for, if need be with fewer pixels and photons.
 const ENOUGH: f64 = 5.0;
-/// The least share of the photons that a short render has: with fewer, noise is no longer in proportion to 1 / photons, because
-/// most discs have no photon.
+/// The least share of the photons that a short render has: with fewer, most discs have no photon, and noise is no longer
+/// in proportion to 1 / photons.
 const FEW_PHOTONS: f64 = 0.25;
 /// The number of pixels of the first render, which tells how many the others have time for.
 const FEW_PIXELS: f64 = 4096.0;

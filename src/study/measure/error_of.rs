@@ -6,8 +6,11 @@ use image::imageops::{FilterType, resize};
 use image::{ImageBuffer, Rgb};
 use serde::Serialize;
 
-use crate::image::compare::{DARK_SQUARE, SizeMismatch, compare, difference_image};
-use crate::image::film::{self, Image};
+use crate::image::compare::{DARK_SQUARE, SizeMismatch, compare};
+use crate::image::difference::{Difference, DifferenceMap};
+use crate::image::exposure::exposed;
+use crate::image::film::{Image, picture};
+use crate::study::flip::{flip_with, viewing_stops};
 
 /// The error of one image against the reference.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
@@ -18,15 +21,17 @@ pub struct ErrorOf {
     pub relmse_trimmed: f64,
     /// [`crate::image::compare::Comparison::energy_ratio`].
     pub energy_ratio: f64,
-    /// Perceived difference, 0 to 1: the mean of LDR-FLIP (Andersson and others 2020) over the images as
-    /// PNG shows them, at 67 pixels a degree.
+    /// Perceived difference, 0 to 1: the mean of LDR-FLIP over the images as PNGs show them at
+    /// [`Reference::exposure_stops`].
     pub flip: f64,
 }
 
 /// The image that is taken to be right.
 pub struct Reference {
     image: Image,
-    /// The image as 8-bit sRGB, to which FLIP compares.
+    /// The exposure of pictures, stops.
+    stops: f32,
+    /// The image as 8-bit sRGB at this exposure, to which FLIP compares.
     picture: Vec<u8>,
     /// Whether images of other sizes are resampled to this one's size.
     resample: bool,
@@ -35,7 +40,8 @@ pub struct Reference {
 impl Reference {
     /// Creates a reference. Without `resample`, images of other sizes are errors.
     pub fn new(image: Image, resample: bool) -> Self {
-        Self { picture: film::picture(&image), image, resample }
+        let stops = viewing_stops(&image);
+        Self { picture: picture(&exposed(&image, stops)), stops, image, resample }
     }
 
     /// Returns the number of pixels.
@@ -55,17 +61,12 @@ impl Reference {
     pub fn error_of(&self, image: &Image) -> Result<ErrorOf, SizeMismatch> {
         let image = &*self.resampled(image);
         let comparison = compare(image, &self.image)?;
-        let flip_image = |picture: &[u8]| nv_flip::FlipImageRgb8::with_data(image.width, image.height, picture);
-        let map = nv_flip::flip(
-            flip_image(&self.picture),
-            flip_image(&film::picture(image)),
-            nv_flip::DEFAULT_PIXELS_PER_DEGREE,
-        );
+        let (flip, _) = flip_with(image, &self.picture, self.stops);
         Ok(ErrorOf {
             relmse: comparison.relmse,
             relmse_trimmed: comparison.relmse_trimmed,
             energy_ratio: comparison.energy_ratio,
-            flip: f64::from(nv_flip::FlipPool::from_image(&map).mean()),
+            flip: flip.mean,
         })
     }
 
@@ -91,12 +92,22 @@ impl Reference {
         squares.sum::<f64>() / (3 * sums.len()) as f64
     }
 
-    /// Returns [`difference_image`] in the reference's size.
+    /// Returns how the luminance differs from the reference's, in its size.
     ///
     /// # Errors
     /// The image has another size.
-    pub fn difference_image(&self, image: &Image) -> Result<Image, SizeMismatch> {
-        difference_image(&self.resampled(image), &self.image)
+    pub fn difference(&self, image: &Image) -> Result<Option<DifferenceMap>, SizeMismatch> {
+        DifferenceMap::new(Difference::Signed, &self.resampled(image), &self.image)
+    }
+
+    /// Returns the exposure at which FLIP and the report see images, in stops: [`viewing_stops`].
+    pub fn exposure_stops(&self) -> f32 {
+        self.stops
+    }
+
+    /// Returns the reference itself.
+    pub fn image(&self) -> &Image {
+        &self.image
     }
 
     fn resampled<'a>(&self, image: &'a Image) -> Cow<'a, Image> {

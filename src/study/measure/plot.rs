@@ -5,17 +5,23 @@ use std::ops::Range;
 
 use plotters::prelude::*;
 
-use super::results::{Measured, Point, Results};
+use super::measured::{Measured, Point};
+use super::results::Results;
 use crate::study::chart::{self, Axes, COLORS, Curve};
 
 type Result<T> = std::result::Result<T, Box<dyn Error>>;
 
-const SIZE: (u32, u32) = (620, 400);
+/// A phone shows it at 0.75 of this size.
+const SIZE: (u32, u32) = (460, 330);
+
+const SECONDS: &str = "seconds of iterations";
 
 /// A plot with its title.
 pub struct Plot {
     /// The title.
     pub title: &'static str,
+    /// One sentence on what it shows.
+    pub caption: &'static str,
     /// An `svg` element.
     pub svg: String,
 }
@@ -27,23 +33,40 @@ pub struct Plot {
 pub fn plots(results: &Results) -> Result<Vec<Plot>> {
     let relmse = |point: &Point| Some(point.relmse);
     let seconds = |point: &Point| point.seconds;
-    let mut plots = Vec::new();
-    plots.extend(lines("relMSE against time", "seconds of iterations", &all(results, &seconds, &relmse))?);
-    let photons = |point: &Point| point.photons as f64;
-    plots.extend(lines("relMSE against photons", "photons", &all(results, &photons, &relmse))?);
-    plots.extend(lines("Pareto front over all settings", "seconds of iterations", &front(results))?);
-    let noise = |point: &Point| point.separated.map(|separated| separated.noise);
-    let bias = |point: &Point| point.separated.map(|separated| separated.bias);
-    let mut separated = all(results, &seconds, &noise);
-    for mut curve in all(results, &seconds, &bias) {
-        (curve.dashed, curve.marked) = (true, false);
-        separated.push(curve);
-    }
-    plots.extend(lines("Noise (whole lines) and bias (dashed), relMSE", "seconds of iterations", &separated)?);
     let flip = |point: &Point| Some(point.flip);
-    plots.extend(lines("FLIP against time", "seconds of iterations", &all(results, &seconds, &flip))?);
-    plots.push(stack(results)?);
-    Ok(plots)
+    let photons = |point: &Point| point.photons as f64;
+    let mut error = all(results, &seconds, &relmse);
+    add_bars(&mut error, results, &|run| run.relmse);
+    let mut perceived = all(results, &seconds, &flip);
+    add_bars(&mut perceived, results, &|run| run.flip);
+    let drawn = [
+        lines(
+            ["Error against time", "Lower is better. Bars reach from the least to the largest of the seeds."],
+            [SECONDS, "relMSE"],
+            &error,
+        )?,
+        lines(
+            ["Noise and bias against time", "Whole lines: noise. Dashed lines: bias. Their sum is relMSE."],
+            [SECONDS, "part of relMSE"],
+            &noise_and_bias(results),
+        )?,
+        lines(
+            ["Visible error against time", "Lower is better. Bars reach from the least to the largest of the seeds."],
+            [SECONDS, "FLIP"],
+            &perceived,
+        )?,
+        lines(
+            ["Error against photons", "How much each photon is worth, whatever it costs in time."],
+            ["photons emitted", "relMSE"],
+            &all(results, &photons, &relmse),
+        )?,
+        lines(
+            ["The least error for each time", "The line joins the points that no other point beats in less time."],
+            [SECONDS, "relMSE"],
+            &front(results),
+        )?,
+    ];
+    Ok(drawn.into_iter().flatten().collect())
 }
 
 /// Returns the names of the kernels, the slowest over all settings first.
@@ -62,14 +85,49 @@ pub fn color(index: usize) -> RGBColor {
     COLORS[index % COLORS.len()]
 }
 
+/// Returns whether the lines of a setting are dashed, because another one has its colour.
+pub fn is_dashed(index: usize) -> bool {
+    index >= COLORS.len()
+}
+
 /// Returns a curve for each setting, without the points that a logarithmic axis cannot show.
 fn all(results: &Results, x: &dyn Fn(&Point) -> f64, y: &dyn Fn(&Point) -> Option<f64>) -> Vec<Curve> {
     let curve = |(i, setting): (usize, &Measured)| {
         let points = setting.points.iter().filter_map(|point| Some((x(point), y(point)?)));
-        let points = points.filter(|(x, y)| *x > 0.0 && *y > 0.0 && x.is_finite() && y.is_finite()).collect();
-        Curve { label: None, color: color(i), width: 2, dashed: i >= COLORS.len(), marked: true, points }
+        let points = points.filter(|(x, y)| *x > 0.0 && can_be_shown(*y) && x.is_finite()).collect();
+        let (label, bars) = Default::default();
+        Curve { label, color: color(i), width: 2, dashed: is_dashed(i), marked: true, points, bars }
     };
     results.settings.iter().enumerate().map(curve).collect()
+}
+
+fn can_be_shown(value: f64) -> bool {
+    value > 0.0 && value.is_finite()
+}
+
+/// Adds a bar from the least to the largest value of the turns at each point, if there are several.
+fn add_bars(curves: &mut [Curve], results: &Results, value: &dyn Fn(&super::measured::Run) -> f64) {
+    for (curve, setting) in curves.iter_mut().zip(&results.settings) {
+        for point in setting.points.iter().filter(|point| point.runs.len() > 1 && point.seconds > 0.0) {
+            let values = point.runs.iter().map(value);
+            let ends = values.fold([f64::INFINITY, 0.0], |[least, most], v| [least.min(v), most.max(v)]);
+            if ends.into_iter().all(can_be_shown) {
+                curve.bars.push((point.seconds, ends));
+            }
+        }
+    }
+}
+
+fn noise_and_bias(results: &Results) -> Vec<Curve> {
+    let seconds = |point: &Point| point.seconds;
+    let noise = |point: &Point| point.separated.map(|separated| separated.noise);
+    let bias = |point: &Point| point.separated.map(|separated| separated.bias);
+    let mut curves = all(results, &seconds, &noise);
+    for mut curve in all(results, &seconds, &bias) {
+        (curve.dashed, curve.marked) = (true, false);
+        curves.push(curve);
+    }
+    curves
 }
 
 /// Returns all points, and a line through those of the Pareto front.
@@ -84,24 +142,27 @@ fn front(results: &Results) -> Vec<Curve> {
         .map(|point| (point.seconds, point.relmse))
         .collect();
     best.sort_by(|a, b| a.0.total_cmp(&b.0));
-    curves.push(Curve { label: None, color: BLACK, width: 2, dashed: false, marked: false, points: best });
+    let (label, bars) = Default::default();
+    curves.push(Curve { label, color: BLACK, width: 2, dashed: false, marked: false, points: best, bars });
     curves
 }
 
 /// Draws curves; `None` if they have no point.
-fn lines(title: &'static str, x_label: &str, curves: &[Curve]) -> Result<Option<Plot>> {
+fn lines([title, caption]: [&'static str; 2], labels: [&str; 2], curves: &[Curve]) -> Result<Option<Plot>> {
     let points = || curves.iter().flat_map(|curve| &curve.points);
     if points().next().is_none() {
         return Ok(None);
     }
-    let [x, y] = [around(points().map(|point| point.0)), around(points().map(|point| point.1))];
+    let bars = || curves.iter().flat_map(|curve| &curve.bars).flat_map(|(_, ends)| *ends);
+    let [x, y] = [around(points().map(|point| point.0)), around(points().map(|point| point.1).chain(bars()))];
     let mut svg = String::new();
     {
         let area = SVGBackend::with_string(&mut svg, SIZE).into_drawing_area();
-        chart::draw(&area, Axes { title, x_label, x, y }, curves)?;
+        let [x_label, y_label] = labels;
+        chart::draw(&area, Axes { title: "", x_label, y_label, x, y }, curves)?;
         area.present()?;
     }
-    Ok(Some(Plot { title, svg }))
+    Ok(Some(Plot { title, caption, svg }))
 }
 
 /// Returns a range of values with a margin, at least half a decade wide.
@@ -109,42 +170,4 @@ fn around(values: impl Iterator<Item = f64>) -> Range<f64> {
     let (least, most) = values.fold((f64::INFINITY, 0.0_f64), |(least, most), v| (least.min(v), most.max(v)));
     let room = (3.2 * least / most).sqrt().max(1.15);
     least / room..most * room
-}
-
-/// Draws a bar for each setting: the times of its passes in an iteration.
-fn stack(results: &Results) -> Result<Plot> {
-    let title = "Time of an iteration by pass, milliseconds";
-    let settings = &results.settings;
-    let total = |setting: &Measured| 1e3 * setting.passes.values().sum::<f64>();
-    let most = settings.iter().map(total).fold(f64::MIN_POSITIVE, f64::max);
-    let mut svg = String::new();
-    {
-        let area = SVGBackend::with_string(&mut svg, SIZE).into_drawing_area();
-        let mut chart = ChartBuilder::on(&area)
-            .caption(title, ("sans-serif", 17))
-            .margin(12)
-            .x_label_area_size(40)
-            .y_label_area_size(56)
-            .build_cartesian_2d(0.0..settings.len() as f64, 0.0..1.05 * most)?;
-        let number = |value: &f64| (*value as f32).to_string();
-        chart
-            .configure_mesh()
-            .disable_x_mesh()
-            .x_labels(0)
-            .x_desc("settings, in their order")
-            .light_line_style(WHITE)
-            .y_label_formatter(&number)
-            .draw()?;
-        for (i, setting) in settings.iter().enumerate() {
-            let mut from = 0.0;
-            for (pass, name) in passes(results).into_iter().enumerate() {
-                let to = from + 1e3 * setting.passes.get(name).copied().unwrap_or(0.0);
-                let corners = [(i as f64 + 0.15, from), (i as f64 + 0.85, to)];
-                chart.draw_series([Rectangle::new(corners, color(pass).filled())])?;
-                from = to;
-            }
-        }
-        area.present()?;
-    }
-    Ok(Plot { title, svg })
 }
