@@ -2,6 +2,8 @@
 
 use std::time::Instant;
 
+use crate::render::activity::Activity;
+
 /// The activity of the render thread.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Doing {
@@ -10,8 +12,8 @@ pub enum Doing {
     OpensDevice,
     /// It reads the scene file.
     Reads,
-    /// It builds the hierarchy and compiles the kernels.
-    Prepares,
+    /// It prepares the scene for a render, or finds where photons should begin.
+    Prepares(Activity),
     /// It renders coarse images, because the camera moves.
     Looks,
     /// It renders the image.
@@ -27,10 +29,14 @@ pub enum Doing {
 impl Doing {
     /// Returns the state in words. `is_paused` says whether the user wants a pause, and `since` when the state began.
     pub fn words(self, is_paused: bool, since: Option<Instant>) -> String {
+        let activity;
         let words = match self {
+            Self::Prepares(what) => {
+                activity = what.to_string();
+                &activity
+            }
             Self::OpensDevice => "opening the device",
             Self::Reads => "reading the scene",
-            Self::Prepares => "compiling the scene",
             Self::Looks => "coarse image",
             Self::Renders if is_paused => "pausing after this iteration",
             Self::Renders => "rendering",
@@ -44,7 +50,15 @@ impl Doing {
 
     /// Returns whether the user waits for the first picture, so that the time is shown.
     pub fn is_wait(self) -> bool {
-        matches!(self, Self::OpensDevice | Self::Reads | Self::Prepares)
+        matches!(self, Self::OpensDevice | Self::Reads | Self::Prepares(_))
+    }
+
+    /// Returns whether it goes on: the next kernel is the same activity.
+    pub fn is_same(self, other: Self) -> bool {
+        match (self, other) {
+            (Self::Prepares(this), Self::Prepares(other)) => this.is_same(other),
+            _ => self == other,
+        }
     }
 
     /// Returns whether nothing changes until the user does something.
@@ -70,7 +84,9 @@ mod tests {
     #[test]
     fn the_time_of_a_wait_is_said() {
         let since = Instant::now().checked_sub(Duration::from_secs(7));
-        assert_eq!(Doing::Prepares.words(false, since), "compiling the scene, 7 s");
+        let compiles = |done| Doing::Prepares(Activity::CompilingKernels { done, all: 8 });
+        assert_eq!(compiles(3).words(false, since), "compiling kernels 3/8, 7 s");
+        assert!(compiles(3).is_same(compiles(4)) && !compiles(3).is_same(Doing::Renders), "its time goes on");
         assert_eq!(Doing::Renders.words(false, since), "rendering");
     }
 }

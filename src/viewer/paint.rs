@@ -7,9 +7,6 @@ use crate::image::false_color::Palette;
 use crate::image::film::luminance;
 use crate::render::aov::AovKind;
 
-/// The palette of false colours. Black, which it does not have, is for no value.
-pub const PALETTE: Palette = Palette::Viridis;
-
 /// How values become colours.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Colors {
@@ -144,7 +141,7 @@ pub fn paint<'a>(picture: &'a Picture, scale: Option<&Scale>) -> Cow<'a, [[f32; 
     let values = &picture.values;
     if let Some(scale) = scale {
         let color = |values: &[f32; 4]| match scale.place(number(picture.quantity, scale.channel, *values)) {
-            Some(place) => with_blank(PALETTE.color(place)),
+            Some(place) => with_blank(Palette::Viridis.color(place)),
             None => [0.0; 4],
         };
         return values.iter().map(color).collect();
@@ -213,7 +210,7 @@ mod tests {
 
     #[test]
     fn false_colors_go_from_end_to_end() {
-        let [first, middle, last] = [0.0, 0.5, 1.0].map(|at| PALETTE.color(at));
+        let [first, middle, last] = [0.0, 0.5, 1.0].map(|at| Palette::Viridis.color(at));
         let shares = picture(named("photon-share"), &[[0.0; 3], [1e-12; 3], [0.5; 3], [1.0; 3]], Some([0.0, 1.0]));
         let found = painted(&shares, Colors::False(0));
         assert!(found.iter().zip([[0.0; 3], first, middle, last]).all(|(a, b)| near(*a, b)), "{found:?}");

@@ -13,9 +13,10 @@ use super::shared::{Loaded, Save, Shared, Target, Wish};
 use crate::cli::cache::open_device;
 use crate::cli::outputs::{AN_IMAGE, Files};
 use crate::cli::{Failure, RenderArgs};
+use crate::render::activity::{Activity, Observer};
 use crate::render::error::RenderError;
 use crate::render::options::Options;
-use crate::render::renderer::Renderer;
+use crate::render::renderer::Prepared;
 use crate::scene::{Camera, Scene};
 
 /// The time after a move of the camera during which coarse images are enough.
@@ -33,7 +34,7 @@ const NICENESS: i32 = 10;
 
 /// The state of the render thread.
 struct RenderThread<'a> {
-    shared: &'a Shared,
+    shared: &'a Arc<Shared>,
     args: &'a RenderArgs,
     device: Arc<Device>,
     /// The scene, with the camera of the target.
@@ -56,7 +57,7 @@ struct RenderThread<'a> {
 }
 
 /// Opens the device and renders until the window closes.
-pub fn run(shared: &Shared, args: &RenderArgs, scene: Scene) {
+pub fn run(shared: &Arc<Shared>, args: &RenderArgs, scene: Scene) {
     // The threads of a software device inherit the niceness. If it cannot be set, that is no error.
     #[cfg(unix)]
     let _ = rustix::process::nice(NICENESS);
@@ -67,7 +68,7 @@ pub fn run(shared: &Shared, args: &RenderArgs, scene: Scene) {
 }
 
 /// Renders on a device until the window closes.
-pub fn run_on(device: &Arc<Device>, shared: &Shared, args: &RenderArgs, scene: Scene) {
+pub fn run_on(device: &Arc<Device>, shared: &Arc<Shared>, args: &RenderArgs, scene: Scene) {
     shared.tell(|news| news.status.device.clone_from(&device.info().name));
     let mut thread = RenderThread {
         shared,
@@ -299,12 +300,13 @@ impl RenderThread<'_> {
             None => false,
         };
         if !restarted {
-            self.says(Doing::Prepares);
             // The old renderer is dropped first, so that there are never two in memory.
             self.render = None;
-            let mut renderer = Renderer::new(Arc::clone(&self.device), &self.scene, &target.options)?;
+            let prepared = Prepared::new(&self.scene, &target.options, observer(Arc::clone(self.shared)))?;
+            let mut renderer = prepared.build(Arc::clone(&self.device))?;
             renderer.restart(&self.scene, &options)?;
             self.render = Some(Render::new(renderer, target.clone(), coarseness));
+            self.says(if coarseness > 1 { Doing::Looks } else { Doing::Renders });
         }
         let kept = self.kept.iter().position(|kept| kept.target == *target);
         if let Some((render, place)) = self.render.as_mut().zip(kept) {
@@ -326,6 +328,14 @@ impl RenderThread<'_> {
         }
         Ok(())
     }
+}
+
+/// Returns an observer that tells the window what users wait for. What else a render does, pictures tell.
+fn observer(shared: Arc<Shared>) -> Observer {
+    Observer::new(move |activity| match activity {
+        Activity::Rendering | Activity::Writing => {}
+        activity => shared.tell(|news| news.status.does(Doing::Prepares(activity))),
+    })
 }
 
 /// Returns the options of a coarser image, with 1 / `coarseness` of the pixels along each axis, fewer

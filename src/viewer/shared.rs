@@ -186,9 +186,10 @@ pub struct Shared {
 impl Status {
     /// Notes an activity. Its time begins now, unless it goes on.
     pub fn does(&mut self, doing: Doing) {
-        if self.doing != doing || self.since.is_none() {
-            (self.doing, self.since) = (doing, Some(Instant::now()));
+        if !self.doing.is_same(doing) || self.since.is_none() {
+            self.since = Some(Instant::now());
         }
+        self.doing = doing;
     }
 }
 

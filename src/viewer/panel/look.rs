@@ -4,8 +4,9 @@ use egui::{Color32, ComboBox, Rect, RichText, Sense, Slider, SliderClamping, Ui,
 
 use super::parts::{between, figure};
 use crate::image::exposure::Exposure;
+use crate::image::false_color::Palette;
 use crate::viewer::display::Curve;
-use crate::viewer::paint::{Colors, PALETTE, Scale, Shade};
+use crate::viewer::paint::{Colors, Scale, Shade};
 use crate::viewer::quantity::Quantity;
 use crate::viewer::session::{EXPOSURES, Session};
 
@@ -83,7 +84,7 @@ fn bar(ui: &mut Ui, scale: &Scale, unit: &str) {
     for step in 0..steps {
         let at = step as f32 / steps as f32;
         let part = Rect::from_min_size(bar.min + vec2(at * bar.width(), 0.0), vec2(1.5, bar.height()));
-        let [r, g, b] = PALETTE.bytes(at);
+        let [r, g, b] = Palette::Viridis.color(at).map(|channel| (255.0 * channel).round() as u8);
         ui.painter().rect_filled(part.intersect(bar), 0.0, Color32::from_rgb(r, g, b));
     }
     let [first, last] = scale.ends.map(figure);

@@ -33,9 +33,10 @@ fn numbers(ui: &mut Ui, session: &Session) {
     let [width, height] = status.resolution;
     let per_second = if seconds > 0.0 { status.photons as f64 / seconds } else { 0.0 };
     let error = status.error.map_or_else(|| "-".to_owned(), |error| format!("{:.2} %", 100.0 * error));
+    let size = if width == 0 { "-".to_owned() } else { format!("{width} x {height}") };
     Grid::new("status").num_columns(2).show(ui, |ui| {
         for (name, value) in [
-            ("image", format!("{width} x {height}")),
+            ("image", size),
             ("iterations", format!("{} in {seconds:.1} s", status.iterations)),
             ("photons", format!("{}, {}/s", short(status.photons as f64), short(per_second))),
             ("estimated error", error),
