@@ -357,13 +357,19 @@ pub fn write_images(
     let image = estimate.image();
     let mut written = Written::default();
     for path in paths {
-        let outcome = if file::is_picture(path) {
-            write_picture(path, &image, exposure, quiet)
+        let (outcome, how) = if file::is_picture(path) {
+            let stops = exposure.stops(&image);
+            let how = if exposure == Exposure::Auto {
+                format!(", exposure {}", exposure::text(stops))
+            } else {
+                String::new()
+            };
+            (write_picture(path, &image, stops, quiet), how)
         } else {
-            file::write_part(path, &image, &estimate.window, channels, metadata)
+            (file::write_part(path, &image, &estimate.window, channels, metadata), String::new())
         };
         if outcome.is_ok() && !quiet {
-            terminal::say(format_args!("wrote {}", path.display()));
+            terminal::say(format_args!("wrote {}{how}", path.display()));
         }
         written.note(outcome.map_err(Failure::from));
     }
@@ -371,8 +377,7 @@ pub fn write_images(
 }
 
 /// Writes a picture of an image, and warns if most of it is white.
-fn write_picture(path: &Path, image: &Image, exposure: Exposure, quiet: bool) -> Result<(), ImageError> {
-    let stops = exposure.stops(image);
+fn write_picture(path: &Path, image: &Image, stops: f32, quiet: bool) -> Result<(), ImageError> {
     let picture = exposed(image, stops);
     file::write(path, &picture, &[])?;
     let white = white_share(&picture);

@@ -47,8 +47,10 @@ fn auto_shows_the_same_however_bright_the_light_is() {
         bench.write("scene.pbrt", command::scene(command::LIGHT, &command::LIGHT.replace("5 5 5", light)));
         bench.rendered(&["--iterations", "2", "-o", png, "--exposure", "auto"])
     };
-    render("0.001 0.001 0.001", "dim.png");
-    render("900 900 900", "bright.png");
+    for (light, png, sign) in [("0.001 0.001 0.001", "dim.png", '+'), ("900 900 900", "bright.png", '-')] {
+        let run = render(light, png);
+        assert!(run.stderr.contains(&format!("wrote {png}, exposure {sign}")), "{run:?}");
+    }
     let [dim, bright] = ["dim.png", "bright.png"].map(|png| brightness(&bench, png));
     assert!((dim / bright - 1.0).abs() < 0.02, "{dim} {bright}");
     assert!((0.1..0.5).contains(&dim), "{dim}");

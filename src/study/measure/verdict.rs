@@ -103,6 +103,9 @@ impl Verdict {
     }
 }
 
+/// The least share of the larger difference, of noise and bias, with which the other one is named.
+const LEAST_REASON: f64 = 0.02;
+
 /// Says how the next setting differs from the best one, and whether by noise or by bias.
 fn reason(best: &Rank, next: &Rank, name: &str) -> String {
     let mut text = format!("The next, {name}, has {} times its error", figures(next.relmse / best.relmse));
@@ -118,9 +121,15 @@ fn reason(best: &Rank, next: &Rank, name: &str) -> String {
         };
         let noise_text = of("noise", ours.noise, theirs.noise);
         let bias_text = of("bias", ours.bias, theirs.bias);
-        let [first, second] = if noise >= bias { [noise_text, bias_text] } else { [bias_text, noise_text] };
-        let but = if (noise > 0.0) == (bias > 0.0) { "and" } else { "but" };
-        let _ = write!(text, ": {first} {but} {second}");
+        let mut parts = [(noise, noise_text), (bias, bias_text)];
+        parts.sort_by(|(a, _), (b, _)| b.total_cmp(a));
+        let [(first, first_text), (second, second_text)] = parts;
+        let _ = write!(text, ": {first_text}");
+        // A part that hardly differs is no reason.
+        if second.abs() > LEAST_REASON * first.abs() {
+            let but = if (first > 0.0) == (second > 0.0) { "and" } else { "but" };
+            let _ = write!(text, " {but} {second_text}");
+        }
     }
     text + "."
 }
