@@ -3,6 +3,7 @@
 
 use crate::image::estimate::Estimate;
 use crate::image::file::Attribute;
+use crate::render::checkpoint::difference::{EYE_PATHS, ROUND};
 use crate::render::checkpoint::{Checkpoint, MadeBy};
 use crate::render::frame::Frame;
 use crate::render::identity::Identity;
@@ -58,9 +59,9 @@ impl Facts<'_> {
 
     /// Returns the number of eye paths of each pixel; `None` if the identity does not tell.
     fn samples_per_pixel(&self, estimate: &Estimate) -> Option<u64> {
-        let number = |wanted| self.options().find(|(name, _)| *name == wanted)?.1.parse::<u64>().ok();
-        let rounds = estimate.iterations().div_ceil(number("photons-per-round")?.max(1));
-        rounds.checked_mul(number("eye-paths")?)
+        let number = |name| self.identity.value(name)?.parse::<u64>().ok();
+        let rounds = estimate.iterations().div_ceil(number(ROUND)?.max(1));
+        rounds.checked_mul(number(EYE_PATHS)?)
     }
 }
 

@@ -1,4 +1,4 @@
-//! The table of keys. The commands of the keyboard, the list of keys in the window (F1), the table in docs/guide.md and
+//! The table of keys. The commands of the keyboard, the list of keys in the window (F1), the table in docs/view.md and
 //! the tests of every key follow from it.
 
 use egui::Key;
@@ -304,7 +304,7 @@ mod tests {
     /// To write the table of the guide again: `GOBLET_WRITE_DOCS=1 cargo test --lib keys_of_the_guide`.
     #[test]
     fn keys_of_the_guide_are_those_of_the_table() {
-        let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("docs/guide.md");
+        let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("docs/view.md");
         let text = std::fs::read_to_string(&path).unwrap();
         let (before, rest) = text.split_once(START).expect("a place for the table");
         let (found, after) = rest.split_once(END).expect("an end of the table");
