@@ -31,6 +31,7 @@
 #include "lookup/records.glsl"
 #include "material/bsdf.glsl"
 #include "material/bump.glsl"
+#include "material/dispersion.glsl"
 #include "material/layers.glsl"
 #include "material/material.glsl"
 #include "math/random.glsl"
@@ -196,6 +197,9 @@ bool follow(inout Work work, Hit hit) {
         set_media(surface, work.state.ray.medium);
     }
     Material material = material_at(surface);
+    if (HAS_DISPERSION) {
+        set_index(material, work.state.wavelength);
+    }
     apply_bumps(surface, material);
     vec3 wo = -work.state.ray.direction;
     if (HAS_AREA_LIGHTS && surface.light != NONE) {
@@ -212,6 +216,11 @@ bool follow(inout Work work, Hit hit) {
     }
     work.state.rough = no_rough_vertex();
     if (is_specular(material)) {
+        if (HAS_DISPERSION) {
+            float cosine = dot(wo, surface.shading_normal);
+            work.state.throughput *= take_wavelength(material, work.state.wavelength, u_lobe, abs(cosine), cosine > 0.0,
+                                                     random_of(work));
+        }
         scattered = leave_specular(work, surface, material, u_lobe, pair);
     } else {
         reach_diffuse(work, surface, material);
@@ -266,7 +275,7 @@ void begin_path(inout Work work) {
         camera_sample.ray.medium = scene.camera_medium;
     }
     work.filter_weight = camera_sample.weight;
-    work.state = EyeState(camera_sample.ray, vec3(1.0), 1.0, 0.0, no_rough_vertex(), 0u, vec3(0.0), 0u);
+    work.state = EyeState(camera_sample.ray, vec3(1.0), 1.0, 0.0, no_rough_vertex(), 0u, vec3(0.0), 0u, NO_WAVELENGTH);
     work.start = work.state;
     work.end.is_reached = false;
     work.asks = FOLLOWS;

@@ -143,9 +143,9 @@ Box activate_near(ivec3 home, uint served, float inverse_size, inout GatherPoint
 // Each lane has a photon, or none if it is not a `candidate`; each active point adds those on its disc.
 void gather_from_lanes(PhotonRecord photon, bool candidate, GatherPoint points[POINTS], inout Gathered sums[POINTS]) {
     vec3 normal = unpack_normal(photon.normal);
-    uvec2 red = to_fixed(photon.weight.x);
-    uvec2 green = to_fixed(photon.weight.y);
-    uvec2 blue = to_fixed(photon.weight.z);
+    uvec2 red = to_words(photon.weight.x);
+    uvec2 green = to_words(photon.weight.y);
+    uvec2 blue = to_words(photon.weight.z);
     for (uint left = ballot(candidate); left != 0u; left &= left - 1u) {
         uint lane = peer(findLSB(left));
         vec3 position = subgroupShuffle(photon.position, lane);

@@ -66,8 +66,8 @@ struct Point {
     vec3 position;
     vec3 wo;
     float radius2;   // squared radius of the disc
-    vec3 factor;     // |throughput| times the area of the largest disc over that of the disc
-    bool is_negative; // the throughput is
+    vec3 factor;     // throughput times the area of the largest disc over that of the disc
+    bool is_negative; // the throughput is, and the factor is not
     Surface surface;
     Material material;
     ivec3 first;     // cell of the disc's lower corner
@@ -81,8 +81,13 @@ Point load_point(RoughPoint rough, float inverse_size) {
     ivec3 first = cell_of(rough.position - reach, inverse_size);
     ivec3 last = cell_of(rough.position + reach, inverse_size);
     float area_ratio = most / radius;
-    bool is_negative = any(lessThan(rough.throughput, vec3(0.0)));
-    return Point(rough.position, rough.wo, radius * radius * shrink, abs(rough.throughput) * (area_ratio * area_ratio),
+    vec3 throughput = rough.throughput;
+    bool is_negative = any(lessThan(throughput, vec3(0.0)));
+    if (HAS_DISPERSION) {
+        is_negative = false; // each term has its signs
+    }
+    throughput = is_negative ? abs(throughput) : throughput;
+    return Point(rough.position, rough.wo, radius * radius * shrink, throughput * (area_ratio * area_ratio),
                  is_negative, surface_of(rough), material_of(rough), first, last - first + 1);
 }
 
@@ -113,17 +118,23 @@ vec3 term_of(Point point, PhotonRecord photon) {
 
 // Adds a term to a sum; counts one that would not fit.
 void add_term(inout Flux sum, vec3 term) {
-    if (!all(lessThan(term, vec3(MOST)))) {
+    if (!all(lessThan(abs(term), vec3(MOST)))) {
         atomicAdd(counters.value.saturated, 1u);
         return;
     }
-    uvec2 red = to_fixed(term.r);
-    uvec2 green = to_fixed(term.g);
-    uvec2 blue = to_fixed(term.b);
+    uvec2 red = to_words(term.r);
+    uvec2 green = to_words(term.g);
+    uvec2 blue = to_words(term.b);
     uvec3 low = uvec3(red.x, green.x, blue.x);
+    uvec3 high = uvec3(red.y, green.y, blue.y);
+    uvec3 before = sum.high;
     sum.low += low;
-    sum.high += uvec3(red.y, green.y, blue.y) + mix(uvec3(0u), uvec3(1u), lessThan(sum.low, low));
-    if (any(greaterThanEqual(sum.high, uvec3(0x80000000u)))) {
+    sum.high += high + mix(uvec3(0u), uvec3(1u), lessThan(sum.low, low));
+    uvec3 overflow = sum.high;
+    if (HAS_DISPERSION) {
+        overflow = (before ^ sum.high) & (high ^ sum.high);
+    }
+    if (any(greaterThanEqual(overflow, uvec3(0x80000000u)))) {
         atomicAdd(counters.value.saturated, 1u);
     }
 }

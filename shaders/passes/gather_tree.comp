@@ -51,8 +51,8 @@ struct Photon {
 
 Photon load_photon(uint index) {
     PhotonRecord record = photons_at(index);
-    return Photon(record.position, unpack_normal(record.normal), to_fixed(record.weight.x),
-        to_fixed(record.weight.y), to_fixed(record.weight.z), is_gathered(record));
+    return Photon(record.position, unpack_normal(record.normal), to_words(record.weight.x),
+        to_words(record.weight.y), to_words(record.weight.z), is_gathered(record));
 }
 
 void main() {

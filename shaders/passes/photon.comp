@@ -25,6 +25,7 @@
 #include "lookup/rough.glsl"
 #include "material/bsdf.glsl"
 #include "material/bump.glsl"
+#include "material/dispersion.glsl"
 #include "material/layers.glsl"
 #include "material/material.glsl"
 #include "math/random.glsl"
@@ -47,9 +48,9 @@ struct PhotonPlace {
     float begin;      // of the ray: contact.glsl
     uint contacts;    // of the ray: contact.glsl
     uint medium;      // of the ray: index into media
+    float wavelength; // nm; NO_WAVELENGTH before the path takes one
     uint pad0;
     uint pad1;
-    uint pad2;
 };
 
 STORED_TEXELS(PhotonRecord, photons)
@@ -84,6 +85,7 @@ struct Path {
     Random random;
     bool met_diffuse; // HAS_CAUSTIC_LAYER: a diffuse lobe has scattered it
     bool met_rough;   // HAS_ROUGH_GATHER: a diffuse or rough lobe has scattered it
+    float wavelength; // HAS_DISPERSION: nm; NO_WAVELENGTH before it takes one
 };
 
 // Random numbers of a photon. The photons of all iterations of a stream are one sequence, whose strata
@@ -105,7 +107,7 @@ Path start_path(uint photon) {
         }
     }
     Emission emission = emit(numbers);
-    return Path(emission.ray, emission.weight, 0u, 1.0, random, false, false);
+    return Path(emission.ray, emission.weight, 0u, 1.0, random, false, false, NO_WAVELENGTH);
 }
 
 // Stores a photon. `recorded` also counts photons past the end of the array, which tells the host that
@@ -198,7 +200,11 @@ float shading_factor_of_bounce(Surface surface, Material material, vec3 wo, vec3
     return is_specular(material) || (agree_o && agree_i) ? factor : 0.0;
 }
 
+// The size of a weight. The color of a wavelength has negative channels.
 float largest_channel(vec3 weight) {
+    if (HAS_DISPERSION) {
+        weight = abs(weight);
+    }
     return max(weight.x, max(weight.y, weight.z));
 }
 
@@ -218,9 +224,17 @@ bool bounce(inout Path path, Surface surface, Material material) {
         path.met_rough = path.met_rough || !specular || is_rough(material);
     }
     vec2 u_direction = specular && !is_rough(material) ? vec2(0.0) : random_pair(path.random, pair);
+    vec3 color = vec3(1.0);
+    if (HAS_DISPERSION) {
+        float cosine = dot(wo, surface.shading_normal);
+        color = take_wavelength(material, path.wavelength, u.x, abs(cosine), cosine > 0.0, path.random);
+    }
     Scatter scattered = scatter(material, wo, surface.shading_normal, surface.tangent, u.x, u_direction, FLUX);
     keep_media(scattered, surface, material, wo, FLUX);
     vec3 weight = path.weight * scattered.weight;
+    if (HAS_DISPERSION) {
+        weight *= color;
+    }
     if (HAS_SHADING_NORMALS) {
         weight *= shading_factor_of_bounce(surface, material, wo, scattered.wi);
     }
@@ -255,6 +269,9 @@ uint advance(inout Path path, Hit hit, inout Segment segment) {
         set_media(surface, path.ray.medium);
     }
     Material material = material_at(surface);
+    if (HAS_DISPERSION) {
+        set_index(material, path.wavelength);
+    }
     apply_bumps(surface, material);
     vec3 wo = -path.ray.direction;
     bool receives = receives_photons(material);
@@ -309,7 +326,7 @@ uint fate(Path path) {
 Path path_of(PhotonPlace place) {
     Ray ray = saved_ray(place.origin, place.direction, place.begin, place.contacts, place.medium);
     return Path(ray, place.weight, place.depth, place.medium_eta, random_of(place.photon - stride), (place.alive & 2u) != 0u,
-                (place.alive & 4u) != 0u);
+                (place.alive & 4u) != 0u, place.wavelength);
 }
 
 // How many paths have ended in which way.
@@ -418,7 +435,7 @@ void store_place(uint number, Work work) {
     uint alive = (work.alive ? 1u : 0u) | (path.met_diffuse ? 2u : 0u) | (path.met_rough ? 4u : 0u);
     places.data[number] = PhotonPlace(path.ray.origin, path.medium_eta, path.ray.direction, path.depth, path.weight,
                                       work.photon, state, alive, begin_of(path.ray), contacts_of(path.ray),
-                                      path.ray.medium, 0u, 0u, 0u);
+                                      path.ray.medium, path.wavelength, 0u, 0u);
     atomicAdd(counters.value.unfinished, state == UNFINISHED ? 1u : 0u);
     atomicAdd(counters.value.stuck, state == STUCK ? 1u : 0u);
 }
@@ -443,7 +460,7 @@ void main() {
         number /= spread;
     }
     works = works && offset + number < stride; // other invocations take all photons
-    Path none = Path(free_ray(vec3(0.0), vec3(0.0)), vec3(0.0), 0u, 1.0, Random(0u, 0u), false, false);
+    Path none = Path(free_ray(vec3(0.0), vec3(0.0)), vec3(0.0), 0u, 1.0, Random(0u, 0u), false, false, NO_WAVELENGTH);
     Work work = Work(none, false, false, first + offset + number, Ends(0u, 0u, 0u, 0u, 0u, 0u), 0u, 0u, false);
     if (IS_RESUMABLE) {
         if (works && resumed != 0u) {

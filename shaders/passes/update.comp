@@ -84,6 +84,9 @@ uvec4 term_of(float radiance) {
     if (HAS_SIGNED_FILTER) {
         return to_signed_term(radiance);
     }
+    if (HAS_DISPERSION) {
+        return to_signed_term(radiance);
+    }
     return to_term(radiance);
 }
 

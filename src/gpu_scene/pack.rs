@@ -167,7 +167,7 @@ const MAX_FLAT_REVOLUTIONS: usize = 16;
 /// The scene is too large, has too many primitives, takes too much memory, or its lights are outside of
 /// fp32's range.
 pub fn pack(scene: &Scene, packing: impl Into<Packing>) -> Result<PackedScene, PackError> {
-    let Packing { solver, keeps_uvs, is_guided } = packing.into();
+    let Packing { solver, keeps_uvs, is_guided, has_dispersion } = packing.into();
     let mut placed = Placed::of(scene)?;
     let space = RenderSpace::of(&placed.bounds())?.unwrap_or_else(|| {
         // Only the sky is visible, and it looks the same from everywhere: render space may have any size.
@@ -178,7 +178,7 @@ pub fn pack(scene: &Scene, packing: impl Into<Packing>) -> Result<PackedScene, P
     let render_from_world = space.from_world();
     let mut packer = Packer { render_from_world, solver, keeps_uvs, is_guided, ..Packer::default() };
     packer.add_lights(scene, &space);
-    packer.textures = PackedTextures::new(scene, &packer.render_from_world);
+    packer.textures = PackedTextures::new(scene, &packer.render_from_world, has_dispersion);
     packer.dress(scene, &mut placed)?;
     packer.add_media(scene, &mut placed, space.scale);
     packer.gathers_rough = scene.has_unmet_light_on_rough_surfaces();

@@ -73,6 +73,16 @@ named! {
 }
 
 named! {
+    /// Whether glass splits light by wavelength, where its index of refraction depends on it.
+    pub enum Dispersion = On {
+        /// Where the scene gives an index by wavelength, each path that it refracts takes one wavelength
+        On: "on",
+        /// The mean index for all wavelengths: less noise of colour, and no colours by refraction
+        Off: "off",
+    }
+}
+
+named! {
     /// Where random numbers come from.
     pub enum Sampler = Sobol {
         /// Independent numbers: a hash of path and dimension
@@ -154,6 +164,8 @@ pub struct Options {
     pub direct: DirectLight,
     /// Whether more photons are emitted towards the surfaces that are visible.
     pub guidance: Guidance,
+    /// Whether glass splits light by wavelength.
+    pub dispersion: Dispersion,
     /// Which part of the light the image shows.
     pub contribution: Contribution,
     /// The layers that are summed besides the image, and besides those that a film asks for.
@@ -209,6 +221,7 @@ impl Options {
             solver: self.revolution_solver,
             keeps_uvs: self.all_layers(scene).has(Group::Slope),
             is_guided: self.is_guided(),
+            has_dispersion: self.dispersion == Dispersion::On,
         }
     }
 

@@ -5,6 +5,7 @@
 //! the scene's world space.
 
 pub(in crate::scene) mod extent;
+mod index;
 mod input;
 mod light;
 mod material;
@@ -19,6 +20,7 @@ use std::sync::Arc;
 
 use glam::{DAffine3, DMat3, DVec2, DVec3};
 
+pub use index::{ByWavelength, Index};
 pub use input::{Input, Rgb};
 pub use light::{Light, LightImage, Portal};
 pub use material::{Bump, Coat, Material, Metal, Roughness, Scattering};

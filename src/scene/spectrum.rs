@@ -8,6 +8,7 @@ pub(in crate::scene) mod color_space;
 mod data;
 pub(in crate::scene) mod files;
 pub(in crate::scene) mod samples;
+pub(in crate::scene) mod wavelength;
 pub(in crate::scene) mod white_balance;
 
 use glam::DVec2;
@@ -167,12 +168,6 @@ impl Spectrum {
             Spectrum::OtherRgb(rgb, space) => Some(space.reflectance_to_srgb(*rgb).max(Rgb::ZERO)),
             _ => None,
         }
-    }
-
-    /// Returns the mean under daylight, weighted by the luminous efficiency of the eye.
-    pub fn photopic_mean(&self) -> f64 {
-        let weighted = response(|nm| self.at(nm) * daylight(nm)).luminance;
-        weighted / response_of_daylight().luminance
     }
 }
 
@@ -397,7 +392,7 @@ mod tests {
         for (glass, eta) in GLASSES.iter().zip(known) {
             assert!((glass.eta(587.6) - eta).abs() < 3e-5, "{}", glass.name);
         }
-        let crown = Spectrum::named("glass-BK7").unwrap().photopic_mean();
+        let crown = Spectrum::named("glass-BK7").unwrap().index(0.1..=10.0).mean;
         assert!((crown - 1.518).abs() < 1e-3);
     }
 

@@ -2,6 +2,7 @@
 #include "camera/rough_path.glsl"
 #include "geometry/contact.glsl"
 #include "kernel/interruption.glsl"
+#include "material/dispersion.glsl"
 
 // Least length of a path, in render units: a length of 0 stands for "no visible point".
 const float SHORTEST_PATH = 1.0e-12;
@@ -16,6 +17,7 @@ struct EyeState {
     uint depth;        // segments so far
     vec3 radiance;     // emission met so far, W/(m^2 sr)
     uint rough_met;    // HAS_ROUGH_GATHER: rough surfaces met so far
+    float wavelength;  // HAS_DISPERSION: nm; NO_WAVELENGTH before the path takes one
 };
 
 // The path of an invocation that another dispatch goes on with: it has met no diffuse surface yet.
@@ -35,19 +37,20 @@ struct EyePlace {
     uint contacts;      // of the ray: contact.glsl
     uint medium;        // of the ray: index into media
     uint rough_met;     // rough surfaces that the path has met
+    float wavelength;   // nm; NO_WAVELENGTH before the path takes one
     uint pad0;
     uint pad1;
-    uint pad2;
 };
 
 EyeState state_of(EyePlace place) {
     Ray ray = saved_ray(place.origin, place.direction, place.begin, place.contacts, place.medium);
     RoughVertex rough = RoughVertex(place.last_position, place.last_pdf);
-    return EyeState(ray, place.throughput, place.medium_eta, place.travelled, rough, place.depth, place.radiance, place.rough_met);
+    return EyeState(ray, place.throughput, place.medium_eta, place.travelled, rough, place.depth, place.radiance, place.rough_met,
+                    place.wavelength);
 }
 
 EyePlace place_of(EyeState state) {
     return EyePlace(state.ray.origin, state.medium_eta, state.ray.direction, state.travelled, state.throughput, state.depth,
                     state.radiance, 0u, state.rough.position, state.rough.pdf, FINISHED, begin_of(state.ray), contacts_of(state.ray), state.ray.medium,
-                    state.rough_met, 0u, 0u, 0u);
+                    state.rough_met, state.wavelength, 0u, 0u);
 }

@@ -10,7 +10,7 @@ uint high_word_to_add(uint before, uvec2 fixed_point) {
 
 // Counts an overflow of the high word.
 void check_sum(uint before, uint high) {
-    if (before + high < before) {
+    if (overflow_of(before, high, before + high) >= 0x80000000u) {
         atomicAdd(counters.value.saturated, 1u);
     }
 }

@@ -39,11 +39,32 @@ void store_flux(uint pixel, Flux flux) {
     flux_blue.data[at + 1u] = flux.high.b;
 }
 
-// The flux in units of the mean flux of a photon.
-vec3 to_floats(Flux flux) {
+// Sums of 0 or more, in units of the mean flux of a photon.
+vec3 to_positive_floats(Flux flux) {
     vec3 sum = vec3(0.0);
     for (uint channel = 0u; channel < 3u; channel++) {
         sum[channel] = from_fixed(flux.low[channel], flux.high[channel]);
     }
     return sum;
+}
+
+// The opposite number of a sum.
+Flux opposite(Flux flux) {
+    return Flux(~flux.low + 1u, ~flux.high + mix(uvec3(0u), uvec3(1u), equal(flux.low, uvec3(0u))));
+}
+
+// A sum that may be below 0.
+vec3 to_signed_floats(Flux flux) {
+    bvec3 is_negative = greaterThanEqual(flux.high, uvec3(0x80000000u));
+    Flux other = opposite(flux);
+    Flux size = Flux(mix(flux.low, other.low, is_negative), mix(flux.high, other.high, is_negative));
+    return mix(to_positive_floats(size), -to_positive_floats(size), is_negative);
+}
+
+// The flux of photons in units of the mean flux of a photon.
+vec3 to_floats(Flux flux) {
+    if (HAS_DISPERSION) {
+        return to_signed_floats(flux);
+    }
+    return to_positive_floats(flux);
 }

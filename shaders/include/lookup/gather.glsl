@@ -7,7 +7,7 @@ struct Gathered {
     uvec3 low; // red, green, blue
     uvec3 high;
     uint count; // number of photons
-    uint bits;  // all bits that high words have had; if the top bit is set, a sum may have overflowed
+    uint bits;  // if the top bit is set, a sum may have overflowed
     uint inner; // number of photons on the inner half of the disc, for radii from the data
 };
 
@@ -19,9 +19,14 @@ Gathered nothing_gathered() {
 void gather_photon(inout Gathered sum, uvec3 low, uvec3 high, bool on_disc) {
     low = on_disc ? low : uvec3(0u);
     high = on_disc ? high : uvec3(0u);
+    uvec3 before = sum.high;
     sum.low += low;
     sum.high += high + mix(uvec3(0u), uvec3(1u), lessThan(sum.low, low));
-    sum.bits |= sum.high.x | sum.high.y | sum.high.z;
+    uvec3 bits = sum.high;
+    if (HAS_DISPERSION) {
+        bits = (before ^ sum.high) & (high ^ sum.high);
+    }
+    sum.bits |= bits.x | bits.y | bits.z;
     sum.count += on_disc ? 1u : 0u;
 }
 
@@ -37,7 +42,11 @@ void add_to_pixel(Gathered sum, uint pixel) {
     if (HAS_DATA_RADII) {
         flux_counts.data[at + 1u] += sum.inner;
     }
-    if (sum.bits >= 0x80000000u || any(lessThan(total, high))) {
+    uint bits = sum.bits;
+    for (uint channel = 0u; channel < 3u; channel++) {
+        bits |= overflow_of(before.high[channel], high[channel], total[channel]);
+    }
+    if (bits >= 0x80000000u) {
         atomicAdd(counters.value.saturated, 1u);
     }
 }

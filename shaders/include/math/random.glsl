@@ -66,15 +66,34 @@ float to_unit(uint bits) {
     return float(bits >> 8u) * 5.9604644775390625e-8;
 }
 
-// Two numbers in [0, 1) for a pair of dimensions.
-vec2 random_pair(Random random, uint pair) {
-    if (pair >= LOW_DISCREPANCY_PAIRS) {
-        uvec3 bits = pcg3d(uvec3(random.seed, random.index, pair));
-        return vec2(to_unit(bits.x), to_unit(bits.y));
-    }
+// Two independent numbers in [0, 1) for a pair of dimensions.
+vec2 hashed_pair(Random random, uint pair) {
+    uvec3 bits = pcg3d(uvec3(random.seed, random.index, pair));
+    return vec2(to_unit(bits.x), to_unit(bits.y));
+}
+
+// Two numbers in [0, 1) for a pair of dimensions: a point of a sequence.
+vec2 sequence_pair(Random random, uint pair) {
     uvec3 seeds = pcg3d(uvec3(random.seed, 0x9e3779b9u, pair));
     uint index = bitfieldReverse(scramble_reversed(bitfieldReverse(random.index), seeds.x));
     uint x = bitfieldReverse(scramble_reversed(index, seeds.y));
     uint y = bitfieldReverse(scramble_reversed(pascal(index), seeds.z));
     return vec2(to_unit(x), to_unit(y));
+}
+
+// Two numbers in [0, 1) for a pair of dimensions.
+vec2 random_pair(Random random, uint pair) {
+    if (pair >= LOW_DISCREPANCY_PAIRS) {
+        return hashed_pair(random, pair);
+    }
+    return sequence_pair(random, pair);
+}
+
+// The pair of the wavelength: no path has so many bounces.
+const uint PAIR_WAVELENGTH = 0xffffffffu;
+
+// A number in [0, 1) for the wavelength of a path: paths are spread evenly over it.
+float random_wavelength(Random random) {
+    uint sequences = LOW_DISCREPANCY_PAIRS;
+    return sequences > 0u ? sequence_pair(random, PAIR_WAVELENGTH).x : hashed_pair(random, PAIR_WAVELENGTH).x;
 }

@@ -67,6 +67,7 @@ FEATURES MaterialFeatures {
     bool HAS_SPECULAR = true;           // any lobe that is not Lambertian
     bool HAS_ROUGH = false;             // conductors, dielectrics or coats that are rough
     bool HAS_ANISOTROPIC = true;        // roughness that differs by direction
+    bool HAS_DISPERSION = false;        // glass that splits light by wavelength, so that sums of light have a sign
     bool HAS_BUMPS = false;             // shading normals that textures bend
     bool HAS_DISPLACEMENTS = false;     // by heights
     bool HAS_NORMAL_MAPS = false;       // by images of normals

@@ -22,6 +22,7 @@ export const uint DISPLACED = 32u;     // bump_texture is a height, which bends 
 export const uint NORMAL_MAPPED = 64u; // bump_texture is the shading normal
 export const uint SCATTERING_COAT = 128u; // a coat that scatters light inside
 export const uint HAS_FACETS = 256u;   // HAS_ROUGH_GATHER: some lobe is rough, so that photons are recorded for it
+export const uint DISPERSIVE = 512u;   // eta, or a coat's coat_eta, is a mean: the index depends on the wavelength
 
 // A surface's material. Textures are indices or NONE; where there is one, it takes the place of the value.
 struct Material {
@@ -54,9 +55,15 @@ struct Material {
     uint alpha_texture; // how much of the surface is there, or NONE: all
     uint bump_texture;  // where DISPLACED or NORMAL_MAPPED
     float bump_scale;   // render units of a unit of the height
-    uint pad0;
-    uint pad1;
+    uint indices;       // DISPERSIVE: first element of the indices in texture_texels
+    uint wavelengths;   // DISPERSIVE: first element of the bands in texture_texels
 };
+
+// Tables of dispersion: dispersion.glsl.
+export const uint BANDS = 512u;      // ranges of wavelengths of the same chance
+export const uint INDEX_STEPS = 80u; // steps between the indices of refraction
+export const uint FIRST_WAVELENGTH = 380u; // of the first index, nm
+export const uint WAVELENGTH_STEP = 5u; // between indices, nm
 
 // Tables of coats by their thickness: the first entry is for 0.
 export const uint COAT_FINEST = 8u;   // the second entry is for a thickness of 2^-COAT_FINEST

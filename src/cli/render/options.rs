@@ -3,15 +3,28 @@
 use clap::builder::{PossibleValue, PossibleValuesParser, ValueParser};
 use clap::error::ErrorKind;
 use clap::parser::ValueSource;
-use clap::{Arg, ArgMatches, Args, Command, FromArgMatches};
+use clap::{Arg, ArgAction, ArgMatches, Args, Command, FromArgMatches};
 
+use crate::base::names::Named;
+use crate::render::options::Dispersion;
 use crate::render::options::request::Request;
-use crate::render::options::table::{Fallback, Kind, Needs, OPTIONS, RenderOption};
+use crate::render::options::table::{Fallback, Kind, Needs, OPTIONS, RenderOption, find};
 use crate::render::options::written::Refusal;
+
+/// The option that a flag turns off, and the flag.
+const DISPERSION: &RenderOption = find("dispersion");
+const NO_DISPERSION: &str = "no-dispersion";
 
 impl Args for Request {
     fn augment_args(command: Command) -> Command {
-        command.args(OPTIONS.iter().map(argument))
+        command.args(OPTIONS.iter().map(argument)).arg(
+            Arg::new(NO_DISPERSION)
+                .long(NO_DISPERSION)
+                .action(ArgAction::SetTrue)
+                .help_heading(DISPERSION.group)
+                .conflicts_with(DISPERSION.name)
+                .help("Short for --dispersion off"),
+        )
     }
 
     fn augment_args_for_update(command: Command) -> Command {
@@ -24,7 +37,8 @@ impl FromArgMatches for Request {
         // A default is left out, because its option may be invalid without the value of another option.
         let is_given = |option: &&RenderOption| matches.value_source(option.name) == Some(ValueSource::CommandLine);
         let value = |option: &'static RenderOption| Some((option, matches.get_one::<String>(option.name)?.as_str()));
-        let values: Vec<_> = OPTIONS.iter().filter(is_given).filter_map(value).collect();
+        let off = matches.get_flag(NO_DISPERSION).then_some((DISPERSION, Dispersion::Off.name()));
+        let values: Vec<_> = OPTIONS.iter().filter(is_given).filter_map(value).chain(off).collect();
         Self::from_values(&values).map_err(|refusal| {
             let kind = match refusal {
                 Refusal::Value { .. } => ErrorKind::ValueValidation,

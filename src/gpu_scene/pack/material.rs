@@ -2,18 +2,20 @@
 
 mod boundary;
 mod coat;
+mod dispersion;
 mod measured;
 mod scattering;
 mod slab;
 
 use coat::Base;
+use dispersion::with_dispersion;
 
 use super::PackError;
 use super::texture::PackedTextures;
 use crate::kernels::{
     self, BY_REFLECTANCE, COATED_CONDUCTOR, COATED_DIFFUSE, CONDUCTOR, DIELECTRIC, DIFFUSE, DIFFUSE_TRANSMISSION,
-    DISPLACED, HAS_FACETS, HAS_LAMBERTIAN, INTERFACE, MEASURED, MIX, MaterialFeatures, NONE, NORMAL_MAPPED, REMAPPED,
-    REMAPPED_COAT, SCATTERING_COAT, THIN_DIELECTRIC,
+    DISPERSIVE, DISPLACED, HAS_FACETS, HAS_LAMBERTIAN, INTERFACE, MEASURED, MIX, MaterialFeatures, NONE, NORMAL_MAPPED,
+    REMAPPED, REMAPPED_COAT, SCATTERING_COAT, THIN_DIELECTRIC,
 };
 use crate::scene::{Bump, Coat, Input, Material, Metal, Rgb, Roughness, Scattering};
 
@@ -75,10 +77,13 @@ fn pack_material(material: &Material, textures: &mut PackedTextures) -> Result<k
         }
         Material::Dielectric { eta, transmittance, roughness } => {
             let color = transmittance.as_vec3().to_array();
-            let smooth = kernels::Material { kind: DIELECTRIC, color, eta: [*eta as f32; 3], ..zero };
-            with_roughness(smooth, roughness, textures)?
+            let clear = kernels::Material { kind: DIELECTRIC, color, eta: [eta.mean as f32; 3], ..zero };
+            with_roughness(with_dispersion(clear, eta, textures), roughness, textures)?
         }
-        Material::ThinDielectric { eta } => kernels::Material { kind: THIN_DIELECTRIC, eta: [*eta as f32; 3], ..zero },
+        Material::ThinDielectric { eta } => {
+            let pane = kernels::Material { kind: THIN_DIELECTRIC, eta: [eta.mean as f32; 3], ..zero };
+            with_dispersion(pane, eta, textures)
+        }
         Material::CoatedDiffuse { reflectance, coat } => {
             let base = kernels::Material { kind: COATED_DIFFUSE, flags: HAS_LAMBERTIAN, ..zero };
             let base = with_color(base, reflectance, textures)?;
@@ -170,20 +175,22 @@ fn with_coat(
 ) -> Result<kernels::Material, PackError> {
     let ([coat_alpha_u, coat_alpha_v], [coat_u_texture, coat_v_texture]) = roughness_of(&coat.roughness, textures)?;
     let flags = material.flags | if coat.roughness.remap { REMAPPED_COAT } else { 0 };
-    let coat_eta = coat.eta as f32;
+    let eta = coat.eta.mean;
+    let coat_eta = eta as f32;
     let material =
         kernels::Material { coat_eta, coat_alpha_u, coat_alpha_v, coat_u_texture, coat_v_texture, flags, ..material };
+    let material = with_dispersion(material, &coat.eta, textures);
     if let Some(scattering) = &coat.scattering {
         return with_scattering(material, coat, scattering, textures);
     }
     Ok(match textures.number(&coat.thickness)? {
         (amount_texture, None) => {
-            let second_part = textures.table(base.key(coat.eta), || base.table(coat.eta).collect());
+            let second_part = textures.table(base.key(eta), || base.table(eta).collect());
             kernels::Material { amount_texture, amount: coat.absorbed as f32, second_part, ..material }
         }
         (_, Some(thickness)) => {
             let thickness = thickness * coat.absorbed;
-            let sent_back = base.sent_back(coat.eta, thickness) as f32;
+            let sent_back = base.sent_back(eta, thickness) as f32;
             kernels::Material { coat_thickness: thickness as f32, coat_sent_back: sent_back, ..material }
         }
     })
@@ -280,6 +287,7 @@ pub(super) fn specialize(materials: &[kernels::Material]) -> MaterialFeatures {
         has_scattering_coats: materials.iter().any(is_scattering),
         has_rough: materials.iter().any(is_rough),
         has_anisotropic: materials.iter().any(is_anisotropic),
+        has_dispersion: materials.iter().any(|material| material.flags & DISPERSIVE != 0),
         has_bumps: has_bumps(materials),
         has_displacements: materials.iter().any(|material| material.flags & DISPLACED != 0),
         has_normal_maps: materials.iter().any(|material| material.flags & NORMAL_MAPPED != 0),

@@ -32,7 +32,7 @@ const MAX_DEPTH: usize = 64;
 const DEFAULT_UVS: [DVec2; 3] = [DVec2::ZERO, DVec2::X, DVec2::ONE];
 
 /// How a scene is packed.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Packing {
     /// How rays are intersected with bodies of revolution.
     pub solver: RevolutionSolver,
@@ -40,6 +40,14 @@ pub struct Packing {
     pub keeps_uvs: bool,
     /// Whether photons begin by a learned density, for which images of lights have other tables.
     pub is_guided: bool,
+    /// Whether glass whose index of refraction depends on the wavelength splits light; otherwise it has its mean index.
+    pub has_dispersion: bool,
+}
+
+impl Default for Packing {
+    fn default() -> Self {
+        Self { solver: RevolutionSolver::default(), keeps_uvs: false, is_guided: false, has_dispersion: true }
+    }
 }
 
 impl From<RevolutionSolver> for Packing {
@@ -55,6 +63,8 @@ pub(super) struct PackedTextures {
     /// Two texels in each element, of four half floats each; the table of noise, and those of measured
     /// materials.
     pub texels: Vec<[u32; 4]>,
+    /// Whether indices of refraction depend on the wavelength.
+    pub has_dispersion: bool,
     world_from_render: DAffine3,
     scene: Vec<Texture>,
     /// The scene's budget of memory.
@@ -69,13 +79,14 @@ pub(super) struct PackedTextures {
     noise_table: Option<u32>,
     /// First element of the table of each measured material, by its address.
     measured: HashMap<*const Measured, u32>,
-    /// First element of each table of coats, by what it is computed from.
-    coat_tables: HashMap<Vec<u64>, u32>,
+    /// First element of each table of materials, by what it is computed from.
+    tables: HashMap<Vec<u64>, u32>,
 }
 
 impl PackedTextures {
-    pub fn new(scene: &Scene, render_from_world: &DAffine3) -> Self {
+    pub fn new(scene: &Scene, render_from_world: &DAffine3, has_dispersion: bool) -> Self {
         Self {
+            has_dispersion,
             world_from_render: render_from_world.inverse(),
             scene: scene.textures.clone(),
             budget: Arc::clone(&scene.budget),
@@ -178,10 +189,10 @@ impl PackedTextures {
         })
     }
 
-    /// Returns the first element of a coat's table, and adds the table if it is not packed yet.
+    /// Returns the first element of a material's table, and adds the table if it is not packed yet.
     pub fn table(&mut self, key: Vec<u64>, make: impl FnOnce() -> Vec<[u32; 4]>) -> u32 {
         let texels = &mut self.texels;
-        *self.coat_tables.entry(key).or_insert_with(|| {
+        *self.tables.entry(key).or_insert_with(|| {
             let first = texels.len() as u32;
             texels.extend(make());
             first

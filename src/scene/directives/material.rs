@@ -1,12 +1,14 @@
 //! The `Material` and `MakeNamedMaterial` directives.
 
+use std::ops::RangeInclusive;
+
 use crate::scene::directives::bump::{DISPLACEMENT, NORMAL_MAP, bumped};
 use crate::scene::directives::texture::Textures;
 use crate::scene::format::error::{Location, SceneError};
 use crate::scene::format::kind::Kind;
 use crate::scene::format::params::{Param, ParamList};
 use crate::scene::format::registry::{Family, ParamSpec, full, ignored, not_yet, supported};
-use crate::scene::model::{Coat, Input, Material, Metal, Rgb, Roughness, Scattering};
+use crate::scene::model::{Coat, Index, Input, Material, Metal, Rgb, Roughness, Scattering};
 use crate::scene::spectrum::{Spectrum, conductor, conductor_from_reflectance, copper, optional};
 
 const FLOAT: &[Kind] = &[Kind::Float];
@@ -163,7 +165,7 @@ fn even_material(
         "coatedconductor" => {
             let coat =
                 coat((params, location), ("interface.eta", true), roughness("interface.")?, textures, &mut warnings)?;
-            let metal = metal(params, ["conductor.eta", "conductor.k"], coat.eta, textures, location)?;
+            let metal = metal(params, ["conductor.eta", "conductor.k"], coat.eta.mean, textures, location)?;
             Material::CoatedConductor { metal, roughness: roughness("conductor.")?, coat }
         }
         "measured" => measured(params, textures, location)?,
@@ -260,14 +262,17 @@ fn metal(
     Ok(Metal::Index { eta: eta / outside, k: k / outside })
 }
 
-/// Returns an index of refraction from 0.1 to 10; 1.5 if the parameter is absent.
-fn index(params: &ParamList, name: &str) -> Result<f64, SceneError> {
+/// The permitted indices of refraction.
+const INDICES: RangeInclusive<f64> = 0.1..=10.0;
+
+/// Returns an index of refraction; 1.5 if the parameter is absent.
+fn index(params: &ParamList, name: &str) -> Result<Index, SceneError> {
     let eta = match params.get(name) {
-        Some(param) if param.kind != Kind::Float => Spectrum::from_param(param)?.photopic_mean(),
-        _ => params.float(name)?.unwrap_or(1.5),
+        Some(param) if param.kind != Kind::Float => Spectrum::from_param(param)?.index(INDICES),
+        _ => params.float(name)?.unwrap_or(1.5).into(),
     };
     match params.get(name) {
-        Some(param) if !(0.1..=10.0).contains(&eta) => Err(param.bad_value("an index of refraction from 0.1 to 10")),
+        Some(param) if !INDICES.contains(&eta.mean) => Err(param.bad_value("an index of refraction from 0.1 to 10")),
         _ => Ok(eta),
     }
 }
@@ -284,7 +289,7 @@ fn dielectric(params: &ParamList, roughness: Roughness) -> Result<Material, Scen
     let eta = index(params, "eta")?;
     let transmittance = fraction(params, "transmittance")?.unwrap_or(Rgb::ONE);
     // Without a difference of index, microfacets have no effect.
-    let roughness = if eta == 1.0 { Roughness::SMOOTH } else { roughness };
+    let roughness = if eta == Index::from(1.0) { Roughness::SMOOTH } else { roughness };
     Ok(Material::Dielectric { eta, transmittance, roughness })
 }
 

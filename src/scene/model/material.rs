@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use crate::scene::model::{Input, Measured, Rgb};
+use crate::scene::model::{Index, Input, Measured, Rgb};
 
 /// Roughness of a surface of microfacets.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -51,10 +51,10 @@ pub enum Metal {
 }
 
 /// A clear coat of varnish.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct Coat {
     /// Index of refraction of the coat over the index outside.
-    pub eta: f64,
+    pub eta: Index,
     /// Thickness in mean free paths, 0 or more; negative values of a texture are clamped.
     pub thickness: Input<f64>,
     /// Share of the extinguished light that is absorbed, 0 to 1; the rest goes straight on. Light that crosses
@@ -113,7 +113,7 @@ pub enum Material {
     /// Glass or water.
     Dielectric {
         /// Index of refraction inside over outside, positive.
-        eta: f64,
+        eta: Index,
         /// Fraction of the light that passes at each crossing, per channel, 0 to 1. An extension of the
         /// pbrt format: pbrt's dielectrics are untinted.
         transmittance: Rgb,
@@ -123,7 +123,7 @@ pub enum Material {
     /// A thin pane of glass, with both of its surfaces.
     ThinDielectric {
         /// Index of refraction inside over outside, positive.
-        eta: f64,
+        eta: Index,
     },
     /// A Lambertian surface under a coat.
     CoatedDiffuse {
@@ -179,6 +179,16 @@ impl Material {
         }
     }
 
+    /// Returns the index of refraction of a dielectric or of a coat; `None` for other materials.
+    pub fn index(&self) -> Option<&Index> {
+        match self {
+            Self::Dielectric { eta, .. } | Self::ThinDielectric { eta } => Some(eta),
+            Self::CoatedDiffuse { coat, .. } | Self::CoatedConductor { coat, .. } => Some(&coat.eta),
+            Self::Bumped { material, .. } => material.index(),
+            _ => None,
+        }
+    }
+
     /// Returns the lobes of the material itself; those of a mix are lobes of its materials.
     pub(in crate::scene) fn lobes(&self) -> Lobes {
         match self {
@@ -214,6 +224,6 @@ impl Lobes {
 
     /// Returns the lobes of a coat. A coat with a relative index of 1 reflects nothing.
     fn of_coat(coat: &Coat) -> Self {
-        if coat.eta == 1.0 { Self::default() } else { Self::by(&coat.roughness) }
+        if coat.eta == Index::from(1.0) { Self::default() } else { Self::by(&coat.roughness) }
     }
 }

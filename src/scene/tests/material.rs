@@ -35,7 +35,7 @@ fn coats_have_the_defaults_of_pbrt() {
         panic!("not coated");
     };
     assert_eq!(reflectance, Input::Constant(Rgb::splat(0.5)));
-    assert_eq!((coat.eta, coat.thickness, coat.absorbed), (1.5, Input::Constant(0.01), 1.0));
+    assert_eq!((coat.eta, coat.thickness, coat.absorbed), (1.5.into(), Input::Constant(0.01), 1.0));
     let text = "Material \"coatedconductor\" \"rgb reflectance\" .5 .5 .5";
     assert!(materials(text).is_err(), "three numbers need brackets");
     let text = "Material \"coatedconductor\" \"rgb conductor.eta\" [3 3 3] \"rgb conductor.k\" [6 6 6]

@@ -8,7 +8,7 @@ use crate::scene::{Coat, Input, Rgb, Scattering};
 /// Returns the table of a coat with GGX's alpha of its boundary. Its entries are by thickness, within them by albedo, and within them by g. There is
 /// one entry where a value is constant; three for a constant albedo, of each channel.
 pub(super) fn table(coat: &Coat, alpha: f64, scattering: &Scattering) -> Vec<[u32; 4]> {
-    let grid = Grid::new(coat.eta, alpha);
+    let grid = Grid::new(coat.eta.mean, alpha);
     let albedos: Vec<f64> = match scattering.albedo {
         Input::Constant(albedo) => albedo.to_array().to_vec(),
         Input::Texture(_) => (0..COAT_ALBEDOS).map(albedo_at).collect(),
@@ -35,7 +35,7 @@ pub(super) fn table(coat: &Coat, alpha: f64, scattering: &Scattering) -> Vec<[u3
 
 /// Returns a key that tells tables apart: the same for the same table.
 pub(super) fn key(coat: &Coat, alpha: f64, scattering: &Scattering) -> Vec<u64> {
-    let mut key = vec![coat.eta.to_bits(), alpha.to_bits()];
+    let mut key = vec![coat.eta.mean.to_bits(), alpha.to_bits()];
     let mut add = |values: Option<&[f64]>| {
         key.push(values.map_or(0, |values| values.len() as u64));
         key.extend(values.into_iter().flatten().map(|value| value.to_bits()));

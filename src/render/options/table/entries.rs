@@ -8,7 +8,7 @@ use crate::render::options::values::{RADIUS, RESOLUTION, SECONDS, TARGET_ERROR};
 use crate::render::options::values::{radius, resolution, seconds, target_error};
 use crate::render::options::{
     DEFAULT_ALPHA, DEFAULT_CELL_SCALE, DEFAULT_EYE_PATHS, DEFAULT_ROUND, DEFAULT_WORKGROUP_SIZE, DirectLight,
-    Integrator, LookupKind, MAX_PHOTONS, Options, Sampler,
+    Dispersion, Integrator, LookupKind, MAX_PHOTONS, Options, Sampler,
 };
 use crate::render::radius::{RADIUS_SCHEDULE, RadiusSchedule};
 
@@ -306,6 +306,22 @@ pub const OPTIONS: &[RenderOption] = &[
         effect: Effect::Image("guide", |options, _| {
             if options.is_guided() { options.guidance.to_string() } else { Guidance::Off.to_string() }
         }),
+        needs: Needs::Nothing,
+        is_knob: true,
+    },
+    RenderOption {
+        name: "dispersion",
+        placeholder: "WHETHER",
+        kind: Kind::Named {
+            names: Dispersion::NAMES,
+            set: |request, name| name.parse().map(|value| request.options.dispersion = value),
+        },
+        unit: "",
+        fallback: Fallback::Name(|| Dispersion::default().name()),
+        group: ALGORITHM,
+        help: "Whether glass splits light by wavelength, where its index of refraction depends on it",
+        more: "`goblet info` says whether a scene has such glass. --no-dispersion is short for `--dispersion off`.",
+        effect: Effect::Image("dispersion", |options, _| options.dispersion.to_string()),
         needs: Needs::Nothing,
         is_knob: true,
     },

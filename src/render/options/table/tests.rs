@@ -60,6 +60,7 @@ fn every_field_is_set_by_an_option() {
         radius_schedule,
         direct,
         guidance,
+        dispersion,
         contribution,
         layers,
         sampler,
@@ -78,7 +79,7 @@ fn every_field_is_set_by_an_option() {
     assert!(alpha.is_some() && max_depth.is_some() && seed.is_some() && photons_per_round.is_some());
     assert!(cell_scale.is_some() && workgroup_size.is_some() && batch_size.is_some());
     assert!(integrator != default.integrator && radius_schedule != default.radius_schedule);
-    assert!(guidance != default.guidance);
+    assert!(guidance != default.guidance && dispersion != default.dispersion);
     assert!(direct != default.direct && sampler != default.sampler && lookup != default.lookup);
     assert!(
         matches!(revolution_solver, RevolutionSolver::Newton { segments: 4, envelopes } if envelopes != Default::default())
@@ -114,6 +115,7 @@ fn checkpoints_keep_what_changes_the_image() {
             "radius schedule",
             "direct light",
             "guide",
+            "dispersion",
             "sampler",
             "revolution solver",
         ]

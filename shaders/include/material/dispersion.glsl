@@ -1,0 +1,102 @@
+// Dispersion: glass whose index of refraction depends on the wavelength.
+//
+// A path begins without a wavelength, for all of them together. Where it is refracted into one of several directions, it
+// takes a wavelength, keeps it, and is multiplied by the color of that wavelength: linear RGB, whose mean over all
+// wavelengths is white. Single wavelengths lie outside of sRGB, so the color has negative channels; the sums of
+// flux and radiance keep them. What changes no direction takes no wavelength: reflections, panes and coats.
+#include "material/bsdf.glsl"
+#include "material/fresnel.glsl"
+#include "math/random.glsl"
+#include "scene/features.glsl"
+#include "scene/materials.glsl"
+#include "scene/scene.glsl"
+
+// The wavelength of a path that has none.
+const float NO_WAVELENGTH = 0.0;
+
+// Index of refraction at a wavelength, nm: the table has pairs of neighbours, behind the channels' means.
+float index_at(Material material, float wavelength) {
+    float place = (wavelength - float(FIRST_WAVELENGTH)) / float(WAVELENGTH_STEP);
+    uint step = min(uint(max(place, 0.0)), INDEX_STEPS - 1u);
+    vec2 pair = uintBitsToFloat(texture_texels_at(material.indices + 1u + step).xy);
+    return mix(pair.x, pair.y, clamp(place - float(step), 0.0, 1.0));
+}
+
+// Mean index of refraction that each channel sees.
+vec3 channel_indices(Material material) {
+    return uintBitsToFloat(texture_texels_at(material.indices).xyz);
+}
+
+// Draws a wavelength, nm, and returns its color over the chance. u is uniform in [0, 1).
+vec3 draw_wavelength(Material material, float u, out float wavelength) {
+    float scaled = u * float(BANDS);
+    uint band = min(uint(scaled), BANDS - 1u);
+    vec4 here = uintBitsToFloat(texture_texels_at(material.wavelengths + band));
+    float end = uintBitsToFloat(texture_texels_at(material.wavelengths + band + 1u).w);
+    wavelength = mix(here.w, end, scaled - float(band));
+    return here.rgb;
+}
+
+// Gives a material the index that a path with a wavelength meets.
+void set_index(inout Material material, float wavelength) {
+    if ((material.flags & DISPERSIVE) != 0u && wavelength != NO_WAVELENGTH) {
+        float eta = index_at(material, wavelength);
+        if (material.coat_eta > 0.0) {
+            material.coat_eta = eta;
+        } else {
+            material.eta = vec3(eta);
+        }
+    }
+}
+
+// Fresnel reflectance of a boundary for each channel.
+vec3 fresnel_channels(float cos_i, vec3 eta) {
+    float cos_t;
+    return vec3(fresnel_dielectric(cos_i, eta.r, cos_t), fresnel_dielectric(cos_i, eta.g, cos_t),
+                fresnel_dielectric(cos_i, eta.b, cos_t));
+}
+
+// Factor of a pane for a path without a wavelength: each channel has its own reflectance.
+vec3 color_of_pane(Material material, float cos_o, float u_lobe) {
+    float cos_t;
+    float mean = fresnel_dielectric(cos_o, material.eta.x, cos_t);
+    mean = 2.0 * mean / (1.0 + mean);
+    vec3 reflectance = fresnel_channels(cos_o, channel_indices(material));
+    reflectance = 2.0 * reflectance / (1.0 + reflectance);
+    return u_lobe < mean ? reflectance / mean : (1.0 - reflectance) / (1.0 - mean);
+}
+
+// Prepares a path without a wavelength for a lobe that it has met, before the lobe is sampled: returns a factor of
+// its weight. Where the path needs a wavelength, it takes one, and the material has the index for it. `u_lobe`
+// chooses between reflection and refraction.
+vec3 take_wavelength(inout Material material, inout float wavelength, inout float u_lobe, float cos_o, bool outside,
+                     Random random) {
+    if ((material.flags & DISPERSIVE) == 0u || wavelength != NO_WAVELENGTH) {
+        return vec3(1.0);
+    }
+    cos_o = min(cos_o, 1.0);
+    if (HAS_THIN) {
+        if (material.kind == THIN_DIELECTRIC) {
+            return color_of_pane(material, cos_o, u_lobe);
+        }
+    }
+    if (material.kind != DIELECTRIC) {
+        return vec3(1.0);
+    }
+    // Into the denser medium there is no total reflection, whatever the wavelength.
+    bool reflects_alike = outside == (material.eta.x > 1.0) && !is_rough(material);
+    float cos_t;
+    float mean = fresnel_dielectric(cos_o, relative_eta(material, outside), cos_t);
+    if (reflects_alike && u_lobe < mean) {
+        vec3 channels = channel_indices(material);
+        return fresnel_channels(cos_o, outside ? channels : 1.0 / channels) / mean;
+    }
+    vec3 weight = draw_wavelength(material, random_wavelength(random), wavelength);
+    set_index(material, wavelength);
+    if (reflects_alike) {
+        float reflectance = fresnel_dielectric(cos_o, relative_eta(material, outside), cos_t);
+        weight *= (1.0 - reflectance) / (1.0 - mean);
+        u_lobe = 0.99999994; // refraction
+    }
+    return weight;
+}
