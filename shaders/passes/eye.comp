@@ -42,6 +42,7 @@
 #include "scene/lights.glsl"
 #include "scene/materials.glsl"
 #include "scene/scene.glsl"
+#include "spectrum/wavelength.glsl"
 
 UPDATED_BUFFER(EyePlace, places) // of invocations that go on
 
@@ -118,14 +119,14 @@ void meet_infinity(inout Work work) {
     vec3 w = work.state.ray.direction;
     bool has_point = work.end.is_reached;
     float pdf = has_point ? max(work.end.cosine, 0.0) / PI : escape_pdf(work.state.rough);
-    work.state.radiance += work.state.throughput * radiance_from_infinity(work.state.ray.origin, w, pdf);
+    work.state.radiance += work.state.throughput * radiance_from_infinity(work.state.ray.origin, w, work.state.wavelength, pdf);
     work.is_lost = !has_point && is_in_glass(work.state.medium_eta);
 }
 
 // Adds the emission of a surface that a path has met.
 void meet_emitter(inout Work work, Surface surface) {
     vec3 w = work.state.ray.direction;
-    Light light = direct_light(surface.light);
+    Light light = direct_light(surface.light, work.state.wavelength);
     float weight = emission_mis_weight(work.state.rough, light, surface, w);
     if (work.end.is_reached) {
         weight = diffuse_mis_weight(light, work.end, surface, w);
@@ -156,7 +157,8 @@ void reach_diffuse(inout Work work, inout Surface surface, Material material) {
     keep_point(work.kept, work.pixel, surface.position, surface.normal, throughput);
     work.end.direct = vec3(0.0);
     if (DIRECT_NEE) {
-        work.end.direct = bsdf * sample_direct_irradiance(surface, material, random_of(work), PAIR_LIGHT, work.end.to_light);
+        work.end.direct = bsdf * sample_direct_irradiance(surface, material, work.state.wavelength, random_of(work),
+                                                          PAIR_LIGHT, work.end.to_light);
     }
 }
 
@@ -167,7 +169,8 @@ Scatter leave_specular(inout Work work, Surface surface, Material material, floa
     Scatter scattered = scatter_specular(material, wo, surface.shading_normal, surface.tangent, u_lobe, u_facet, RADIANCE);
     keep_media(scattered, surface, material, wo, RADIANCE);
     if (HAS_ROUGH) {
-        vec3 reflected = direct_light_on_rough(surface, material, wo, random_of(work), pair + 2u, work.to_light);
+        vec3 reflected = direct_light_on_rough(surface, material, wo, work.state.wavelength, random_of(work),
+                                             pair + 2u, work.to_light);
         work.rough_radiance = work.state.throughput * reflected;
         work.asks = work.rough_radiance != vec3(0.0) ? ASKS_ROUGH : FOLLOWS;
     }
@@ -373,6 +376,9 @@ bool next_query(inout Work work, inout Query query, Hit hit) {
     } else if (!next.end.is_reached && (goes_on || begins)) {
         next.advanced = next.advanced || next.state.depth > next.start.depth;
         next.start = next.state;
+    }
+    if (HAS_DISPERSION) {
+        query.wavelength = next.state.wavelength;
     }
     if (IS_RESUMABLE) {
         if (interrupted()) {

@@ -34,6 +34,7 @@
 #include "scene/features.glsl"
 #include "scene/materials.glsl"
 #include "scene/scene.glsl"
+#include "spectrum/wavelength.glsl"
 
 // The path of an invocation that another dispatch goes on with.
 struct PhotonPlace {
@@ -48,7 +49,7 @@ struct PhotonPlace {
     float begin;      // of the ray: contact.glsl
     uint contacts;    // of the ray: contact.glsl
     uint medium;      // of the ray: index into media
-    float wavelength; // nm; NO_WAVELENGTH before the path takes one
+    float wavelength; // wavelength.glsl
     uint pad0;
     uint pad1;
 };
@@ -85,7 +86,7 @@ struct Path {
     Random random;
     bool met_diffuse; // HAS_CAUSTIC_LAYER: a diffuse lobe has scattered it
     bool met_rough;   // HAS_ROUGH_GATHER: a diffuse or rough lobe has scattered it
-    float wavelength; // HAS_DISPERSION: nm; NO_WAVELENGTH before it takes one
+    float wavelength; // HAS_DISPERSION: wavelength.glsl
 };
 
 // Random numbers of a photon. The photons of all iterations of a stream are one sequence, whose strata
@@ -227,7 +228,13 @@ bool bounce(inout Path path, Surface surface, Material material) {
     vec3 color = vec3(1.0);
     if (HAS_DISPERSION) {
         float cosine = dot(wo, surface.shading_normal);
+        bool had_wavelength = has_wavelength(path.wavelength);
         color = take_wavelength(material, path.wavelength, u.x, abs(cosine), cosine > 0.0, path.random);
+        if (HAS_LIGHT_SPECTRA) {
+            if (!had_wavelength) {
+                color *= emission_at_wavelength(path.random, path.wavelength);
+            }
+        }
     }
     Scatter scattered = scatter(material, wo, surface.shading_normal, surface.tangent, u.x, u_direction, FLUX);
     keep_media(scattered, surface, material, wo, FLUX);
@@ -404,6 +411,9 @@ bool next_query(inout Work work, inout Query query, Hit hit) {
     query = no_query();
     if (work.alive) {
         query = nearest_hit(work.path.ray);
+        if (HAS_DISPERSION) {
+            query.wavelength = work.path.wavelength;
+        }
     }
     return work.alive || work.photon < end;
 }

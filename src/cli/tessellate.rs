@@ -70,7 +70,7 @@ impl<'a> Bodies<'a> {
                 continue;
             };
             let location = shape.location.as_str();
-            if shape.emission.is_some_and(|emission| emission.power.is_some()) {
+            if shape.emission.as_ref().is_some_and(|emission| emission.power.is_some()) {
                 return Err(TessellateError::Power { location: location.to_owned() });
             }
             // A mirroring transform flips the normal of a body, but not the normal of a mesh.

@@ -5,13 +5,14 @@
 //! or far from the origin, renders alike. Radiance does not change under scaling; intensities scale with
 //! the square of length.
 
-// Circle: pack.rs <-> contact.rs <-> contact/finder.rs <-> contact/layer.rs <-> contact/near.rs <-> instance.rs <-> material.rs <-> media.rs <-> newton.rs <-> quadric.rs <-> revolution.rs <-> space.rs <-> texture.rs: one file per family of arrays, each with its methods of the Packer that holds the arrays.
+// Circle: pack.rs <-> contact.rs <-> contact/finder.rs <-> contact/layer.rs <-> contact/near.rs <-> instance.rs <-> light.rs <-> light_image.rs <-> light_image/portal.rs <-> material.rs <-> material/dispersion.rs <-> media.rs <-> newton.rs <-> quadric.rs <-> revolution.rs <-> space.rs <-> texture.rs: one file per family of arrays, each with its methods of the Packer that holds the arrays.
 
 mod contact;
 mod instance;
 mod light;
 mod light_image;
 mod light_range;
+mod light_spectrum;
 mod material;
 mod media;
 mod newton;
@@ -22,16 +23,16 @@ mod revolution;
 mod space;
 mod texture;
 
-use std::ops::RangeInclusive;
-
 use glam::{DAffine3, DVec3, Vec3A};
 use obvhs::aabb::Aabb;
 
 pub use contact::Contacts;
 use contact::Part;
 use instance::Placed;
+use light::POWERS;
 pub(crate) use light::light_kind;
 use light_range::sphere_of_reach;
+pub use light_spectrum::LightSpectra;
 use material::{has_bumps, mark_facets, specialize};
 use media::packed_medium;
 pub use newton::{Envelopes, RevolutionSolver};
@@ -51,7 +52,7 @@ use crate::kernels::{
     SPOT, SceneArrays, SceneFeatures, SceneInfo, TEXTURE_DOTS, TEXTURE_IMAGE, TRIANGLE, Triangle, TriangleNormals,
     TriangleUvs,
 };
-use crate::scene::{Geometry, Input, Mesh, PACKED_LIGHT, PACKED_TRIANGLE, Rgb, Scene, Shape};
+use crate::scene::{ByWavelength, Geometry, Input, Mesh, PACKED_LIGHT, PACKED_TRIANGLE, Rgb, Scene, Shape};
 
 /// The reason why a scene without errors cannot be rendered.
 #[derive(Debug, thiserror::Error)]
@@ -110,6 +111,8 @@ pub struct PackedScene {
     pub camera_medium: u32,
     /// Constant radiance from infinitely far away, W/(m² sr).
     pub infinite: Rgb,
+    /// Colors of lights by wavelength.
+    pub light_spectra: LightSpectra,
     /// Power of all lights, mean of channels, in W at render scale; 0 if there is no light.
     pub mean_power: f64,
     /// Features that the scene's shapes and lights require of kernels.
@@ -147,13 +150,13 @@ impl PackedScene {
             half_extent: self.space.half_extent.as_vec3().to_array(),
             sky_count: self.sky_count,
             camera_medium: self.camera_medium,
+            light_spectra: self.light_spectra.first,
+            infinite_spectrum: self.light_spectra.infinite,
+            pad0: 0,
+            pad1: 0,
         }
     }
 }
-
-/// Permitted mean of channels of the power of all lights, W at render scale: products of radiance, distance
-/// and radius stay well within the range of fp32.
-const POWERS: RangeInclusive<f64> = 1e-30..=1e30;
 
 /// Maximum number of triangles and quadrics of a scene that is rendered without a hierarchy: see
 /// docs/performance.md.
@@ -186,6 +189,7 @@ pub fn pack(scene: &Scene, packing: impl Into<Packing>) -> Result<PackedScene, P
         mark_facets(&mut packer.materials);
     }
     let bvh = packer.add_surfaces(&placed)?;
+    let light_spectra = packer.pack_light_spectra();
     let contacts = packer.find_contacts(&placed, &bvh);
     let wide = packer.widen(&bvh)?;
     let mean_power: f64 = packer.powers.iter().sum();
@@ -198,8 +202,9 @@ pub fn pack(scene: &Scene, packing: impl Into<Packing>) -> Result<PackedScene, P
         sky_count: packer.sky_count,
         camera_medium: packed_medium(scene.camera_medium),
         infinite: packer.infinite,
+        light_spectra,
         mean_power,
-        features,
+        features: SceneFeatures { has_light_spectra: light_spectra.exist(), ..features },
         material_features: specialize(&packer.materials),
         contacts,
         arrays: SceneArrays {
@@ -255,6 +260,8 @@ struct Packer {
     newton_starts: Vec<NewtonStart>,
     instances: Vec<Instance>,
     lights: Vec<kernels::Light>,
+    /// Of each light.
+    light_curves: Vec<Option<ByWavelength>>,
     sky_count: u32,
     light_images: Vec<kernels::LightImage>,
     light_texels: Vec<LightTexel>,
@@ -324,8 +331,8 @@ impl Packer {
             for corner in corners {
                 bounds.extend(Vec3A::from(corner));
             }
-            let light = match shape.emission {
-                Some(emission) => self.add_emitter(&emission, reference, 0.5 * normal.length(), &bounds),
+            let light = match &shape.emission {
+                Some(emission) => self.add_emitter(emission, reference, 0.5 * normal.length(), &bounds),
                 None => NONE,
             };
             let attributes = match shading {
@@ -347,8 +354,8 @@ impl Packer {
     fn add_quadric(&mut self, shape: &Shape, mut quadric: Quadric) {
         let reference = quadric.kind << KIND_SHIFT | self.quadrics.len() as u32;
         let (area, bounds) = (quadric_area(&quadric), quadric_bounds(&quadric));
-        if let Some(emission) = shape.emission {
-            quadric.light = self.add_emitter(&emission, reference, area, &bounds);
+        if let Some(emission) = &shape.emission {
+            quadric.light = self.add_emitter(emission, reference, area, &bounds);
         }
         self.add_primitive(reference, bounds);
         self.quadrics.push(quadric);
@@ -368,17 +375,6 @@ impl Packer {
         let boxes = std::mem::take(&mut self.boxes);
         let first = self.references.len() - boxes.len();
         Ok(bvh::build(&boxes, &self.references[first..], most_depth))
-    }
-
-    fn check_brightness(&self, mean_power: f64) -> Result<(), PackError> {
-        // There are no photons without surfaces, nor without light.
-        if mean_power != 0.0 && !self.references.is_empty() && !POWERS.contains(&mean_power) {
-            return Err(PackError::Power(mean_power));
-        }
-        match self.lights.iter().flat_map(|light| light.emission).find(|emission| !emission.is_finite()) {
-            Some(emission) => Err(PackError::TooBright(emission.into())),
-            None => Ok(()),
-        }
     }
 
     fn features(&self, scene: &Scene, direct_table: &[AliasEntry], has_contacts: bool) -> SceneFeatures {
@@ -417,6 +413,7 @@ impl Packer {
             has_distant_lights: has_light(DISTANT),
             has_infinite_lights: has_light(INFINITE) || self.sky_count > 0,
             has_skies: self.sky_count > 0,
+            has_light_spectra: false, // until they are packed
             has_portals: has_light(PORTAL),
             has_goniometric_lights: has_light(GONIOMETRIC),
             has_projection_lights: has_light(PROJECTION),

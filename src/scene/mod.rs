@@ -34,7 +34,7 @@ pub use model::texture::*;
 pub use model::*;
 pub(crate) use parser::load_with_text;
 pub(crate) use rewrite::Rewrite;
-pub(crate) use spectrum::wavelength::Wavelengths;
+pub(crate) use spectrum::wavelength::{Band, Wavelengths};
 pub use survey::Survey;
 
 use crate::base::input::Budget;

@@ -55,6 +55,9 @@ pub struct Scene {
     pub media: Vec<Medium>,
     /// For each of the lights, the index of the medium around it.
     pub light_media: Vec<Option<usize>>,
+    /// For each of the lights, its curve over that of daylight, in any unit; `None` if it has the curve of daylight or is
+    /// known as RGB only.
+    pub light_curves: Vec<Option<ByWavelength>>,
     /// Index of the medium around the camera.
     pub camera_medium: Option<usize>,
     /// Paths of the files that the scene includes or imports.
@@ -300,7 +303,7 @@ pub struct Mesh {
 }
 
 /// Diffuse emission of a surface.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct AreaLight {
     /// Emitted radiance in W/(m² sr), `scale` included; if `power` is set, the radiance before it is scaled
     /// to that power.
@@ -312,6 +315,9 @@ pub struct AreaLight {
     pub two_sided: bool,
     /// Image whose pixels multiply the radiance.
     pub image: Option<EmissionImage>,
+    /// The curve of the radiance over that of daylight, in any unit; `None` if it has the curve of daylight or is known as
+    /// RGB only.
+    pub curve: Option<ByWavelength>,
 }
 
 /// An image that an area light shows.

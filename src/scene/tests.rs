@@ -80,7 +80,7 @@ fn a_scene_is_resolved() {
     assert!(ball.reverse_orientation);
     let point = ball.world_from_object.transform_point3(DVec3::X);
     assert_eq!(point, DVec3::new(3.0, 2.0, 3.0));
-    let emission = ball.emission.unwrap();
+    let emission = ball.emission.as_ref().unwrap();
     assert_eq!(emission.radiance, Rgb::new(2.0, 4.0, 6.0));
     assert!(emission.two_sided && emission.power == Some(7.0));
     assert!(matches!(scene.materials[ball.material], Material::Conductor { .. }));

@@ -2,7 +2,7 @@
 #include "camera/rough_path.glsl"
 #include "geometry/contact.glsl"
 #include "kernel/interruption.glsl"
-#include "material/dispersion.glsl"
+#include "spectrum/wavelength.glsl"
 
 // Least length of a path, in render units: a length of 0 stands for "no visible point".
 const float SHORTEST_PATH = 1.0e-12;
@@ -17,7 +17,7 @@ struct EyeState {
     uint depth;        // segments so far
     vec3 radiance;     // emission met so far, W/(m^2 sr)
     uint rough_met;    // HAS_ROUGH_GATHER: rough surfaces met so far
-    float wavelength;  // HAS_DISPERSION: nm; NO_WAVELENGTH before the path takes one
+    float wavelength;  // HAS_DISPERSION: wavelength.glsl
 };
 
 // The path of an invocation that another dispatch goes on with: it has met no diffuse surface yet.
@@ -37,7 +37,7 @@ struct EyePlace {
     uint contacts;      // of the ray: contact.glsl
     uint medium;        // of the ray: index into media
     uint rough_met;     // rough surfaces that the path has met
-    float wavelength;   // nm; NO_WAVELENGTH before the path takes one
+    float wavelength;   // wavelength.glsl
     uint pad0;
     uint pad1;
 };

@@ -142,16 +142,28 @@ Emission emit_from(Light light, vec2 u_position, vec2 u_direction, float u_side)
     return Emission(free_ray(light.position, direction), light.emission * solid_angle);
 }
 
-// Samples a light by its power.
-Light sample_emitter(float u) {
+// Samples a light by its power: its index.
+uint sample_emitter_index(float u) {
     uint count = scene.emission_count;
     if (HAS_GUIDE) {
-        return lights_at(sample_guide_light(u, count));
+        return sample_guide_light(u, count);
     }
     float scaled = u * float(count);
     uint entry = min(uint(scaled), count - 1u);
     AliasEntry chosen = emission_table_at(entry);
-    return lights_at(scaled - float(entry) < chosen.threshold ? chosen.keep : chosen.alias);
+    return scaled - float(entry) < chosen.threshold ? chosen.keep : chosen.alias;
+}
+
+Light sample_emitter(float u) {
+    return lights_at(sample_emitter_index(u));
+}
+
+// Color of a photon's light at the wavelength that the photon has taken, over its color in RGB.
+vec3 emission_at_wavelength(Random random, float wavelength) {
+    if (HAS_LIGHT_SPECTRA) {
+        return light_at_wavelength(spectrum_of_light(sample_emitter_index(emission_numbers(random).light.x)), wavelength);
+    }
+    return vec3(1.0);
 }
 
 // Emits a photon: samples a light by its power, a point and a direction.

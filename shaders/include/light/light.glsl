@@ -9,11 +9,13 @@
 #include "material/texture.glsl"
 #include "math/circle.glsl"
 #include "math/sampling.glsl"
+#include "math/select.glsl"
 #include "scene/constants.glsl"
 #include "scene/features.glsl"
 #include "scene/lights.glsl"
 #include "scene/primitives.glsl"
 #include "scene/scene.glsl"
+#include "spectrum/wavelength.glsl"
 
 struct LightSample {
     vec3 target;   // end of the shadow ray, offset from the light's own surface
@@ -45,11 +47,26 @@ bool may_use_mis(vec3 from) {
     return dot(d, d) < scene.lights_reach2;
 }
 
-// A light with the chance that next-event estimation picks it: with a guide, one that a pilot has learned.
-Light direct_light(uint index) {
+// Color of a light at the wavelength of a path, over its color in RGB: what the path's weight or throughput
+// is to be multiplied by, besides the color of the wavelength.
+vec3 light_at_wavelength(uint spectrum, float wavelength) {
+    return spectrum != NONE && has_wavelength(wavelength) ? at_wavelength(spectrum, wavelength).rgb : vec3(1.0);
+}
+
+// First element of the colors of a light in texture_texels, or NONE.
+uint spectrum_of_light(uint index) {
+    return pick(texture_texels_at(scene.light_spectra + index / 4u), index % 4u);
+}
+
+// A light as a path with a wavelength sees it, with the chance that next-event estimation picks it: with a guide, one
+// that a pilot has learned.
+Light direct_light(uint index, float wavelength) {
     Light light = lights_at(index);
     if (HAS_GUIDE) {
         light.direct_pmf = direct_table_at(index).chance;
+    }
+    if (HAS_LIGHT_SPECTRA) {
+        light.emission *= light_at_wavelength(spectrum_of_light(index), wavelength);
     }
     return light;
 }
@@ -223,13 +240,13 @@ vec3 intensity_towards(Light light, vec3 w) {
     return vec3(1.0);
 }
 
-// Samples a light by the direct table, and a direction to it.
-LightSample sample_direct(vec3 from, float u_light, vec2 u) {
+// Samples a light by the direct table for a path, and a direction to it.
+LightSample sample_direct(vec3 from, float wavelength, float u_light, vec2 u) {
     uint count = scene.direct_count;
     float scaled = u_light * float(count);
     uint entry = min(uint(scaled), count - 1u);
     AliasEntry chosen = direct_table_at(entry);
-    Light light = direct_light(scaled - float(entry) < chosen.threshold ? chosen.keep : chosen.alias);
+    Light light = direct_light(scaled - float(entry) < chosen.threshold ? chosen.keep : chosen.alias, wavelength);
     if (HAS_AREA_LIGHTS && light.kind == AREA) {
         return sample_area_light(light, from, u);
     }
@@ -257,14 +274,17 @@ float mis_weight(float pdf, float other) {
     return 1.0 / (1.0 + ratio * ratio);
 }
 
-// Radiance of the infinite lights for a ray that leaves the scene in direction w, W/(m^2 sr). bsdf_pdf is
+// Radiance of the infinite lights for a path that leaves the scene in direction w, W/(m^2 sr). bsdf_pdf is
 // the pdf of w, for the MIS weight of skies, which next-event estimation samples as well; it is
 // INFINITY_T where next-event estimation does not, such as behind a mirror.
-vec3 radiance_from_infinity(vec3 from, vec3 w, float bsdf_pdf) {
+vec3 radiance_from_infinity(vec3 from, vec3 w, float wavelength, float bsdf_pdf) {
     vec3 radiance = scene.infinite;
+    if (HAS_LIGHT_SPECTRA) {
+        radiance *= light_at_wavelength(scene.infinite_spectrum, wavelength);
+    }
     if (HAS_SKIES) {
         [[dont_unroll]] for (uint i = 0u; i < scene.sky_count; i++) {
-            Light sky = direct_light(i);
+            Light sky = direct_light(i, wavelength);
             LightImage image = light_images_at(sky.primitive);
             if (HAS_PORTALS) {
                 if (sky.kind == PORTAL) {

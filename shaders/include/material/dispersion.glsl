@@ -10,16 +10,12 @@
 #include "scene/features.glsl"
 #include "scene/materials.glsl"
 #include "scene/scene.glsl"
+#include "spectrum/wavelength.glsl"
 
-// The wavelength of a path that has none.
-const float NO_WAVELENGTH = 0.0;
-
-// Index of refraction at a wavelength, nm: the table has pairs of neighbours, behind the channels' means.
+// Index of refraction at a wavelength. The table has the indices at both ends of each band, behind the channels' means.
 float index_at(Material material, float wavelength) {
-    float place = (wavelength - float(FIRST_WAVELENGTH)) / float(WAVELENGTH_STEP);
-    uint step = min(uint(max(place, 0.0)), INDEX_STEPS - 1u);
-    vec2 pair = uintBitsToFloat(texture_texels_at(material.indices + 1u + step).xy);
-    return mix(pair.x, pair.y, clamp(place - float(step), 0.0, 1.0));
+    vec4 ends = at_wavelength(material.indices + 1u, wavelength);
+    return mix(ends.x, ends.y, fract(wavelength * float(BANDS)));
 }
 
 // Mean index of refraction that each channel sees.
@@ -27,19 +23,9 @@ vec3 channel_indices(Material material) {
     return uintBitsToFloat(texture_texels_at(material.indices).xyz);
 }
 
-// Draws a wavelength, nm, and returns its color over the chance. u is uniform in [0, 1).
-vec3 draw_wavelength(Material material, float u, out float wavelength) {
-    float scaled = u * float(BANDS);
-    uint band = min(uint(scaled), BANDS - 1u);
-    vec4 here = uintBitsToFloat(texture_texels_at(material.wavelengths + band));
-    float end = uintBitsToFloat(texture_texels_at(material.wavelengths + band + 1u).w);
-    wavelength = mix(here.w, end, scaled - float(band));
-    return here.rgb;
-}
-
 // Gives a material the index that a path with a wavelength meets.
 void set_index(inout Material material, float wavelength) {
-    if ((material.flags & DISPERSIVE) != 0u && wavelength != NO_WAVELENGTH) {
+    if ((material.flags & DISPERSIVE) != 0u && has_wavelength(wavelength)) {
         float eta = index_at(material, wavelength);
         if (material.coat_eta > 0.0) {
             material.coat_eta = eta;
@@ -71,7 +57,7 @@ vec3 color_of_pane(Material material, float cos_o, float u_lobe) {
 // chooses between reflection and refraction.
 vec3 take_wavelength(inout Material material, inout float wavelength, inout float u_lobe, float cos_o, bool outside,
                      Random random) {
-    if ((material.flags & DISPERSIVE) == 0u || wavelength != NO_WAVELENGTH) {
+    if ((material.flags & DISPERSIVE) == 0u || has_wavelength(wavelength)) {
         return vec3(1.0);
     }
     cos_o = min(cos_o, 1.0);
@@ -91,7 +77,8 @@ vec3 take_wavelength(inout Material material, inout float wavelength, inout floa
         vec3 channels = channel_indices(material);
         return fresnel_channels(cos_o, outside ? channels : 1.0 / channels) / mean;
     }
-    vec3 weight = draw_wavelength(material, random_wavelength(random), wavelength);
+    wavelength = random_wavelength(random);
+    vec3 weight = at_wavelength(material.colors, wavelength).rgb;
     set_index(material, wavelength);
     if (reflects_alike) {
         float reflectance = fresnel_dielectric(cos_o, relative_eta(material, outside), cos_t);

@@ -5,13 +5,21 @@
 // stays in its medium.
 #include "geometry/surface_point.glsl"
 #include "medium/absorption.glsl"
+#include "scene/constants.glsl"
 #include "scene/features.glsl"
 #include "scene/media.glsl"
 #include "scene/scene.glsl"
+#include "spectrum/wavelength.glsl"
 
-// Share of light that is left after a way through a medium, render units.
-vec3 transmittance(uint medium, float way) {
-    return absorb(media_at(medium).absorption, way);
+// Share of a path's light that is left after a way through a medium, render units.
+vec3 transmittance(uint index, float way, float wavelength) {
+    Medium medium = media_at(index);
+    if (HAS_DISPERSION) {
+        if (has_wavelength(wavelength) && medium.spectrum != NONE) {
+            medium.absorption = at_wavelength(medium.spectrum, wavelength).rgb;
+        }
+    }
+    return absorb(medium.absorption, way);
 }
 
 // Sets the media on both sides of a surface that emits.

@@ -41,6 +41,7 @@ FEATURES SceneFeatures {
     bool HAS_REVOLUTION_LIGHTS = true;  // bodies of revolution that emit
     bool HAS_TEXTURES = true;           // values that vary over surfaces
     bool HAS_ALPHA = true;              // surfaces that are cut away in part, by a texture
+    bool HAS_LIGHT_SPECTRA = false;     // lights whose color depends on the wavelength that a path has taken
     bool HAS_IMAGE_EMITTERS = true;     // area lights with a texture
     bool HAS_IMAGE_TEXTURES = true;     // textures that are images
     bool HAS_TEXTURE_TREES = true;      // textures of more than one node

@@ -18,4 +18,8 @@ struct SceneInfo {
     uint sky_count;      // skies are the first of the lights
     vec3 half_extent;    // of the bounding box about the centre, widened
     uint camera_medium;  // index into media
+    uint light_spectra;  // HAS_LIGHT_SPECTRA: first element in texture_texels of the spectra of lights, four to an element
+    uint infinite_spectrum; // HAS_LIGHT_SPECTRA: first element of that of `infinite`, or NONE
+    uint pad0;
+    uint pad1;
 };

@@ -55,15 +55,12 @@ struct Material {
     uint alpha_texture; // how much of the surface is there, or NONE: all
     uint bump_texture;  // where DISPLACED or NORMAL_MAPPED
     float bump_scale;   // render units of a unit of the height
-    uint indices;       // DISPERSIVE: first element of the indices in texture_texels
-    uint wavelengths;   // DISPERSIVE: first element of the bands in texture_texels
+    uint indices;       // DISPERSIVE: first element of the indices of refraction in texture_texels
+    uint colors;        // DISPERSIVE: first element of the colors of the bands in texture_texels
 };
 
-// Tables of dispersion: dispersion.glsl.
-export const uint BANDS = 512u;      // ranges of wavelengths of the same chance
-export const uint INDEX_STEPS = 80u; // steps between the indices of refraction
-export const uint FIRST_WAVELENGTH = 380u; // of the first index, nm
-export const uint WAVELENGTH_STEP = 5u; // between indices, nm
+// Ranges of wavelengths of the same chance, for dispersion: wavelength.glsl.
+export const uint BANDS = 512u;
 
 // Tables of coats by their thickness: the first entry is for 0.
 export const uint COAT_FINEST = 8u;   // the second entry is for a thickness of 2^-COAT_FINEST

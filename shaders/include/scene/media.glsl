@@ -5,7 +5,7 @@ export const uint VACUUM = 0u; // index of the medium that absorbs nothing
 // A homogeneous medium.
 struct Medium {
     vec3 absorption; // coefficient per channel, 1/render unit
-    uint pad;
+    uint spectrum;   // first element of the coefficient by wavelength in texture_texels, or NONE
 };
 
 // The media on both sides of the surfaces of a material.

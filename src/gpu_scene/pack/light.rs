@@ -1,6 +1,7 @@
 //! Packing of lights, and the tables that choose a light.
 
 use std::f64::consts::PI;
+use std::ops::RangeInclusive;
 
 use glam::{DVec2, DVec3};
 use obvhs::aabb::Aabb;
@@ -9,12 +10,16 @@ use super::light_image::Tables;
 use super::light_image::portal::PlacedPortal;
 use super::light_range::set_reach;
 use super::media::packed_medium;
-use super::{Packer, RenderSpace, light_image, mean};
+use super::{PackError, Packer, RenderSpace, light_image, mean};
 use crate::gpu_scene::alias;
 use crate::kernels::{
     self, AREA, AliasEntry, DISTANT, GONIOMETRIC, INFINITE, NONE, POINT, PORTAL, PROJECTION, SKY, SPOT,
 };
 use crate::scene::{AreaLight, Light, LightImage, Rgb, Scene};
+
+/// Permitted mean of channels of the power of all lights, W at render scale: products of radiance, distance
+/// and radius stay well within the range of fp32.
+pub(super) const POWERS: RangeInclusive<f64> = 1e-30..=1e30;
 
 /// Returns the name of a kind of light, as the kernels number it.
 pub(crate) fn light_kind(kind: u32) -> &'static str {
@@ -35,12 +40,13 @@ pub(crate) fn light_kind(kind: u32) -> &'static str {
 impl Packer {
     /// Adds all lights that are not surfaces, skies first.
     pub fn add_lights(&mut self, scene: &Scene, space: &RenderSpace) {
-        let lights = scene.lights.iter().zip(&scene.light_media);
+        let lights = scene.lights.iter().zip(scene.light_media.iter().zip(&scene.light_curves));
         let (skies, others): (Vec<_>, Vec<_>) = lights.partition(|(light, _)| matches!(light, Light::Sky { .. }));
         self.sky_count = skies.len() as u32;
-        for (light, medium) in skies.into_iter().chain(others) {
+        for (light, (medium, curve)) in skies.into_iter().chain(others) {
             let index = self.add_light(light, space);
             self.lights[index as usize].medium = packed_medium(*medium);
+            self.light_curves[index as usize].clone_from(curve);
         }
     }
 
@@ -138,7 +144,9 @@ impl Packer {
             light.reach2 = 0.0;
         }
         let shown = emission.image.map_or(Rgb::ONE, |image| image.mean);
-        self.push_light(light, mean(radiance * shown) * exitance * area)
+        let index = self.push_light(light, mean(radiance * shown) * exitance * area);
+        self.light_curves[index as usize].clone_from(&emission.curve);
+        index
     }
 
     /// Returns the radiance of an emitter; `area` is its whole area in square render units.
@@ -154,7 +162,20 @@ impl Packer {
     pub fn push_light(&mut self, light: kernels::Light, power: f64) -> u32 {
         self.lights.push(light);
         self.powers.push(power);
+        self.light_curves.push(None);
         self.lights.len() as u32 - 1
+    }
+
+    /// Fails if a light, or all light, is outside of fp32's range.
+    pub(super) fn check_brightness(&self, mean_power: f64) -> Result<(), PackError> {
+        // There are no photons without surfaces, nor without light.
+        if mean_power != 0.0 && !self.references.is_empty() && !POWERS.contains(&mean_power) {
+            return Err(PackError::Power(mean_power));
+        }
+        match self.lights.iter().flat_map(|light| light.emission).find(|emission| !emission.is_finite()) {
+            Some(emission) => Err(PackError::TooBright(emission.into())),
+            None => Ok(()),
+        }
     }
 
     /// Returns the alias tables that choose lights by power: for photons, and for next-event estimation. With a guide the

@@ -210,6 +210,11 @@ fn with_bump(
     Ok(kernels::Material { flags: material.flags | flag, bump_texture, bump_scale, ..material })
 }
 
+/// Returns true if a material splits light by wavelength.
+pub(super) fn has_dispersion(materials: &[kernels::Material]) -> bool {
+    materials.iter().any(|material| material.flags & DISPERSIVE != 0)
+}
+
 /// Returns true if a texture bends the normals of a material.
 pub(super) fn has_bumps(materials: &[kernels::Material]) -> bool {
     materials.iter().any(|material| material.flags & (DISPLACED | NORMAL_MAPPED) != 0)
@@ -287,7 +292,7 @@ pub(super) fn specialize(materials: &[kernels::Material]) -> MaterialFeatures {
         has_scattering_coats: materials.iter().any(is_scattering),
         has_rough: materials.iter().any(is_rough),
         has_anisotropic: materials.iter().any(is_anisotropic),
-        has_dispersion: materials.iter().any(|material| material.flags & DISPERSIVE != 0),
+        has_dispersion: has_dispersion(materials),
         has_bumps: has_bumps(materials),
         has_displacements: materials.iter().any(|material| material.flags & DISPLACED != 0),
         has_normal_maps: materials.iter().any(|material| material.flags & NORMAL_MAPPED != 0),

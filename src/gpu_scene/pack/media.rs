@@ -6,7 +6,8 @@ use glam::DVec3;
 
 use super::Packer;
 use super::instance::Placed;
-use crate::kernels::{self, INTERFACE, VACUUM};
+use super::material::has_dispersion;
+use crate::kernels::{self, INTERFACE, NONE, VACUUM};
 use crate::scene::{MediumInterface, Scene};
 
 /// Returns the number of a medium in the packed media, of which the first is the vacuum.
@@ -25,10 +26,15 @@ impl Packer {
         let absorption = |coefficient: DVec3| {
             let most = f64::from(f32::MAX);
             let absorption = (coefficient / scale).min(DVec3::splat(most)).as_vec3().to_array();
-            kernels::Medium { absorption, pad: 0 }
+            kernels::Medium { absorption, spectrum: NONE }
         };
         self.media.push(absorption(DVec3::ZERO));
-        self.media.extend(scene.media.iter().map(|medium| absorption(medium.absorption)));
+        let splits_light = has_dispersion(&self.materials);
+        for medium in &scene.media {
+            let curve = medium.by_wavelength.as_ref().filter(|_| splits_light);
+            let spectrum = curve.map_or(NONE, |curve| self.textures.curve(&curve.scaled(1.0 / scale)));
+            self.media.push(kernels::Medium { spectrum, ..absorption(medium.absorption) });
+        }
         self.medium_interfaces = vec![bytemuck::Zeroable::zeroed(); self.materials.len()];
         let mut places: HashMap<(usize, MediumInterface), usize> = HashMap::new();
         for shape in placed.shapes_mut().filter(|shape| shape.media != MediumInterface::default()) {

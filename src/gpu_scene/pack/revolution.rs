@@ -51,10 +51,10 @@ impl Packer {
         }
         let areas: Vec<f64> = pieces.iter().map(|piece| area(piece, &render_from_unit)).collect();
         let whole = areas.iter().sum();
-        let emission = shape.emission.filter(|_| whole > 0.0).map(|emission| AreaLight {
-            radiance: self.radiance(&emission, whole),
+        let emission = shape.emission.as_ref().filter(|_| whole > 0.0).map(|emission| AreaLight {
+            radiance: self.radiance(emission, whole),
             power: None,
-            ..emission
+            ..emission.clone()
         });
         for (i, (mut piece, area)) in pieces.into_iter().zip(areas).enumerate() {
             let reference = REVOLUTION << KIND_SHIFT | (first + i) as u32;

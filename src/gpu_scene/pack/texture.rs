@@ -20,7 +20,7 @@ use crate::kernels::{
     WRAP_REPEAT,
 };
 use crate::scene::{
-    AreaLight, EmissionImage, ImageTexture, Input, Mapping, Measured, Octaves, Rgb, Scene, Texture, TextureKind, Wrap,
+    EmissionImage, ImageTexture, Input, Mapping, Measured, Octaves, Rgb, Scene, Texture, TextureKind, Wrap,
 };
 
 /// Maximum number of nodes of one texture; a texture that is used twice in it has its nodes twice.
@@ -388,11 +388,11 @@ impl Packer {
         self.materials = pack_materials(&scene.materials, &mut self.textures)?;
         let mut places: HashMap<(usize, u32), usize> = HashMap::new();
         for shape in placed.shapes_mut() {
-            if let Some(image) = shape.emission.and_then(|emission| emission.image) {
+            if let Some(image) = shape.emission.as_ref().and_then(|emission| emission.image) {
                 let texture = self.textures.texture(image.texture)? as usize;
-                let image = EmissionImage { texture, ..image };
-                let shape = shape.to_mut();
-                shape.emission = shape.emission.map(|emission| AreaLight { image: Some(image), ..emission });
+                if let Some(emission) = &mut shape.to_mut().emission {
+                    emission.image = Some(EmissionImage { texture, ..image });
+                }
             }
             let alpha_texture = self.textures.opacity(&shape.alpha)?;
             if alpha_texture != NONE {

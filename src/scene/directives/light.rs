@@ -11,7 +11,7 @@ use std::path::Path;
 use glam::{DAffine3, DVec3};
 
 use crate::image::film::LUMINANCE;
-use crate::scene::directives::emission::{emitted, positive};
+use crate::scene::directives::emission::{by_wavelength, emitted, positive};
 use crate::scene::directives::light_image;
 use crate::scene::directives::shape::MeshFiles;
 use crate::scene::directives::texture::Textures;
@@ -20,7 +20,7 @@ use crate::scene::format::error::{Location, SceneError};
 use crate::scene::format::kind::Kind;
 use crate::scene::format::params::ParamList;
 use crate::scene::format::registry::{Family, ParamSpec, full, ignored, supported};
-use crate::scene::model::{AreaLight, EmissionImage, Light, Rgb};
+use crate::scene::model::{AreaLight, ByWavelength, EmissionImage, Light, Rgb};
 
 const COLOUR: &[Kind] = &[Kind::Rgb, Kind::Spectrum, Kind::Blackbody];
 
@@ -122,6 +122,12 @@ pub(in crate::scene) fn light(
     Ok(light)
 }
 
+/// Returns the curve of a light over that of daylight, in any unit; `None` if the light is known as RGB only.
+pub(in crate::scene) fn curve(params: &ParamList) -> Result<Option<ByWavelength>, SceneError> {
+    let name = if params.get("I").is_some() { "I" } else { "L" };
+    by_wavelength(params, name)
+}
+
 /// Returns the light's intensity, irradiance or radiance; with an image, the maximum over the image.
 pub(in crate::scene) fn emission(light: &Light) -> Rgb {
     match light {
@@ -176,6 +182,7 @@ pub(in crate::scene) fn area_light(
         power,
         two_sided: params.flag("twosided")?,
         image,
+        curve: by_wavelength(params, "L")?,
     })
 }
 

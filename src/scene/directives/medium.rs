@@ -77,7 +77,9 @@ pub(in crate::scene) fn medium(
         }
     }
     check_emission(params)?;
-    Ok((Some(Medium { absorption }).filter(|_| absorption != Rgb::ZERO), warning))
+    let curve = optional(params.get("sigma_a"))?.and_then(|spectrum| spectrum.coefficients());
+    let by_wavelength = curve.map(|curve| curve.scaled(scale));
+    Ok((Some(Medium { absorption, by_wavelength }).filter(|_| absorption != Rgb::ZERO), warning))
 }
 
 /// Returns a coefficient per channel; `None` if the parameter is absent.

@@ -27,7 +27,7 @@ use crate::scene::format::error::{Location, SceneError, bounded};
 use crate::scene::format::lexer::shorten;
 use crate::scene::format::params::ParamList;
 use crate::scene::format::registry::Ignored;
-use crate::scene::model::{AreaLight, Input, Instance, Light, Material, MediumInterface, Rgb, Shape};
+use crate::scene::model::{AreaLight, ByWavelength, Input, Instance, Light, Material, MediumInterface, Rgb, Shape};
 use crate::scene::spectrum::color_space::ColorSpace;
 pub(in crate::scene) use collected::Collected;
 use media::{NamedInterface, NamedMedia};
@@ -139,6 +139,7 @@ pub(in crate::scene) struct SceneBuilder {
     lights: Vec<Light>,
     /// The interface in force at each light.
     light_media: Vec<Option<Arc<NamedInterface>>>,
+    light_curves: Vec<Option<ByWavelength>>,
     /// The interface in force at the camera.
     camera_media: Option<Arc<NamedInterface>>,
     media: NamedMedia,
@@ -190,6 +191,7 @@ impl SceneBuilder {
             objects: Objects::default(),
             lights: Vec::new(),
             light_media: Vec::new(),
+            light_curves: Vec::new(),
             camera_media: None,
             media: NamedMedia::default(),
             files: MeshFiles::new(directory, budget),
@@ -401,6 +403,7 @@ impl SceneBuilder {
         if light::emission(&light) != Rgb::ZERO {
             self.lights.push(light);
             self.light_media.push(self.state.media.clone());
+            self.light_curves.push(light::curve(&params)?);
         }
         Ok(())
     }
@@ -427,7 +430,7 @@ impl SceneBuilder {
         shape::FAMILY.check(name, location, &mut params, &self.state.shape_defaults, &mut self.ignored)?;
         let waits = !self.textures.has_all(&params);
         let alpha = if waits { Input::Constant(1.0) } else { shape::alpha(&params, &self.textures)? };
-        let mut emission = self.state.emission;
+        let mut emission = self.state.emission.clone();
         if emission.is_some() && self.objects.open().is_some() {
             emission = None;
             if self.objects.is_first_emitter() {
@@ -439,7 +442,7 @@ impl SceneBuilder {
         }
         self.keep::<PendingShape>(SHAPE_BYTES, directive)?;
         let mut geometry = shape::geometry(name, &params, &mut self.files, location)?;
-        if emission.is_some_and(|emission| emission.power.is_some()) {
+        if emission.as_ref().is_some_and(|emission| emission.power.is_some()) {
             shape::check_power(name, &geometry, location)?;
         }
         let world_from_object = self.state.world_from_object;

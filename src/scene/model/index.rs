@@ -10,7 +10,7 @@ impl ByWavelength {
     /// The first and the last wavelength, nm.
     pub const RANGE: [f64; 2] = [380.0, 780.0];
     /// Distance of neighbouring values, nm.
-    pub const STEP: f64 = 5.0;
+    pub const STEP: f64 = 1.0;
 
     /// Samples a quantity at its wavelengths, nm. Returns `None` if it is the same at all of them.
     pub fn new(quantity: impl Fn(f64) -> f64) -> Option<Self> {
@@ -27,6 +27,18 @@ impl ByWavelength {
         let low = (place as usize).min(self.0.len() - 2);
         let t = place - low as f64;
         self.0[low] * (1.0 - t) + self.0[low + 1] * t
+    }
+
+    /// Returns the curve times a factor.
+    pub fn scaled(&self, factor: f64) -> Self {
+        Self(self.0.iter().map(|value| value * factor).collect())
+    }
+
+    /// Returns the mean from one wavelength to another, nm.
+    pub fn mean(&self, first: f64, last: f64) -> f64 {
+        const PARTS: u32 = 8;
+        let at = |part: u32| self.at(first + (last - first) * (f64::from(part) + 0.5) / f64::from(PARTS));
+        (0..PARTS).map(at).sum::<f64>() / f64::from(PARTS)
     }
 
     /// Returns the values, by growing wavelength.

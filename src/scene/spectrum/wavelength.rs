@@ -53,9 +53,32 @@ impl Wavelengths {
         }
         Self { bands, last: LAST }
     }
+
+    /// Returns the first and the last wavelength of each band, nm.
+    pub fn ranges(&self) -> impl Iterator<Item = [f64; 2]> {
+        let ends = self.bands.iter().skip(1).map(|band| band.first).chain([self.last]);
+        self.bands.iter().map(|band| band.first).zip(ends).map(|(first, last)| [first, last])
+    }
 }
 
 impl Spectrum {
+    /// Returns the curve of a light over that of daylight, which is the white of RGB, in any unit; `None` if the light
+    /// has the curve of daylight or is known as RGB.
+    pub fn over_daylight(&self) -> Option<ByWavelength> {
+        match self {
+            Spectrum::Rgb(_) | Spectrum::OtherRgb(..) => None,
+            _ => ByWavelength::new(|nm| self.at(nm) / daylight(nm)),
+        }
+    }
+
+    /// Returns the curve of a coefficient of absorption; `None` if it is constant or known as RGB.
+    pub fn coefficients(&self) -> Option<ByWavelength> {
+        match self {
+            Spectrum::Rgb(_) | Spectrum::OtherRgb(..) => None,
+            _ => ByWavelength::new(|nm| self.at(nm)),
+        }
+    }
+
     /// Returns an index of refraction. Its curve is within `range`.
     pub fn index(&self, range: RangeInclusive<f64>) -> Index {
         let weighted = response(|nm| self.index_at(nm) * daylight(nm)).luminance;

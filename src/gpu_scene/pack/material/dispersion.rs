@@ -1,8 +1,8 @@
-//! Tables of indices of refraction by wavelength, and of the wavelengths that paths take.
+//! Tables by wavelength: of indices of refraction, of colors, of coefficients of absorption.
 
 use crate::gpu_scene::pack::texture::PackedTextures;
-use crate::kernels::{self, BANDS, DISPERSIVE, FIRST_WAVELENGTH, INDEX_STEPS, WAVELENGTH_STEP};
-use crate::scene::{ByWavelength, Index, Rgb, Wavelengths};
+use crate::kernels::{self, BANDS, DISPERSIVE};
+use crate::scene::{Band, ByWavelength, Index, Rgb, Wavelengths};
 
 /// Adds the tables of an index that depends on the wavelength, unless dispersion is off.
 pub(super) fn with_dispersion(
@@ -13,36 +13,44 @@ pub(super) fn with_dispersion(
     let Some(curve) = index.curve.as_ref().filter(|_| textures.has_dispersion) else {
         return material;
     };
-    let wavelengths = textures.table(vec![Table::Bands as u64], || bands(&Wavelengths::new(BANDS)));
-    let key = [Table::Index as u64].into_iter().chain(curve.values().iter().map(|eta| eta.to_bits())).collect();
-    let indices = textures.table(key, || indices(curve));
-    kernels::Material { flags: material.flags | DISPERSIVE, indices, wavelengths, ..material }
+    let colors = textures.table(vec![Table::Colors as u64], colors);
+    let indices = textures.table(key(Table::Index, curve), || indices(curve));
+    kernels::Material { flags: material.flags | DISPERSIVE, indices, colors, ..material }
+}
+
+impl PackedTextures {
+    /// Adds a table of a curve, the same for all channels, and returns its first element.
+    pub fn curve(&mut self, curve: &ByWavelength) -> u32 {
+        let value = |[first, last]: [f64; 2]| element(Rgb::splat(curve.mean(first, last)));
+        self.table(key(Table::Curve, curve), || Wavelengths::new(BANDS).ranges().map(value).collect())
+    }
 }
 
 /// The first words of the keys of tables, which tell them from those of coats: no index has these bits.
 enum Table {
-    Bands = 1,
+    Colors = 1,
     Index = 2,
+    Curve = 3,
 }
 
-fn element(values: [f64; 4]) -> [u32; 4] {
-    values.map(|value| (value as f32).to_bits())
+fn key(table: Table, curve: &ByWavelength) -> Vec<u64> {
+    [table as u64].into_iter().chain(curve.values().iter().map(|value| value.to_bits())).collect()
 }
 
-/// The color and the first wavelength of each band, and the last wavelength.
-fn bands(wavelengths: &Wavelengths) -> Vec<[u32; 4]> {
-    let band = |color: Rgb, first| element([color.x, color.y, color.z, first]);
-    let last = band(Rgb::ZERO, wavelengths.last);
-    wavelengths.bands.iter().map(|at| band(at.color, at.first)).chain([last]).collect()
+fn element(value: Rgb) -> [u32; 4] {
+    value.as_vec3().extend(0.0).to_array().map(f32::to_bits)
 }
 
-/// The mean index that each channel sees, then the indices in pairs of neighbours.
+/// The color of each band.
+fn colors() -> Vec<[u32; 4]> {
+    Wavelengths::new(BANDS).bands.iter().map(|band| element(band.color)).collect()
+}
+
+/// The mean index that each channel sees, then the indices at both ends of each band.
 fn indices(curve: &ByWavelength) -> Vec<[u32; 4]> {
-    let Wavelengths { bands, last } = Wavelengths::new(BANDS);
-    let ends = bands.iter().skip(1).map(|band| band.first).chain([last]);
-    let seen: Rgb = bands.iter().zip(ends).map(|(band, end)| band.color * curve.at(0.5 * (band.first + end))).sum();
-    let mean = seen / f64::from(BANDS);
-    let at = |step: u32| curve.at(f64::from(FIRST_WAVELENGTH + WAVELENGTH_STEP * step));
-    let pairs = (0..INDEX_STEPS).map(|step| element([at(step), at(step + 1), 0.0, 0.0]));
-    [element([mean.x, mean.y, mean.z, 0.0])].into_iter().chain(pairs).collect()
+    let wavelengths = Wavelengths::new(BANDS);
+    let each = wavelengths.bands.iter().zip(wavelengths.ranges());
+    let seen: Rgb = each.map(|(Band { color, .. }, [first, last])| *color * curve.mean(first, last)).sum();
+    let ends = wavelengths.ranges().map(|[first, last]| element(Rgb::new(curve.at(first), curve.at(last), 0.0)));
+    [element(seen / f64::from(BANDS))].into_iter().chain(ends).collect()
 }

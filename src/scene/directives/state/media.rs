@@ -106,9 +106,9 @@ impl SceneBuilder {
         let (used, error) = match self.media.slots.remove(name) {
             Some(Slot::Used(used)) => (used, None),
             Some(Slot::Made(medium)) => {
-                let index = self.media.used.len();
+                let index = medium.is_some().then_some(self.media.used.len());
                 self.media.used.extend(medium);
-                (medium.map(|_| index), None)
+                (index, None)
             }
             Some(Slot::Unsupported(error)) => (None, Some(error)),
             None => {

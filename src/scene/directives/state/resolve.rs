@@ -56,6 +56,7 @@ impl SceneBuilder {
             lights,
             media,
             light_media,
+            light_curves: std::mem::take(&mut self.light_curves),
             camera_medium,
             included,
             inputs,
