@@ -42,6 +42,7 @@
 #include "scene/lights.glsl"
 #include "scene/materials.glsl"
 #include "scene/scene.glsl"
+#include "spectrum/spread.glsl"
 #include "spectrum/wavelength.glsl"
 
 UPDATED_BUFFER(EyePlace, places) // of invocations that go on
@@ -53,6 +54,8 @@ layout(push_constant) uniform Push {
     uint offset;         // first invocation of this dispatch
     uint resumed;        // 1 to go on from `places`; see interruption.glsl
     uint spread;         // one of `spread` invocations works; see interruption.glsl
+    float color_radius;  // HAS_DISPERSION: within which colors are averaged, render units; of a parallel projection
+    float color_radius_per_length; // that radius over the length of the path, of other projections
 };
 
 // Pairs of random numbers of an eye path. The camera takes the first two. Scattering takes one pair per
@@ -114,19 +117,31 @@ Random random_of(Work work) {
     return Random(seed, turn * paths + work.done);
 }
 
+// Finds over which wavelengths the color of a path is averaged, at the end of a segment of length t on a surface with
+// normal n.
+void find_window(inout EyeState state, float t, vec3 n) {
+    move_spread(state.spread, state.ray.direction, t, n);
+    state.hue.window = window_of(state.spread, color_radius + color_radius_per_length * state.travelled);
+}
+
 // Adds the radiance from infinitely far away to a path whose ray leaves the scene.
 void meet_infinity(inout Work work) {
     vec3 w = work.state.ray.direction;
     bool has_point = work.end.is_reached;
+    if (HAS_DISPERSION) {
+        if (!has_point) {
+            find_window(work.state, 2.0 * scene.radius, w);
+        }
+    }
     float pdf = has_point ? max(work.end.cosine, 0.0) / PI : escape_pdf(work.state.rough);
-    work.state.radiance += work.state.throughput * radiance_from_infinity(work.state.ray.origin, w, work.state.wavelength, pdf);
+    work.state.radiance += work.state.throughput * radiance_from_infinity(work.state.ray.origin, w, work.state.hue, pdf);
     work.is_lost = !has_point && is_in_glass(work.state.medium_eta);
 }
 
 // Adds the emission of a surface that a path has met.
 void meet_emitter(inout Work work, Surface surface) {
     vec3 w = work.state.ray.direction;
-    Light light = direct_light(surface.light, work.state.wavelength);
+    Light light = direct_light(surface.light, work.state.hue);
     float weight = emission_mis_weight(work.state.rough, light, surface, w);
     if (work.end.is_reached) {
         weight = diffuse_mis_weight(light, work.end, surface, w);
@@ -154,10 +169,13 @@ void reach_diffuse(inout Work work, inout Surface surface, Material material) {
     work.end.position = surface.position;
     work.end.is_reached = true;
     vec4 throughput = vec4(bsdf, max(work.state.travelled, SHORTEST_PATH));
+    if (HAS_DISPERSION) {
+        throughput.rgb *= color_of(scene.colors, work.state.hue);
+    }
     keep_point(work.kept, work.pixel, surface.position, surface.normal, throughput);
     work.end.direct = vec3(0.0);
     if (DIRECT_NEE) {
-        work.end.direct = bsdf * sample_direct_irradiance(surface, material, work.state.wavelength, random_of(work),
+        work.end.direct = bsdf * sample_direct_irradiance(surface, material, work.state.hue, random_of(work),
                                                           PAIR_LIGHT, work.end.to_light);
     }
 }
@@ -169,7 +187,7 @@ Scatter leave_specular(inout Work work, Surface surface, Material material, floa
     Scatter scattered = scatter_specular(material, wo, surface.shading_normal, surface.tangent, u_lobe, u_facet, RADIANCE);
     keep_media(scattered, surface, material, wo, RADIANCE);
     if (HAS_ROUGH) {
-        vec3 reflected = direct_light_on_rough(surface, material, wo, work.state.wavelength, random_of(work),
+        vec3 reflected = direct_light_on_rough(surface, material, wo, work.state.hue, random_of(work),
                                              pair + 2u, work.to_light);
         work.rough_radiance = work.state.throughput * reflected;
         work.asks = work.rough_radiance != vec3(0.0) ? ASKS_ROUGH : FOLLOWS;
@@ -177,8 +195,14 @@ Scatter leave_specular(inout Work work, Surface surface, Material material, floa
     if (HAS_ROUGH_GATHER) {
         float u = random_pair(random_of(work), pair).y;
         vec3 throughput = work.state.throughput * (HAS_SIGNED_FILTER ? work.filter_weight : 1.0);
+        if (HAS_DISPERSION) {
+            throughput *= color_of(scene.colors, work.state.hue);
+        }
         RoughPoint point = rough_point(surface, material, wo, throughput, max(work.state.travelled, SHORTEST_PATH));
         choose_rough_point(work.rough_point, work.state.rough_met, point, is_rough(material), u);
+    }
+    if (HAS_DISPERSION) {
+        bend_spread(work.state.spread, wo, scattered.wi, scattered.eta, slope_of_index(material, scattered.eta));
     }
     work.state.rough = rough_vertex(surface, material, wo, scattered.wi);
     return scattered;
@@ -199,9 +223,14 @@ bool follow(inout Work work, Hit hit) {
     if (HAS_MEDIA) {
         set_media(surface, work.state.ray.medium);
     }
+    if (HAS_DISPERSION) {
+        if (!work.end.is_reached) {
+            find_window(work.state, hit.t, surface.normal);
+        }
+    }
     Material material = material_at(surface);
     if (HAS_DISPERSION) {
-        set_index(material, work.state.wavelength);
+        set_index(material, work.state.hue);
     }
     apply_bumps(surface, material);
     vec3 wo = -work.state.ray.direction;
@@ -221,7 +250,7 @@ bool follow(inout Work work, Hit hit) {
     if (is_specular(material)) {
         if (HAS_DISPERSION) {
             float cosine = dot(wo, surface.shading_normal);
-            work.state.throughput *= take_wavelength(material, work.state.wavelength, u_lobe, abs(cosine), cosine > 0.0,
+            work.state.throughput *= take_wavelength(material, work.state.hue, u_lobe, abs(cosine), cosine > 0.0,
                                                      random_of(work));
         }
         scattered = leave_specular(work, surface, material, u_lobe, pair);
@@ -278,7 +307,8 @@ void begin_path(inout Work work) {
         camera_sample.ray.medium = scene.camera_medium;
     }
     work.filter_weight = camera_sample.weight;
-    work.state = EyeState(camera_sample.ray, vec3(1.0), 1.0, 0.0, no_rough_vertex(), 0u, vec3(0.0), 0u, NO_WAVELENGTH);
+    work.state = EyeState(camera_sample.ray, vec3(1.0), 1.0, 0.0, no_rough_vertex(), 0u, vec3(0.0), 0u, no_hue(),
+                          no_spread());
     work.start = work.state;
     work.end.is_reached = false;
     work.asks = FOLLOWS;
@@ -378,7 +408,7 @@ bool next_query(inout Work work, inout Query query, Hit hit) {
         next.start = next.state;
     }
     if (HAS_DISPERSION) {
-        query.wavelength = next.state.wavelength;
+        query.hue = next.state.hue;
     }
     if (IS_RESUMABLE) {
         if (interrupted()) {

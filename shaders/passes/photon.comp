@@ -34,6 +34,7 @@
 #include "scene/features.glsl"
 #include "scene/materials.glsl"
 #include "scene/scene.glsl"
+#include "spectrum/spread.glsl"
 #include "spectrum/wavelength.glsl"
 
 // The path of an invocation that another dispatch goes on with.
@@ -45,13 +46,17 @@ struct PhotonPlace {
     vec3 weight;      // flux over the mean flux of a photon, per channel
     uint photon;      // number of the photon to begin next; the path is that of the one before
     uint state;       // FINISHED, UNFINISHED or STUCK
-    uint alive;       // 1 if there is a path; 2 if it has met something diffuse; 4 if a lobe was not smooth
+    uint alive;       // 1 if there is a path; 2 if it has met something diffuse; 4 if a lobe was not smooth; 8 if it is colored
     float begin;      // of the ray: contact.glsl
     uint contacts;    // of the ray: contact.glsl
     uint medium;      // of the ray: index into media
-    float wavelength; // wavelength.glsl
+    float wavelength; // of the Hue
+    float window;     // of the Hue
     uint pad0;
+    vec3 spread_position; // of the Spread
     uint pad1;
+    vec3 spread_direction; // of the Spread
+    uint pad2;
 };
 
 STORED_TEXELS(PhotonRecord, photons)
@@ -72,6 +77,7 @@ layout(push_constant) uniform Push {
     uint resumed;        // 1 to go on from `places`; see interruption.glsl
     uint spread;         // one of `spread` invocations works; see interruption.glsl
     uint is_pilot;       // 1 in a pilot, whose photons are recorded with their numbers, direct ones too
+    float color_radius;  // HAS_DISPERSION: within which colors are averaged, render units
 };
 
 // Pairs of random numbers of a photon path. Emission takes the first three. Each bounce then takes a
@@ -86,7 +92,9 @@ struct Path {
     Random random;
     bool met_diffuse; // HAS_CAUSTIC_LAYER: a diffuse lobe has scattered it
     bool met_rough;   // HAS_ROUGH_GATHER: a diffuse or rough lobe has scattered it
-    float wavelength; // HAS_DISPERSION: wavelength.glsl
+    Hue hue;          // HAS_DISPERSION
+    Spread spread;    // HAS_DISPERSION: of its wavelengths
+    bool is_colored;  // HAS_DISPERSION: the color of the wavelength is in the weight, since a diffuse lobe
 };
 
 // Random numbers of a photon. The photons of all iterations of a stream are one sequence, whose strata
@@ -108,7 +116,7 @@ Path start_path(uint photon) {
         }
     }
     Emission emission = emit(numbers);
-    return Path(emission.ray, emission.weight, 0u, 1.0, random, false, false, NO_WAVELENGTH);
+    return Path(emission.ray, emission.weight, 0u, 1.0, random, false, false, no_hue(), no_spread(), false);
 }
 
 // Stores a photon. `recorded` also counts photons past the end of the array, which tells the host that
@@ -209,6 +217,11 @@ float largest_channel(vec3 weight) {
     return max(weight.x, max(weight.y, weight.z));
 }
 
+// Color of a photon where it is recorded, unless its weight has it.
+vec3 path_color(Path path) {
+    return path.is_colored ? vec3(1.0) : color_of_photon(path.random, path.hue);
+}
+
 // Scatters a photon at a surface. Returns false if Russian roulette ends the path.
 bool bounce(inout Path path, Surface surface, Material material) {
     vec3 wo = -path.ray.direction;
@@ -228,15 +241,16 @@ bool bounce(inout Path path, Surface surface, Material material) {
     vec3 color = vec3(1.0);
     if (HAS_DISPERSION) {
         float cosine = dot(wo, surface.shading_normal);
-        bool had_wavelength = has_wavelength(path.wavelength);
-        color = take_wavelength(material, path.wavelength, u.x, abs(cosine), cosine > 0.0, path.random);
-        if (HAS_LIGHT_SPECTRA) {
-            if (!had_wavelength) {
-                color *= emission_at_wavelength(path.random, path.wavelength);
-            }
+        color = take_wavelength(material, path.hue, u.x, abs(cosine), cosine > 0.0, path.random);
+        if (!specular) {
+            color = path_color(path);
+            path.is_colored = has_wavelength(path.hue);
         }
     }
     Scatter scattered = scatter(material, wo, surface.shading_normal, surface.tangent, u.x, u_direction, FLUX);
+    if (HAS_DISPERSION) {
+        bend_spread(path.spread, wo, scattered.wi, scattered.eta, slope_of_index(material, scattered.eta));
+    }
     keep_media(scattered, surface, material, wo, FLUX);
     vec3 weight = path.weight * scattered.weight;
     if (HAS_DISPERSION) {
@@ -269,6 +283,10 @@ uint advance(inout Path path, Hit hit, inout Segment segment) {
         }
     }
     Surface surface = surface_at(path.ray, hit);
+    if (HAS_DISPERSION) {
+        move_spread(path.spread, path.ray.direction, hit.t, surface.normal);
+        path.hue.window = window_of(path.spread, color_radius);
+    }
     if (HAS_MEDIA) {
         if (!(largest_channel(path.weight) > 0.0)) {
             return ABSORBED; // by a medium
@@ -277,7 +295,7 @@ uint advance(inout Path path, Hit hit, inout Segment segment) {
     }
     Material material = material_at(surface);
     if (HAS_DISPERSION) {
-        set_index(material, path.wavelength);
+        set_index(material, path.hue);
     }
     apply_bumps(surface, material);
     vec3 wo = -path.ray.direction;
@@ -300,6 +318,9 @@ uint advance(inout Path path, Hit hit, inout Segment segment) {
         float cos_i = abs(dot(wo, surface.shading_normal));
         Material base = receiving_material_at(material, surface);
         vec3 kept = path.weight * (transmittance_to_base(base, cos_i) * shading);
+        if (HAS_DISPERSION) {
+            kept *= path_color(path);
+        }
         uint mark = caustic_mark(path.depth > 0u && !path.met_diffuse);
         if (HAS_GUIDE) {
             mark = is_pilot != 0u ? pilot_mark(path.random.index, path.depth) : mark;
@@ -309,7 +330,11 @@ uint advance(inout Path path, Hit hit, inout Segment segment) {
     if (HAS_ROUGH_GATHER) {
         if (path.depth > 0u && !path.met_rough && gathers_on_facets(material) && is_from_unmet_light(path.random)) {
             float ratio = HAS_SHADING_NORMALS ? cosine_ratio(wo, surface.shading_normal, surface.normal) : 1.0;
-            record_rough(segment, rough_record(surface, wo, path.weight * ratio));
+            vec3 weight = path.weight * ratio;
+            if (HAS_DISPERSION) {
+                weight *= path_color(path);
+            }
+            record_rough(segment, rough_record(surface, wo, weight));
         }
     }
     path.depth++;
@@ -333,7 +358,8 @@ uint fate(Path path) {
 Path path_of(PhotonPlace place) {
     Ray ray = saved_ray(place.origin, place.direction, place.begin, place.contacts, place.medium);
     return Path(ray, place.weight, place.depth, place.medium_eta, random_of(place.photon - stride), (place.alive & 2u) != 0u,
-                (place.alive & 4u) != 0u, place.wavelength);
+                (place.alive & 4u) != 0u, Hue(place.wavelength, place.window),
+                Spread(place.spread_position, place.spread_direction), (place.alive & 8u) != 0u);
 }
 
 // How many paths have ended in which way.
@@ -412,7 +438,7 @@ bool next_query(inout Work work, inout Query query, Hit hit) {
     if (work.alive) {
         query = nearest_hit(work.path.ray);
         if (HAS_DISPERSION) {
-            query.wavelength = work.path.wavelength;
+            query.hue = work.path.hue;
         }
     }
     return work.alive || work.photon < end;
@@ -443,9 +469,11 @@ void store_place(uint number, Work work) {
     uint state = work.alive || work.photon < end ? (work.advanced ? UNFINISHED : STUCK) : FINISHED;
     Path path = work.path;
     uint alive = (work.alive ? 1u : 0u) | (path.met_diffuse ? 2u : 0u) | (path.met_rough ? 4u : 0u);
+    alive |= path.is_colored ? 8u : 0u;
     places.data[number] = PhotonPlace(path.ray.origin, path.medium_eta, path.ray.direction, path.depth, path.weight,
                                       work.photon, state, alive, begin_of(path.ray), contacts_of(path.ray),
-                                      path.ray.medium, path.wavelength, 0u, 0u);
+                                      path.ray.medium, path.hue.wavelength, path.hue.window, 0u, path.spread.position, 0u,
+                                      path.spread.direction, 0u);
     atomicAdd(counters.value.unfinished, state == UNFINISHED ? 1u : 0u);
     atomicAdd(counters.value.stuck, state == STUCK ? 1u : 0u);
 }
@@ -470,7 +498,7 @@ void main() {
         number /= spread;
     }
     works = works && offset + number < stride; // other invocations take all photons
-    Path none = Path(free_ray(vec3(0.0), vec3(0.0)), vec3(0.0), 0u, 1.0, Random(0u, 0u), false, false, NO_WAVELENGTH);
+    Path none = Path(free_ray(vec3(0.0), vec3(0.0)), vec3(0.0), 0u, 1.0, Random(0u, 0u), false, false, no_hue(), no_spread(), false);
     Work work = Work(none, false, false, first + offset + number, Ends(0u, 0u, 0u, 0u, 0u, 0u), 0u, 0u, false);
     if (IS_RESUMABLE) {
         if (works && resumed != 0u) {

@@ -150,10 +150,10 @@ impl PackedScene {
             half_extent: self.space.half_extent.as_vec3().to_array(),
             sky_count: self.sky_count,
             camera_medium: self.camera_medium,
-            light_spectra: self.light_spectra.first,
-            infinite_spectrum: self.light_spectra.infinite,
+            colors: self.light_spectra.white,
+            infinite_colors: self.light_spectra.infinite,
+            light_colors: self.light_spectra.lights,
             pad0: 0,
-            pad1: 0,
         }
     }
 }
@@ -204,7 +204,7 @@ pub fn pack(scene: &Scene, packing: impl Into<Packing>) -> Result<PackedScene, P
         infinite: packer.infinite,
         light_spectra,
         mean_power,
-        features: SceneFeatures { has_light_spectra: light_spectra.exist(), ..features },
+        features: SceneFeatures { has_light_spectra: light_spectra.lights != NONE, ..features },
         material_features: specialize(&packer.materials),
         contacts,
         arrays: SceneArrays {

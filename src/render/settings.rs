@@ -54,6 +54,12 @@ pub struct Settings {
 }
 
 impl Settings {
+    /// Returns the factor of the radius within which the colors of wavelengths are averaged
+    /// (`shaders/include/spectrum/wavelength.glsl`), at an iteration of all shards, counted from 0. It shrinks as radii do.
+    pub fn color_shrink(&self, iteration: u64) -> f64 {
+        (iteration as f64 + 1.0).powf(0.5 * (self.alpha - 1.0))
+    }
+
     /// Returns the number of photons to emit per iteration: 0 if photons cannot contribute, or if the image
     /// shows direct light only.
     pub fn wanted_photons(&self) -> u64 {

@@ -85,7 +85,7 @@ fn submit(
     }
     radius.record(on, index, progress, &mut frame);
     if let Some(grid) = lookup.grid().filter(|_| on.settings.wanted_photons() > 0) {
-        photon.record(on, index, progress.schedule.per_invocation(), &mut frame);
+        photon.record(on, index, progress, &mut frame);
         frame.save(counters);
         counted.push(Counted::Photon);
         grid.record_build(on, on.buffers.photons.len(), &mut frame);

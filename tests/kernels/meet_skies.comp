@@ -14,7 +14,7 @@ UPDATED_BUFFER(vec4, radiances)
 void main() {
     uint i = invocation_index();
     if (i < escapes.data.length()) {
-        vec3 radiance = radiance_from_infinity(vec3(0.0), escapes.data[i].direction, NO_WAVELENGTH, escapes.data[i].bsdf_pdf);
+        vec3 radiance = radiance_from_infinity(vec3(0.0), escapes.data[i].direction, no_hue(), escapes.data[i].bsdf_pdf);
         radiances.data[i] = vec4(radiance, 0.0);
     }
 }

@@ -37,7 +37,7 @@ void main() {
     Viewpoint view = viewpoints.data[i];
     LightSample direct;
     if (view.light == NONE) {
-        direct = sample_direct(view.from, NO_WAVELENGTH, view.u_light, view.u);
+        direct = sample_direct(view.from, no_hue(), view.u_light, view.u);
     } else {
         direct = sample_area_light(lights_at(view.light), view.from, view.u);
     }

@@ -2,6 +2,7 @@
 #include "camera/rough_path.glsl"
 #include "geometry/contact.glsl"
 #include "kernel/interruption.glsl"
+#include "spectrum/spread.glsl"
 #include "spectrum/wavelength.glsl"
 
 // Least length of a path, in render units: a length of 0 stands for "no visible point".
@@ -17,7 +18,8 @@ struct EyeState {
     uint depth;        // segments so far
     vec3 radiance;     // emission met so far, W/(m^2 sr)
     uint rough_met;    // HAS_ROUGH_GATHER: rough surfaces met so far
-    float wavelength;  // HAS_DISPERSION: wavelength.glsl
+    Hue hue;           // HAS_DISPERSION: of the path; at a visible point, what it is there
+    Spread spread;     // HAS_DISPERSION: of its wavelengths
 };
 
 // The path of an invocation that another dispatch goes on with: it has met no diffuse surface yet.
@@ -37,20 +39,24 @@ struct EyePlace {
     uint contacts;      // of the ray: contact.glsl
     uint medium;        // of the ray: index into media
     uint rough_met;     // rough surfaces that the path has met
-    float wavelength;   // wavelength.glsl
+    float wavelength;   // of the Hue
+    float window;       // of the Hue
     uint pad0;
+    vec3 spread_position; // of the Spread
     uint pad1;
+    vec3 spread_direction; // of the Spread
+    uint pad2;
 };
 
 EyeState state_of(EyePlace place) {
     Ray ray = saved_ray(place.origin, place.direction, place.begin, place.contacts, place.medium);
     RoughVertex rough = RoughVertex(place.last_position, place.last_pdf);
     return EyeState(ray, place.throughput, place.medium_eta, place.travelled, rough, place.depth, place.radiance, place.rough_met,
-                    place.wavelength);
+                    Hue(place.wavelength, place.window), Spread(place.spread_position, place.spread_direction));
 }
 
 EyePlace place_of(EyeState state) {
     return EyePlace(state.ray.origin, state.medium_eta, state.ray.direction, state.travelled, state.throughput, state.depth,
                     state.radiance, 0u, state.rough.position, state.rough.pdf, FINISHED, begin_of(state.ray), contacts_of(state.ray), state.ray.medium,
-                    state.rough_met, state.wavelength, 0u, 0u);
+                    state.rough_met, state.hue.wavelength, state.hue.window, 0u, state.spread.position, 0u, state.spread.direction, 0u);
 }

@@ -26,12 +26,12 @@ RoughVertex no_rough_vertex() {
 
 // Radiance that a rough surface reflects or transmits towards wo from one light, over the pdf of
 // choosing that light, unless something blocks `to_light`; W/(m^2 sr).
-vec3 direct_light_on_rough(Surface surface, Material material, vec3 wo, float wavelength, Random random, uint pair,
+vec3 direct_light_on_rough(Surface surface, Material material, vec3 wo, Hue hue, Random random, uint pair,
                            out Ray to_light) {
     to_light = free_ray(vec3(0.0), vec3(0.0));
     if (HAS_ROUGH) {
         if (HAS_LOCATABLE_LIGHTS) {
-            LightSample direct = sample_direct(surface.position, wavelength, random_pair(random, pair).x,
+            LightSample direct = sample_direct(surface.position, hue, random_pair(random, pair).x,
                                                random_pair(random, pair + 1u));
             BsdfValue bsdf = evaluate_bsdf(material, wo, direct.wi, surface.shading_normal, surface.tangent, RADIANCE);
             float weight = direct.hittable ? mis_weight(direct.pdf, bsdf.pdf) : 1.0;

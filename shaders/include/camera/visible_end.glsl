@@ -21,11 +21,11 @@ struct VisibleEnd {
 
 // Samples a light for a visible point, chosen by power: the irradiance, over the pdf of choosing it, unless
 // the light is blocked; W/m^2. Takes two pairs of random numbers, from `pair` on.
-vec3 sample_direct_irradiance(Surface surface, Material material, float wavelength, Random random, uint pair,
+vec3 sample_direct_irradiance(Surface surface, Material material, Hue hue, Random random, uint pair,
                               out Ray to_light) {
     to_light = free_ray(vec3(0.0), vec3(0.0));
     if (HAS_LOCATABLE_LIGHTS) {
-        LightSample direct = sample_direct(surface.position, wavelength, random_pair(random, pair).x,
+        LightSample direct = sample_direct(surface.position, hue, random_pair(random, pair).x,
                                            random_pair(random, pair + 1u));
         float cos_surface = max(dot(direct.wi, surface.shading_normal), 0.0);
         float weight = direct.uses_mis ? mis_weight(direct.pdf, cos_surface / PI) : 1.0;

@@ -26,11 +26,11 @@ struct Query {
     uint cuts;    // HAS_ALPHA: surfaces cut away so far
     float end;    // HAS_PASSABLE: t_max as it was asked about
     vec3 kept;    // HAS_INTERFACES: share of light that media up to the origin of `whole` leave
-    float wavelength; // HAS_MEDIA: of the path that asks: wavelength.glsl
+    Hue hue;      // HAS_MEDIA: of the path that asks
 };
 
 Query query_of(Ray ray, float t_max, bool any_hit) {
-    return Query(ray, t_max, any_hit, ray, no_hit(t_max), ray.origin, 0.0, 0u, t_max, vec3(1.0), NO_WAVELENGTH);
+    return Query(ray, t_max, any_hit, ray, no_hit(t_max), ray.origin, 0.0, 0u, t_max, vec3(1.0), no_hue());
 }
 
 // Asks for the nearest hit of a ray with the scene.
@@ -114,7 +114,7 @@ bool passes_surface(inout Surface surface, inout Query query) {
 
 // Share of light that is left of a query's ray up to t on `whole`.
 vec3 transmittance_to(Query query, float t) {
-    vec3 kept = transmittance(query.ray.medium, t * length(query.ray.direction), query.wavelength);
+    vec3 kept = transmittance(query.ray.medium, t * length(query.ray.direction), query.hue);
     if (HAS_INTERFACES) {
         kept *= query.kept;
     }
@@ -146,7 +146,7 @@ bool pass_surface(inout Query query, inout Hit hit) {
                 kept = transmittance_to(query, hit.t);
             }
             query = Query(ray, query.end - passed, query.any_hit, ray, no_hit(query.end - passed), query.begin,
-                          passed, query.cuts, query.end, kept, query.wavelength);
+                          passed, query.cuts, query.end, kept, query.hue);
         }
     }
     if (!passes) {

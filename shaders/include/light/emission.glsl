@@ -158,12 +158,13 @@ Light sample_emitter(float u) {
     return lights_at(sample_emitter_index(u));
 }
 
-// Color of a photon's light at the wavelength that the photon has taken, over its color in RGB.
-vec3 emission_at_wavelength(Random random, float wavelength) {
+// The color of a photon, by that of its light at its wavelength.
+vec3 color_of_photon(Random random, Hue hue) {
+    uint colors = scene.colors;
     if (HAS_LIGHT_SPECTRA) {
-        return light_at_wavelength(spectrum_of_light(sample_emitter_index(emission_numbers(random).light.x)), wavelength);
+        colors = colors_of_light(sample_emitter_index(emission_numbers(random).light.x));
     }
-    return vec3(1.0);
+    return color_of(colors, hue);
 }
 
 // Emits a photon: samples a light by its power, a point and a direction.

@@ -47,26 +47,23 @@ bool may_use_mis(vec3 from) {
     return dot(d, d) < scene.lights_reach2;
 }
 
-// Color of a light at the wavelength of a path, over its color in RGB: what the path's weight or throughput
-// is to be multiplied by, besides the color of the wavelength.
-vec3 light_at_wavelength(uint spectrum, float wavelength) {
-    return spectrum != NONE && has_wavelength(wavelength) ? at_wavelength(spectrum, wavelength).rgb : vec3(1.0);
+// The table of the colors that a light shows at each wavelength, over its color in RGB.
+uint colors_of_light(uint index) {
+    if (HAS_LIGHT_SPECTRA) {
+        return pick(texture_texels_at(scene.light_colors + index / 4u), index % 4u);
+    }
+    return scene.colors;
 }
 
-// First element of the colors of a light in texture_texels, or NONE.
-uint spectrum_of_light(uint index) {
-    return pick(texture_texels_at(scene.light_spectra + index / 4u), index % 4u);
-}
-
-// A light as a path with a wavelength sees it, with the chance that next-event estimation picks it: with a guide, one
+// A light as a path sees it, by the path's color, with the chance that next-event estimation picks it: with a guide, one
 // that a pilot has learned.
-Light direct_light(uint index, float wavelength) {
+Light direct_light(uint index, Hue hue) {
     Light light = lights_at(index);
     if (HAS_GUIDE) {
         light.direct_pmf = direct_table_at(index).chance;
     }
-    if (HAS_LIGHT_SPECTRA) {
-        light.emission *= light_at_wavelength(spectrum_of_light(index), wavelength);
+    if (HAS_DISPERSION) {
+        light.emission *= color_of(colors_of_light(index), hue);
     }
     return light;
 }
@@ -241,12 +238,12 @@ vec3 intensity_towards(Light light, vec3 w) {
 }
 
 // Samples a light by the direct table for a path, and a direction to it.
-LightSample sample_direct(vec3 from, float wavelength, float u_light, vec2 u) {
+LightSample sample_direct(vec3 from, Hue hue, float u_light, vec2 u) {
     uint count = scene.direct_count;
     float scaled = u_light * float(count);
     uint entry = min(uint(scaled), count - 1u);
     AliasEntry chosen = direct_table_at(entry);
-    Light light = direct_light(scaled - float(entry) < chosen.threshold ? chosen.keep : chosen.alias, wavelength);
+    Light light = direct_light(scaled - float(entry) < chosen.threshold ? chosen.keep : chosen.alias, hue);
     if (HAS_AREA_LIGHTS && light.kind == AREA) {
         return sample_area_light(light, from, u);
     }
@@ -277,14 +274,14 @@ float mis_weight(float pdf, float other) {
 // Radiance of the infinite lights for a path that leaves the scene in direction w, W/(m^2 sr). bsdf_pdf is
 // the pdf of w, for the MIS weight of skies, which next-event estimation samples as well; it is
 // INFINITY_T where next-event estimation does not, such as behind a mirror.
-vec3 radiance_from_infinity(vec3 from, vec3 w, float wavelength, float bsdf_pdf) {
+vec3 radiance_from_infinity(vec3 from, vec3 w, Hue hue, float bsdf_pdf) {
     vec3 radiance = scene.infinite;
-    if (HAS_LIGHT_SPECTRA) {
-        radiance *= light_at_wavelength(scene.infinite_spectrum, wavelength);
+    if (HAS_DISPERSION) {
+        radiance *= color_of(scene.infinite_colors, hue);
     }
     if (HAS_SKIES) {
         [[dont_unroll]] for (uint i = 0u; i < scene.sky_count; i++) {
-            Light sky = direct_light(i, wavelength);
+            Light sky = direct_light(i, hue);
             LightImage image = light_images_at(sky.primitive);
             if (HAS_PORTALS) {
                 if (sky.kind == PORTAL) {

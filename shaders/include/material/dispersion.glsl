@@ -1,9 +1,7 @@
 // Dispersion: glass whose index of refraction depends on the wavelength.
 //
 // A path begins without a wavelength, for all of them together. Where it is refracted into one of several directions, it
-// takes a wavelength, keeps it, and is multiplied by the color of that wavelength: linear RGB, whose mean over all
-// wavelengths is white. Single wavelengths lie outside of sRGB, so the color has negative channels; the sums of
-// flux and radiance keep them. What changes no direction takes no wavelength: reflections, panes and coats.
+// takes a wavelength and keeps it. What changes no direction takes no wavelength: reflections, panes and coats.
 #include "material/bsdf.glsl"
 #include "material/fresnel.glsl"
 #include "math/random.glsl"
@@ -13,9 +11,9 @@
 #include "spectrum/wavelength.glsl"
 
 // Index of refraction at a wavelength. The table has the indices at both ends of each band, behind the channels' means.
-float index_at(Material material, float wavelength) {
-    vec4 ends = at_wavelength(material.indices + 1u, wavelength);
-    return mix(ends.x, ends.y, fract(wavelength * float(BANDS)));
+float index_at(Material material, Hue hue) {
+    vec4 ends = at_wavelength(material.indices + 1u, hue);
+    return mix(ends.x, ends.y, fract(place_of(hue)));
 }
 
 // Mean index of refraction that each channel sees.
@@ -23,10 +21,19 @@ vec3 channel_indices(Material material) {
     return uintBitsToFloat(texture_texels_at(material.indices).xyz);
 }
 
+// Derivative by the wavelength of the index that a path enters over the one it leaves. `eta` is that ratio.
+float slope_of_index(Material material, float eta) {
+    if ((material.flags & DISPERSIVE) == 0u || material.kind != DIELECTRIC) {
+        return 0.0;
+    }
+    float slope = uintBitsToFloat(texture_texels_at(material.indices).w);
+    return eta == material.eta.x ? slope : -slope * eta * eta;
+}
+
 // Gives a material the index that a path with a wavelength meets.
-void set_index(inout Material material, float wavelength) {
-    if ((material.flags & DISPERSIVE) != 0u && has_wavelength(wavelength)) {
-        float eta = index_at(material, wavelength);
+void set_index(inout Material material, Hue hue) {
+    if ((material.flags & DISPERSIVE) != 0u && has_wavelength(hue)) {
+        float eta = index_at(material, hue);
         if (material.coat_eta > 0.0) {
             material.coat_eta = eta;
         } else {
@@ -55,9 +62,8 @@ vec3 color_of_pane(Material material, float cos_o, float u_lobe) {
 // Prepares a path without a wavelength for a lobe that it has met, before the lobe is sampled: returns a factor of
 // its weight. Where the path needs a wavelength, it takes one, and the material has the index for it. `u_lobe`
 // chooses between reflection and refraction.
-vec3 take_wavelength(inout Material material, inout float wavelength, inout float u_lobe, float cos_o, bool outside,
-                     Random random) {
-    if ((material.flags & DISPERSIVE) == 0u || has_wavelength(wavelength)) {
+vec3 take_wavelength(inout Material material, inout Hue hue, inout float u_lobe, float cos_o, bool outside, Random random) {
+    if ((material.flags & DISPERSIVE) == 0u || has_wavelength(hue)) {
         return vec3(1.0);
     }
     cos_o = min(cos_o, 1.0);
@@ -77,13 +83,12 @@ vec3 take_wavelength(inout Material material, inout float wavelength, inout floa
         vec3 channels = channel_indices(material);
         return fresnel_channels(cos_o, outside ? channels : 1.0 / channels) / mean;
     }
-    wavelength = random_wavelength(random);
-    vec3 weight = at_wavelength(material.colors, wavelength).rgb;
-    set_index(material, wavelength);
-    if (reflects_alike) {
-        float reflectance = fresnel_dielectric(cos_o, relative_eta(material, outside), cos_t);
-        weight *= (1.0 - reflectance) / (1.0 - mean);
-        u_lobe = 0.99999994; // refraction
+    hue.wavelength = random_wavelength(random);
+    set_index(material, hue);
+    if (!reflects_alike) {
+        return vec3(1.0);
     }
-    return weight;
+    u_lobe = 0.99999994; // refraction
+    float reflectance = fresnel_dielectric(cos_o, relative_eta(material, outside), cos_t);
+    return vec3((1.0 - reflectance) / (1.0 - mean));
 }

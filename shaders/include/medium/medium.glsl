@@ -12,11 +12,12 @@
 #include "spectrum/wavelength.glsl"
 
 // Share of a path's light that is left after a way through a medium, render units.
-vec3 transmittance(uint index, float way, float wavelength) {
+vec3 transmittance(uint index, float way, Hue hue) {
     Medium medium = media_at(index);
     if (HAS_DISPERSION) {
-        if (has_wavelength(wavelength) && medium.spectrum != NONE) {
-            medium.absorption = at_wavelength(medium.spectrum, wavelength).rgb;
+        if (has_wavelength(hue) && medium.spectrum != NONE) {
+            // A path whose color is the mean of all wavelengths loses what RGB does.
+            medium.absorption = mix(at_wavelength(medium.spectrum, hue).rgb, medium.absorption, hue.window);
         }
     }
     return absorb(medium.absorption, way);

@@ -18,8 +18,8 @@ struct SceneInfo {
     uint sky_count;      // skies are the first of the lights
     vec3 half_extent;    // of the bounding box about the centre, widened
     uint camera_medium;  // index into media
-    uint light_spectra;  // HAS_LIGHT_SPECTRA: first element in texture_texels of the spectra of lights, four to an element
-    uint infinite_spectrum; // HAS_LIGHT_SPECTRA: first element of that of `infinite`, or NONE
+    uint colors;         // HAS_DISPERSION: first element in texture_texels of the colors of wavelengths
+    uint infinite_colors; // HAS_DISPERSION: of their colors in `infinite`
+    uint light_colors;   // HAS_LIGHT_SPECTRA: of the first elements of the colors of each light, four to an element
     uint pad0;
-    uint pad1;
 };

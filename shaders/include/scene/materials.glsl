@@ -56,7 +56,7 @@ struct Material {
     uint bump_texture;  // where DISPLACED or NORMAL_MAPPED
     float bump_scale;   // render units of a unit of the height
     uint indices;       // DISPERSIVE: first element of the indices of refraction in texture_texels
-    uint colors;        // DISPERSIVE: first element of the colors of the bands in texture_texels
+    uint pad0;
 };
 
 // Ranges of wavelengths of the same chance, for dispersion: wavelength.glsl.

@@ -86,7 +86,18 @@ impl EyePass {
     }
 
     fn push(on: Stage<'_>, index: IterationIndex, Start { offset, resumed, spread }: Start) -> EyePush {
-        let IterationIndex { turn, half: half_of_rounds, .. } = index;
-        EyePush { turn, half_of_rounds, paths: on.settings.eye_paths, offset, resumed, spread }
+        let IterationIndex { turn, half: half_of_rounds, iteration, step, .. } = index;
+        let width = on.settings.pixel_width * on.settings.color_shrink(iteration - u64::from(step));
+        let [color_radius, color_radius_per_length] = if on.settings.is_parallel { [width, 0.0] } else { [0.0, width] };
+        EyePush {
+            turn,
+            half_of_rounds,
+            paths: on.settings.eye_paths,
+            offset,
+            resumed,
+            spread,
+            color_radius: color_radius as f32,
+            color_radius_per_length: color_radius_per_length as f32,
+        }
     }
 }

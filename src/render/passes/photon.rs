@@ -63,7 +63,8 @@ impl PhotonPass {
         let start = Instant::now();
         let resumable = || self.kernels.photon(on.device, on.buffers, true)?.finish();
         let invocations = count.div_ceil(per_invocation);
-        let push = |start| push(on, index, &batch, per_invocation, start);
+        let color_radius = color_radius(on, index, progress);
+        let push = |start| PhotonPush { color_radius, ..push(on, index, &batch, per_invocation, start) };
         let counters = self.pass.run(on, invocations, &mut progress.schedule.paces.photon, resumable, push)?;
         if u64::from(counters.recorded.max(counters.recorded_rough)) > on.buffers.photons.len()
             && progress.schedule.overflowed()
@@ -109,9 +110,11 @@ impl PhotonPass {
     }
 
     /// Records the commands that trace all photons of an iteration in one dispatch.
-    pub fn record(&self, on: Stage<'_>, index: IterationIndex, per_invocation: u64, frame: &mut Frame<'_>) {
+    pub fn record(&self, on: Stage<'_>, index: IterationIndex, progress: &Progress, frame: &mut Frame<'_>) {
         let batch = 0..on.settings.wanted_photons();
-        let push = push(on, index, &batch, per_invocation, Start::AT_FIRST);
+        let per_invocation = progress.schedule.per_invocation();
+        let color_radius = color_radius(on, index, progress);
+        let push = PhotonPush { color_radius, ..push(on, index, &batch, per_invocation, Start::AT_FIRST) };
         frame.dispatch(self.pass.plain(), push, batch.end.div_ceil(per_invocation));
     }
 
@@ -119,6 +122,12 @@ impl PhotonPass {
     pub fn is_resumable(&self) -> bool {
         self.pass.is_resumable()
     }
+}
+
+/// The radius within which the colors of wavelengths are averaged, in render units: that of most discs.
+fn color_radius(on: Stage<'_>, index: IterationIndex, progress: &Progress) -> f32 {
+    let first = progress.first_radius.map_or(0.0, |first| first.middle());
+    (first * on.settings.color_shrink(index.iteration)) as f32
 }
 
 /// The push constants of a dispatch over a batch.

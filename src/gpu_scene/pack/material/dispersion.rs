@@ -13,9 +13,8 @@ pub(super) fn with_dispersion(
     let Some(curve) = index.curve.as_ref().filter(|_| textures.has_dispersion) else {
         return material;
     };
-    let colors = textures.table(vec![Table::Colors as u64], colors);
     let indices = textures.table(key(Table::Index, curve), || indices(curve));
-    kernels::Material { flags: material.flags | DISPERSIVE, indices, colors, ..material }
+    kernels::Material { flags: material.flags | DISPERSIVE, indices, ..material }
 }
 
 impl PackedTextures {
@@ -28,9 +27,8 @@ impl PackedTextures {
 
 /// The first words of the keys of tables, which tell them from those of coats: no index has these bits.
 enum Table {
-    Colors = 1,
-    Index = 2,
-    Curve = 3,
+    Index = 1,
+    Curve = 2,
 }
 
 fn key(table: Table, curve: &ByWavelength) -> Vec<u64> {
@@ -41,16 +39,21 @@ fn element(value: Rgb) -> [u32; 4] {
     value.as_vec3().extend(0.0).to_array().map(f32::to_bits)
 }
 
-/// The color of each band.
-fn colors() -> Vec<[u32; 4]> {
-    Wavelengths::new(BANDS).bands.iter().map(|band| element(band.color)).collect()
-}
-
-/// The mean index that each channel sees, then the indices at both ends of each band.
+/// The mean index that each channel sees and the slope, then the indices at both ends of each band.
 fn indices(curve: &ByWavelength) -> Vec<[u32; 4]> {
     let wavelengths = Wavelengths::new(BANDS);
     let each = wavelengths.bands.iter().zip(wavelengths.ranges());
     let seen: Rgb = each.map(|(Band { color, .. }, [first, last])| *color * curve.mean(first, last)).sum();
     let ends = wavelengths.ranges().map(|[first, last]| element(Rgb::new(curve.at(first), curve.at(last), 0.0)));
-    [element(seen / f64::from(BANDS))].into_iter().chain(ends).collect()
+    let mean = (seen / f64::from(BANDS)).as_vec3();
+    let first = mean.extend(slope(curve, &wavelengths) as f32).to_array().map(f32::to_bits);
+    [first].into_iter().chain(ends).collect()
+}
+
+/// The change of the index over all bands, by the bands that are not at the ends, where few wavelengths are seen.
+fn slope(curve: &ByWavelength, wavelengths: &Wavelengths) -> f64 {
+    let tenth = wavelengths.bands.len() / 10;
+    let ends = [tenth, wavelengths.bands.len() - tenth].map(|band| curve.at(wavelengths.bands[band].first));
+    let share = (wavelengths.bands.len() - 2 * tenth) as f64 / wavelengths.bands.len() as f64;
+    (ends[1] - ends[0]) / share
 }
