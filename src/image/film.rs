@@ -140,13 +140,13 @@ pub fn picture(image: &Image) -> Vec<u8> {
 /// make all greens of a rainbow the same. The window has the same map, in `shaders/passes/tone_map.comp`.
 #[must_use]
 pub fn into_gamut(color: [f32; 3]) -> [f32; 3] {
-    let color = color.map(|channel| if channel.is_nan() { 0.0 } else { channel });
+    // False for NaN.
     if color.iter().all(|channel| *channel >= 0.0) {
         return color;
     }
-    let color = DVec3::from(color.map(|channel| f64::from(channel.clamp(f32::MIN, f32::MAX))));
-    let weights = DVec3::from(LUMINANCE);
-    let (luminance, least) = (color.dot(weights), color.min_element());
+    let finite = |channel: f32| if channel.is_nan() { 0.0 } else { f64::from(channel.clamp(f32::MIN, f32::MAX)) };
+    let (color, weights) = (DVec3::from(color.map(finite)), DVec3::from(LUMINANCE));
+    let (luminance, least) = (color.dot(weights), color.min_element().min(0.0));
     if luminance <= 0.0 {
         return [0.0; 3];
     }

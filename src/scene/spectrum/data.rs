@@ -243,7 +243,7 @@ mod tests {
         60.0 * if most == b { 4.0 + (r - g) / range } else { sixth }
     }
 
-    /// From violet over blue, green and yellow to red. Hues change by 0.07 degrees and more where the eye tells
+    /// From violet over blue, green and yellow to red. Hues change by 0.09 degrees and more where the eye tells
     /// wavelengths apart, from 430 to 650 nm; with negative channels cut off, ranges of wavelengths have one hue.
     #[test]
     fn no_two_wavelengths_look_alike_on_a_screen() {
