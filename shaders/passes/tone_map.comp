@@ -4,6 +4,9 @@
 // Reads: shown. Writes: pixels.
 // Units: shown is linear RGB, W/(m^2 sr), times `exposure`; pixels have 8 bits per channel.
 //
+// Colours outside of the gamut of sRGB have negative channels. They are interpolated as they are, and then mapped to the
+// gamut.
+//
 // The image is interpolated, unless it is shown at one pixel of the window per pixel, or `nearest` says that its pixels
 // are shown as squares.
 #version 460
@@ -20,23 +23,29 @@ TEXELS(vec4, shown) // linear RGB; w is unused
 UPDATED_BUFFER(uint, pixels)
 
 layout(push_constant) uniform Push {
+    vec3 luminance; // of red, green and blue
+    float exposure; // factor of the radiance
     uvec2 window;   // size, pixels
     uvec2 image;    // size, pixels
     vec2 origin;    // upper left corner of the image, in pixels of the window
     vec2 per_pixel; // pixels of the image per pixel of the window
-    float exposure; // factor of the radiance
     uint curve;     // one of CURVE_*
     uint bgra;      // 1 if blue is the lowest byte of a pixel, 0 if red is
     uint nearest;   // 1 if each pixel of the image is a square of one colour, 0 if pixels are interpolated
+    uint pad0;      // unused
 };
 
 // sRGB color of the window around the image.
 const vec3 BACKGROUND = vec3(0.02);
+// Larger values count as this one, so that sums and differences of two are finite.
+const float LARGEST = 1.0e38;
 
-// A pixel of the image, as finite numbers that can be averaged: NaN becomes black, as in a PNG.
+// A pixel of the image, as finite numbers that can be averaged: a channel that is NaN becomes 0, as in a PNG.
 vec3 pixel_at(ivec2 at) {
     vec3 v = shown_at(uint(at.y) * image.x + uint(at.x)).rgb;
-    return min(mix(vec3(0.0), v, greaterThan(v, vec3(0.0))), vec3(INFINITY_T));
+    vec3 above = mix(vec3(0.0), v, greaterThan(v, vec3(0.0)));
+    vec3 below = mix(vec3(0.0), v, lessThan(v, vec3(0.0)));
+    return min(above, vec3(LARGEST)) + max(below, vec3(-LARGEST));
 }
 
 // Bilinear interpolation between the centres of pixels.
@@ -49,6 +58,22 @@ vec3 sample_image(vec2 at) {
     vec3 upper = mix(pixel_at(low), pixel_at(ivec2(high.x, low.y)), t.x);
     vec3 lower = mix(pixel_at(ivec2(low.x, high.y)), pixel_at(high), t.x);
     return mix(upper, lower, t.y);
+}
+
+// A color without negative channels, of the same luminance: into_gamut of src/image/film.rs, which says why. It is the
+// mean of two colors on the border of the gamut: of a desaturated one, and of one whose negative channels are cut off.
+// The factor of the radiance does not matter, so that it is not applied yet: it could make a channel infinite.
+vec3 into_gamut(vec3 v) {
+    float least = min(min(v.r, v.g), v.b);
+    if (least >= 0.0) {
+        return v;
+    }
+    float bright = dot(v, luminance);
+    if (bright <= 0.0) {
+        return vec3(0.0);
+    }
+    vec3 cut = max(v, vec3(0.0));
+    return 0.5 * bright * ((v - least) / (bright - least) + cut / dot(cut, luminance));
 }
 
 // The sRGB transfer function, IEC 61966-2-1.
@@ -99,7 +124,7 @@ void main() {
     bool inside = all(greaterThanEqual(at, vec2(0.0))) && all(lessThan(at, vec2(image)));
     // At whole numbers, the interpolation takes one pixel alone.
     vec2 place = nearest != 0u ? floor(at) : at - 0.5;
-    vec3 color = inside ? tone_map(sample_image(place) * exposure) : BACKGROUND;
+    vec3 color = inside ? tone_map(into_gamut(sample_image(place)) * exposure) : BACKGROUND;
     uvec3 bytes = uvec3(clamp(color, 0.0, 1.0) * 255.0 + 0.5);
     bytes = bgra != 0u ? bytes.bgr : bytes;
     pixels.data[pixel] = bytes.r | bytes.g << 8u | bytes.b << 16u | 0xff000000u;

@@ -132,10 +132,9 @@ pub struct Channel {
 
 /// Writes an image, atomically: `path` holds the old file or the whole new one.
 ///
-/// EXR stores 32-bit floats (channels R, G, B), the chromaticities of sRGB, and each
-/// metadata pair as an attribute.
-/// PNG stores 8 bits in the sRGB transfer function, clamped to 0 to 1, with NaN as
-/// black, and no metadata.
+/// EXR stores 32-bit floats (channels R, G, B), which are negative for colours outside of
+/// sRGB's gamut, the chromaticities of sRGB, and each metadata pair as an attribute.
+/// PNG stores the image's [`picture`], and no metadata.
 ///
 /// # Errors
 /// When the extension is unknown, the image's shape or a metadata key cannot be

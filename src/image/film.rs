@@ -121,13 +121,39 @@ impl Image {
     }
 }
 
-/// Returns the image as a screen shows it: 8 bits in the sRGB transfer function, clamped to 0 to 1, with
-/// NaN as black; row-major, three bytes a pixel: red, green, blue.
+/// Returns the image as a screen shows it: colours outside of the gamut by [`into_gamut`], then 8 bits in the sRGB
+/// transfer function, clamped to 0 to 1, with NaN as black; row-major, three bytes a pixel: red, green, blue.
 #[must_use]
 pub fn picture(image: &Image) -> Vec<u8> {
-    // The cast saturates, and makes NaN 0.
     let quantise = |linear: f32| (srgb_encode(linear.clamp(0.0, 1.0)) * 255.0).round() as u8;
-    image.pixels.iter().flat_map(|pixel| pixel.map(quantise)).collect()
+    image.pixels.iter().flat_map(|pixel| into_gamut(*pixel).map(quantise)).collect()
+}
+
+/// Returns a colour of linear RGB as a screen can show it: without negative channels, which are those of colours outside
+/// of sRGB's gamut. A colour inside stays as it is, however bright. One outside goes to the border of the gamut at the
+/// same luminance, and becomes black if the luminance is not above 0. A channel that is no number is 0. The map is
+/// continuous, and exposure may come before or after it.
+///
+/// It is the mean of two maps with these properties. The first moves the colour towards the grey of the same luminance
+/// until the least channel is 0. Alone, it would make deep red pink, and draw a line into a rainbow wherever its hue is
+/// that of a primary. The second makes negative channels 0 and scales the colour back to its luminance. Alone, it would
+/// make all greens of a rainbow the same. The window has the same map, in `shaders/passes/tone_map.comp`.
+#[must_use]
+pub fn into_gamut(color: [f32; 3]) -> [f32; 3] {
+    // False for NaN.
+    if color.iter().all(|channel| *channel >= 0.0) {
+        return color;
+    }
+    let finite = |channel: f32| if channel.is_nan() { 0.0 } else { f64::from(channel.clamp(f32::MIN, f32::MAX)) };
+    let (color, weights) = (DVec3::from(color.map(finite)), DVec3::from(LUMINANCE));
+    let (luminance, least) = (color.dot(weights), color.min_element().min(0.0));
+    if luminance <= 0.0 {
+        return [0.0; 3];
+    }
+    // Both have a luminance of 1.
+    let desaturated = (color - least) / (luminance - least);
+    let cut = color.max(DVec3::ZERO) / color.max(DVec3::ZERO).dot(weights);
+    (0.5 * luminance * (desaturated + cut)).as_vec3().to_array()
 }
 
 /// Weights of red, green and blue in the relative luminance of linear RGB in the sRGB primaries
@@ -194,6 +220,76 @@ mod tests {
         assert_eq!(common(&image(2, 2, [0, 0]), &image(2, 2, [2, 0])), Err(Apart));
         let other = (Image::new(8, 6), Window::whole([9, 6]));
         assert_eq!(common(&whole, &other), Ok(None));
+    }
+
+    /// Inside of the gamut, at its border, and outside.
+    fn colors(channels: &[f32]) -> Vec<[f32; 3]> {
+        let red = |r: f32| channels.iter().flat_map(move |g| channels.iter().map(move |b| [r, *g, *b]));
+        channels.iter().copied().flat_map(red).collect()
+    }
+
+    #[test]
+    fn colors_of_the_gamut_stay_as_they_are() {
+        let inside = colors(&[0.0, f32::MIN_POSITIVE, 1e-3, 0.1, 0.7, 1.0, 9.0, f32::MAX, f32::INFINITY]);
+        for color in &inside {
+            assert_eq!(into_gamut(*color), *color);
+        }
+        let clamped = |channel: f32| (srgb_encode(channel.clamp(0.0, 1.0)) * 255.0).round() as u8;
+        let bytes: Vec<u8> = inside.iter().flatten().map(|channel| clamped(*channel)).collect();
+        assert_eq!(picture(&Image::from_pixels(27, 27, inside).unwrap()), bytes);
+    }
+
+    /// The roundings of three channels to f32 are 2^-24 of the luminance at most, those of f64 2^-50 of the terms.
+    #[test]
+    fn colors_outside_keep_their_luminance() {
+        let weighted = |color: [f32; 3]| DVec3::from(color.map(f64::from)) * DVec3::from(LUMINANCE);
+        let outside = colors(&[-1e20, -3.0, -0.1, -1e-3, 0.0, 1e-6, 0.02, 0.7, 8.0, 1e20]);
+        for color in outside.into_iter().filter(|color| color.iter().any(|channel| *channel < 0.0)) {
+            let shown = into_gamut(color);
+            let (terms, luminance) = (weighted(color).abs().element_sum(), weighted(color).element_sum());
+            let error = (weighted(shown).element_sum() - luminance.max(0.0)).abs();
+            let tolerance = luminance.max(0.0) * (-24_f64).exp2() + terms * (-50_f64).exp2();
+            assert!(error <= tolerance, "{color:?} {shown:?}");
+            assert!(shown.iter().all(|channel| *channel >= 0.0) && shown.contains(&0.0), "{color:?} {shown:?}");
+        }
+    }
+
+    /// Both maps have slopes of at most 1 over the least weight, so that a step of a channel changes no channel by more
+    /// than 1 / 0.0722 + 1 times as much.
+    #[test]
+    fn the_border_of_the_gamut_is_not_seen() {
+        const STEP: f32 = 1e-4;
+        let mut places = colors(&[-1.0, -0.3, -STEP, 0.0, STEP, 0.2, 1.0]);
+        // Where the luminance is 0, too.
+        let [red, green, blue] = LUMINANCE.map(|weight| weight as f32);
+        let dark = |[_, g, b]: [f32; 3]| [-(green * g + blue * b) / red, g, b];
+        places.extend(colors(&[-1.0, 0.0, 0.4, 1.0]).into_iter().map(dark));
+        for place in places {
+            for axis in 0..3 {
+                for step in [-STEP, STEP] {
+                    let mut other = place;
+                    other[axis] += step;
+                    let [before, after] = [place, other].map(into_gamut);
+                    let change = [0, 1, 2].map(|i| (after[i] - before[i]).abs());
+                    assert!(change.iter().all(|change| *change < 15.0 * STEP), "{place:?} {other:?}: {change:?}");
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn no_color_is_too_strange_for_a_screen() {
+        let strange = [f32::NAN, f32::NEG_INFINITY, f32::MIN, -1.0, -0.0, f32::from_bits(1), f32::MAX, f32::INFINITY];
+        for color in colors(&strange) {
+            let shown = into_gamut(color);
+            assert!(shown.iter().all(|channel| *channel >= 0.0), "{color:?} {shown:?}");
+        }
+        assert_eq!(into_gamut([f32::NAN, 0.5, 0.25]), [0.0, 0.5, 0.25]);
+        assert_eq!(into_gamut([f32::NAN; 3]), [0.0; 3]);
+        assert_eq!(into_gamut([f32::NEG_INFINITY, 1.0, 1.0]), [0.0; 3]);
+        assert_eq!(into_gamut([-1.0; 3]), [0.0; 3]);
+        let image = Image::from_pixels(2, 1, vec![[f32::INFINITY, -1.0, 1.0], [f32::NAN, -1.0, 2.0]]).unwrap();
+        assert_eq!(picture(&image), [255, 0, 255, 0, 0, 0]);
     }
 
     #[test]

@@ -8,6 +8,7 @@ use winit::window::Window;
 use super::layout::Placement;
 use super::paint::Shade;
 use crate::cli::cache;
+use crate::image::film::LUMINANCE;
 use crate::kernels::{
     CURVE_ACES, CURVE_AGX, CURVE_LINEAR, CURVE_SRGB, REQUIREMENTS, Specialization, ToneMap, ToneMapPush,
 };
@@ -133,14 +134,16 @@ impl Display {
             let curve = if self.shade == Shade::Light { look.curve } else { Curve::Linear };
             let exposure = if self.shade == Shade::Fixed { 1.0 } else { look.stops.exp2() };
             let push = ToneMapPush {
+                luminance: LUMINANCE.map(|weight| weight as f32),
+                exposure,
                 window,
                 image: self.image,
                 origin,
                 per_pixel,
-                exposure,
                 curve: curve.number(),
                 bgra: self.screen.is_bgra().into(),
                 nearest: u32::from(placement.has_squares(self.image)),
+                pad0: 0,
             };
             // The previous frame may still be reading the pixels.
             self.screen.finish()?;

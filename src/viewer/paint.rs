@@ -151,7 +151,8 @@ pub fn paint<'a>(picture: &'a Picture, scale: Option<&Scale>) -> Cow<'a, [[f32; 
         AovKind::Light | AovKind::Color => Cow::Borrowed(values),
         AovKind::Direction | AovKind::Point => values.iter().map(|values| direction(*values, most)).collect(),
         AovKind::Number | AovKind::Share | AovKind::Amount => {
-            let grey = |value: f32| if value.is_finite() { value / most } else { 1.0 };
+            // Of a number, as of an axis, what is below the scale is 0: only colours have a gamut.
+            let grey = |value: f32| if value.is_finite() { (value / most).max(0.0) } else { 1.0 };
             values.iter().map(|[value, ..]| with_blank([grey(*value); 3])).collect()
         }
     }
@@ -164,7 +165,7 @@ fn with_blank([r, g, b]: [f32; 3]) -> [f32; 4] {
 /// Returns a vector as a colour: coordinates from -`most` to `most` become 0 to 1, and a zero vector is black.
 fn direction([x, y, z, _]: [f32; 4], most: f32) -> [f32; 4] {
     let vector = [x, y, z];
-    with_blank(if vector == [0.0; 3] { vector } else { vector.map(|axis| 0.5 + 0.5 * axis / most) })
+    with_blank(if vector == [0.0; 3] { vector } else { vector.map(|axis| (0.5 + 0.5 * axis / most).max(0.0)) })
 }
 
 #[cfg(test)]
@@ -192,10 +193,11 @@ mod tests {
 
     #[test]
     fn light_is_as_it_is_and_numbers_are_grey_up_to_white() {
-        let light = picture(Quantity::Image, &[[0.5, 2.0, 9.0]], None);
+        let light = picture(Quantity::Image, &[[0.5, 2.0, -9.0]], None);
         assert!(matches!(paint(&light, None), Cow::Borrowed(_)));
-        let numbers = picture(named("radius"), &[[1.0; 3], [4.0; 3], [f32::INFINITY; 3]], Some([0.0, 2.0]));
-        assert_eq!(painted(&numbers, Colors::Own), [[0.5; 3], [2.0; 3], [1.0; 3]]);
+        let numbers = [1.0, 4.0, -1.0, f32::INFINITY].map(|number| [number; 3]);
+        let numbers = picture(named("radius"), &numbers, Some([0.0, 2.0]));
+        assert_eq!(painted(&numbers, Colors::Own), [[0.5; 3], [2.0; 3], [0.0; 3], [1.0; 3]]);
         let unknown = picture(named("radius"), &[[f32::INFINITY; 3]; 2], Some([0.0, f32::INFINITY]));
         assert_eq!(painted(&unknown, Colors::Own), [[1.0; 3]; 2]);
     }
@@ -204,8 +206,8 @@ mod tests {
     fn vectors_are_colors_and_nothing_is_black() {
         let normals = picture(named("N"), &[[-1.0, 0.0, 1.0], [0.0; 3]], Some([-1.0, 1.0]));
         assert_eq!(painted(&normals, Colors::Own), [[0.0, 0.5, 1.0], [0.0; 3]]);
-        let points = picture(named("P"), &[[-4.0, 0.0, 2.0]], Some([-4.0, 4.0]));
-        assert_eq!(painted(&points, Colors::Own), [[0.0, 0.5, 0.75]]);
+        let points = picture(named("P"), &[[-4.0, 0.0, 2.0], [-9.0, 0.0, 6.0]], Some([-4.0, 4.0]));
+        assert_eq!(painted(&points, Colors::Own), [[0.0, 0.5, 0.75], [0.0, 0.5, 1.25]]);
     }
 
     #[test]
@@ -219,6 +221,10 @@ mod tests {
         let found = painted(&amounts, Colors::False(0));
         let expected = [[0.0; 3], first, first, middle, last, last, last];
         assert!(found.iter().zip(expected).all(|(a, b)| near(*a, b)), "{found:?}");
+        // A channel may be negative where the luminance is not.
+        let light = picture(Quantity::Image, &[[2.0, 1.0, -1.0], [1.0, -1.0, 1.0]], None);
+        let found = painted(&light, Colors::False(0));
+        assert!(near(found[0], last) && near(found[1], [0.0; 3]), "{found:?}");
         let normals = picture(named("N"), &[[-1.0, 0.0, 1.0]], Some([-1.0, 1.0]));
         for (axis, color) in [first, middle, last].into_iter().enumerate() {
             assert!(near(painted(&normals, Colors::False(axis))[0], color), "{axis}");

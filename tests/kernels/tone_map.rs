@@ -1,6 +1,6 @@
 //! tone_map: the pixels of a window.
 
-use goblet::image::film::srgb_encode;
+use goblet::image::film::{Image, LUMINANCE, into_gamut, picture, srgb_encode};
 use goblet::kernels::{CURVE_ACES, CURVE_AGX, CURVE_LINEAR, CURVE_SRGB, Specialization, ToneMap, ToneMapPush};
 
 use crate::support;
@@ -9,14 +9,16 @@ use crate::support;
 fn show(image: [u32; 2], colors: &[[f32; 3]], change: impl FnOnce(&mut ToneMapPush)) -> Vec<[u8; 4]> {
     let device = support::device();
     let mut push = ToneMapPush {
+        luminance: LUMINANCE.map(|weight| weight as f32),
+        exposure: 1.0,
         window: image,
         image,
         origin: [0.0; 2],
         per_pixel: [1.0; 2],
-        exposure: 1.0,
         curve: CURVE_SRGB,
         bgra: 0,
         nearest: 0,
+        pad0: 0,
     };
     change(&mut push);
     let colors: Vec<[f32; 4]> = colors.iter().map(|[r, g, b]| [*r, *g, *b, 0.0]).collect();
@@ -97,6 +99,74 @@ fn agx_keeps_grey_grey_and_fades_bright_colours() {
     assert!(bytes.iter().all(|[r, g, b, _]| r.abs_diff(*g) <= 1 && g.abs_diff(*b) <= 1), "{bytes:?}");
     let [red] = show([1, 1], &[[500.0, 0.5, 0.5]], |push| push.curve = CURVE_AGX)[..] else { panic!("a pixel") };
     assert!(red[1] > 100, "{red:?}");
+}
+
+/// Colours outside of the gamut of sRGB: one or two channels are negative, by much or by little.
+fn outside() -> Vec<[f32; 3]> {
+    let below = |i: u16| -(f32::from(i % 83) / 8.0 - 9.0).exp2();
+    let signed = |i: u16, [r, g, b]: [f32; 3]| match i % 6 {
+        0 => [below(i), g, b],
+        1 => [r, below(i), b],
+        2 => [r, g, below(i)],
+        3 => [below(i), g, below(i + 1)],
+        4 => [below(i), below(i + 1), b],
+        _ => [r, below(i), below(i + 1)],
+    };
+    (0..).zip(ramp()).map(|(i, color)| signed(i, color)).collect()
+}
+
+/// Bytes differ by the roundings of f32 alone: a luminance of channels up to 8 in size has an error of 1e-6, which at
+/// most 14 times as much of a channel follows, and black has a slope of 12.92: 0.05 of a byte.
+#[test]
+fn colors_outside_of_the_gamut_are_those_of_a_png() {
+    let colors = outside();
+    let expected = picture(&Image::from_pixels(50, 40, colors.clone()).expect("an image"));
+    let bytes = show([50, 40], &colors, |_| ());
+    let pairs = || bytes.iter().flat_map(|bytes| &bytes[..3]).zip(&expected);
+    assert!(pairs().all(|(found, expected)| found.abs_diff(*expected) <= 1));
+    let differing = pairs().filter(|(found, expected)| found != expected).count();
+    assert!(differing < 30, "{differing} bytes of 6000 are rounded the other way");
+    let lit = expected.as_chunks::<3>().0.iter().filter(|bytes| **bytes != [0; 3]).count();
+    assert!((1000..2000).contains(&lit), "{lit} of the colours have a luminance");
+}
+
+/// The exposure comes after the map, and so does the curve.
+#[test]
+fn every_curve_shows_colors_of_the_gamut() {
+    let colors = outside();
+    let mapped: Vec<_> = colors.iter().map(|color| into_gamut(*color)).collect();
+    for curve in [CURVE_LINEAR, CURVE_SRGB, CURVE_ACES, CURVE_AGX] {
+        let [found, expected] =
+            [&colors, &mapped].map(|colors| show([50, 40], colors, |push| (push.curve, push.exposure) = (curve, 0.5)));
+        let pairs = found.iter().flatten().zip(expected.iter().flatten());
+        assert!(pairs.into_iter().all(|(found, expected)| found.abs_diff(*expected) <= 1), "{curve}");
+    }
+}
+
+/// In the middle between them there is a colour of the gamut.
+#[test]
+fn colors_are_interpolated_before_they_are_mapped() {
+    let colors = [[1.0, -0.25, 0.0], [-0.25, 1.0, 0.5]];
+    let bytes = show([2, 1], &colors, |push| {
+        (push.window, push.per_pixel, push.curve) = ([4, 1], [0.5, 1.0], CURVE_LINEAR);
+    });
+    for (bytes, share) in bytes.iter().zip([0.0, 0.25, 0.75, 1.0]) {
+        let mean = [0, 1, 2].map(|channel| colors[0][channel] * (1.0 - share) + colors[1][channel] * share);
+        let exact = into_gamut(mean).map(|value| value * 255.0);
+        let near = exact.iter().zip(bytes).all(|(exact, byte)| (exact - f32::from(*byte)).abs() < 0.51);
+        assert!(near, "{share}: {bytes:?} {exact:?}");
+    }
+}
+
+#[test]
+fn strange_colors_are_those_of_a_png() {
+    let strange = [f32::NAN, f32::NEG_INFINITY, -1.0, 0.0, 0.25, f32::INFINITY];
+    let colors: Vec<_> = (0..216).map(|i| [strange[i / 36], strange[i / 6 % 6], strange[i % 6]]).collect();
+    let expected = picture(&Image::from_pixels(36, 6, colors.clone()).expect("an image"));
+    let bytes = show([36, 6], &colors, |_| ());
+    for ((color, found), expected) in colors.iter().zip(&bytes).zip(expected.as_chunks::<3>().0) {
+        assert_eq!(found[..3], *expected, "{color:?}");
+    }
 }
 
 #[test]

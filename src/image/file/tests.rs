@@ -7,7 +7,7 @@ use exr::prelude::Text;
 
 use super::*;
 use crate::base::input::Budget;
-use crate::image::film::srgb_encode;
+use crate::image::film::{luminance, srgb_decode, srgb_encode};
 
 fn extreme_image() -> Image {
     let pixels = vec![
@@ -102,12 +102,17 @@ fn png_keeps_what_eight_bits_of_srgb_can() {
 }
 
 #[test]
-fn png_clamps_and_shows_nan_as_black() {
-    let pixels = vec![[f32::NAN, f32::INFINITY, -1.0], [7.0, 1.0, 0.0]];
-    let image = Image::from_pixels(2, 1, pixels).unwrap();
+fn png_clamps_maps_to_the_gamut_and_shows_nan_as_black() {
+    let outside = [0.5, -0.1, 0.2];
+    let pixels = vec![[f32::NAN, f32::INFINITY, 0.0], [7.0, 1.0, 0.0], [-1.0; 3], outside];
+    let image = Image::from_pixels(4, 1, pixels).unwrap();
     let file = encode_png(&image).unwrap();
     let back = image::load_from_memory(&file).unwrap().into_rgb8();
-    assert_eq!(back.as_raw(), &[0, 255, 0, 255, 255, 0]);
+    let [first @ .., red, green, blue] = &back.as_raw()[..] else { panic!("four pixels") };
+    assert_eq!(first, [0, 255, 0, 255, 255, 0, 0, 0, 0]);
+    let shown = [*red, *green, *blue].map(|byte| srgb_decode(f32::from(byte) / 255.0));
+    // Half a byte of a channel is 0.003 at most.
+    assert!(*green == 0 && (luminance(shown) - luminance(outside)).abs() < 0.003, "{red} {green} {blue}");
 }
 
 #[test]

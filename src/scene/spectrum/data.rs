@@ -220,3 +220,51 @@ pub(in crate::scene) const GLASSES: [Glass; 7] = [
     Glass { name: "glass-F10", b: [1.62153902, 0.256287842, 1.64447552], c: [0.0122241457, 0.0595736775, 147.468793] },
     Glass { name: "glass-F11", b: [1.73759695, 0.313747346, 1.89878101], c: [0.013188707, 0.0623068142, 155.23629] },
 ];
+
+#[cfg(test)]
+mod tests {
+    use super::OBSERVER;
+    use crate::image::film::{into_gamut, srgb_encode};
+    use crate::scene::Rgb;
+    use crate::scene::spectrum::{interpolated, rgb_from_xyz};
+
+    /// Returns a wavelength of a spectrum of equal energy as a screen shows it, with this share of white: linear RGB.
+    fn shown(nm: f64, white: f64) -> [f32; 3] {
+        let rgb = rgb_from_xyz(interpolated(nm, |i| Rgb::from(OBSERVER[i].0)));
+        into_gamut((rgb + white * rgb.max_element()).as_vec3().to_array())
+    }
+
+    /// Returns the hue on the hexagon of red, green and blue, in degrees from red to yellow.
+    fn hue([r, g, b]: [f32; 3]) -> f32 {
+        let most = r.max(g).max(b);
+        let range = most - r.min(g).min(b);
+        let sixth = if most == r { (g - b) / range } else { 0.0 };
+        let sixth = if most == g { 2.0 + (b - r) / range } else { sixth };
+        60.0 * if most == b { 4.0 + (r - g) / range } else { sixth }
+    }
+
+    /// From violet over blue, green and yellow to red. Hues change by 0.09 degrees and more where the eye tells
+    /// wavelengths apart, from 430 to 650 nm; with negative channels cut off, ranges of wavelengths have one hue.
+    #[test]
+    fn no_two_wavelengths_look_alike_on_a_screen() {
+        for white in [0.0, 0.02, 0.1, 0.5] {
+            for nm in (430..650).step_by(5) {
+                let [before, after] = [nm, nm + 5].map(|nm| hue(shown(f64::from(nm), white)));
+                let step = (before - after).rem_euclid(360.0);
+                assert!((0.05..40.0).contains(&step), "{white} {nm}: {before} {after}");
+            }
+        }
+    }
+
+    /// The slope of a channel, in bytes for 2 nm, changes by 24 at most. By mapping towards grey alone it would be
+    /// 36, at pure green, and by cutting negative channels off 56.
+    #[test]
+    fn a_rainbow_has_no_edges_on_a_screen() {
+        let bytes = |nm: u32| shown(f64::from(nm), 0.0).map(|channel| 255.0 * srgb_encode((0.5 * channel).min(1.0)));
+        for nm in (432..650).step_by(2) {
+            let [before, here, after] = [nm - 2, nm, nm + 2].map(bytes);
+            let edge = [0, 1, 2].map(|i| (before[i] - 2.0 * here[i] + after[i]).abs());
+            assert!(edge.iter().all(|edge| *edge < 28.0), "{nm}: {edge:?}");
+        }
+    }
+}
