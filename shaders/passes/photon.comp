@@ -46,7 +46,7 @@ struct PhotonPlace {
     vec3 weight;      // flux over the mean flux of a photon, per channel
     uint photon;      // number of the photon to begin next; the path is that of the one before
     uint state;       // FINISHED, UNFINISHED or STUCK
-    uint alive;       // 1 if there is a path; 2 if it has met something diffuse; 4 if a lobe was not smooth; 8 if it is colored
+    uint alive;       // 1 if there is a path; 2 if it has met something diffuse; 4 if a lobe was not smooth
     float begin;      // of the ray: contact.glsl
     uint contacts;    // of the ray: contact.glsl
     uint medium;      // of the ray: index into media
@@ -94,7 +94,6 @@ struct Path {
     bool met_rough;   // HAS_ROUGH_GATHER: a diffuse or rough lobe has scattered it
     Hue hue;          // HAS_DISPERSION
     Spread spread;    // HAS_DISPERSION: of its wavelengths
-    bool is_colored;  // HAS_DISPERSION: the color of the wavelength is in the weight, since a diffuse lobe
 };
 
 // Random numbers of a photon. The photons of all iterations of a stream are one sequence, whose strata
@@ -116,7 +115,7 @@ Path start_path(uint photon) {
         }
     }
     Emission emission = emit(numbers);
-    return Path(emission.ray, emission.weight, 0u, 1.0, random, false, false, no_hue(), no_spread(), false);
+    return Path(emission.ray, emission.weight, 0u, 1.0, random, false, false, no_hue(), no_spread());
 }
 
 // Stores a photon. `recorded` also counts photons past the end of the array, which tells the host that
@@ -217,9 +216,12 @@ float largest_channel(vec3 weight) {
     return max(weight.x, max(weight.y, weight.z));
 }
 
-// Color of a photon where it is recorded, unless its weight has it.
-vec3 path_color(Path path) {
-    return path.is_colored ? vec3(1.0) : color_of_photon(path.random, path.hue);
+// Takes a path from a surface by a diffuse lobe: the next direction is the same for all wavelengths. A path whose color
+// is the mean of all of them has no wavelength any more.
+void diffuse_hue(inout Path path) {
+    bool is_white = path.hue.window >= 1.0;
+    path.hue = is_white ? no_hue() : path.hue;
+    path.spread = Spread(is_white ? vec3(0.0) : path.spread.position, vec3(0.0));
 }
 
 // Scatters a photon at a surface. Returns false if Russian roulette ends the path.
@@ -242,14 +244,14 @@ bool bounce(inout Path path, Surface surface, Material material) {
     if (HAS_DISPERSION) {
         float cosine = dot(wo, surface.shading_normal);
         color = take_wavelength(material, path.hue, u.x, abs(cosine), cosine > 0.0, path.random);
-        if (!specular) {
-            color = path_color(path);
-            path.is_colored = has_wavelength(path.hue);
-        }
     }
     Scatter scattered = scatter(material, wo, surface.shading_normal, surface.tangent, u.x, u_direction, FLUX);
     if (HAS_DISPERSION) {
-        bend_spread(path.spread, wo, scattered.wi, scattered.eta, slope_of_index(material, scattered.eta));
+        if (specular) {
+            bend_spread(path.spread, wo, scattered.wi, scattered.eta, slope_of_index(material, scattered.eta));
+        } else {
+            diffuse_hue(path);
+        }
     }
     keep_media(scattered, surface, material, wo, FLUX);
     vec3 weight = path.weight * scattered.weight;
@@ -319,7 +321,7 @@ uint advance(inout Path path, Hit hit, inout Segment segment) {
         Material base = receiving_material_at(material, surface);
         vec3 kept = path.weight * (transmittance_to_base(base, cos_i) * shading);
         if (HAS_DISPERSION) {
-            kept *= path_color(path);
+            kept *= color_of_photon(path.random, path.hue);
         }
         uint mark = caustic_mark(path.depth > 0u && !path.met_diffuse);
         if (HAS_GUIDE) {
@@ -332,7 +334,7 @@ uint advance(inout Path path, Hit hit, inout Segment segment) {
             float ratio = HAS_SHADING_NORMALS ? cosine_ratio(wo, surface.shading_normal, surface.normal) : 1.0;
             vec3 weight = path.weight * ratio;
             if (HAS_DISPERSION) {
-                weight *= path_color(path);
+                weight *= color_of_photon(path.random, path.hue);
             }
             record_rough(segment, rough_record(surface, wo, weight));
         }
@@ -359,7 +361,7 @@ Path path_of(PhotonPlace place) {
     Ray ray = saved_ray(place.origin, place.direction, place.begin, place.contacts, place.medium);
     return Path(ray, place.weight, place.depth, place.medium_eta, random_of(place.photon - stride), (place.alive & 2u) != 0u,
                 (place.alive & 4u) != 0u, Hue(place.wavelength, place.window),
-                Spread(place.spread_position, place.spread_direction), (place.alive & 8u) != 0u);
+                Spread(place.spread_position, place.spread_direction));
 }
 
 // How many paths have ended in which way.
@@ -469,7 +471,6 @@ void store_place(uint number, Work work) {
     uint state = work.alive || work.photon < end ? (work.advanced ? UNFINISHED : STUCK) : FINISHED;
     Path path = work.path;
     uint alive = (work.alive ? 1u : 0u) | (path.met_diffuse ? 2u : 0u) | (path.met_rough ? 4u : 0u);
-    alive |= path.is_colored ? 8u : 0u;
     places.data[number] = PhotonPlace(path.ray.origin, path.medium_eta, path.ray.direction, path.depth, path.weight,
                                       work.photon, state, alive, begin_of(path.ray), contacts_of(path.ray),
                                       path.ray.medium, path.hue.wavelength, path.hue.window, 0u, path.spread.position, 0u,
@@ -498,7 +499,7 @@ void main() {
         number /= spread;
     }
     works = works && offset + number < stride; // other invocations take all photons
-    Path none = Path(free_ray(vec3(0.0), vec3(0.0)), vec3(0.0), 0u, 1.0, Random(0u, 0u), false, false, no_hue(), no_spread(), false);
+    Path none = Path(free_ray(vec3(0.0), vec3(0.0)), vec3(0.0), 0u, 1.0, Random(0u, 0u), false, false, no_hue(), no_spread());
     Work work = Work(none, false, false, first + offset + number, Ends(0u, 0u, 0u, 0u, 0u, 0u), 0u, 0u, false);
     if (IS_RESUMABLE) {
         if (works && resumed != 0u) {

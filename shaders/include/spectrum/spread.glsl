@@ -51,8 +51,10 @@ void bend_spread(inout Spread spread, vec3 wo, vec3 wi, float eta, float slope) 
     spread.direction = -change * wo + inverse * spread.direction + (change * cos_i + inverse * change_i - change_t) * m;
 }
 
-// The window over which the color of a path is averaged, where the image does not tell places apart whose distance is
-// below `radius`, in render units.
+// Width of the window of a color, in gather radii on the surface: with less, colors have more noise than places.
+const float COLOR_RADII = 2.0;
+
+// The window over which the color of a path is averaged, where the image blurs places within `radius`, in render units.
 float window_of(Spread spread, float radius) {
-    return clamp(0.5 * radius / max(length(spread.position), 1.0e-20), 0.0, 1.0);
+    return clamp(COLOR_RADII * radius / max(length(spread.position), 1.0e-20), 0.0, 1.0);
 }

@@ -87,8 +87,9 @@ impl EyePass {
 
     fn push(on: Stage<'_>, index: IterationIndex, Start { offset, resumed, spread }: Start) -> EyePush {
         let IterationIndex { turn, half: half_of_rounds, iteration, step, .. } = index;
-        let width = on.settings.pixel_width * on.settings.color_shrink(iteration - u64::from(step));
-        let [color_radius, color_radius_per_length] = if on.settings.is_parallel { [width, 0.0] } else { [0.0, width] };
+        let radius = on.settings.radius_per_length * on.settings.color_shrink(iteration - u64::from(step));
+        let [color_radius, color_radius_per_length] =
+            if on.settings.is_parallel { [radius, 0.0] } else { [0.0, radius] };
         EyePush {
             turn,
             half_of_rounds,
