@@ -52,6 +52,8 @@ struct Contents {
     bounds: Option<Bounds>,
     /// Power in W by kind of light, as the mean of red, green and blue.
     light_power: BTreeMap<&'static str, f64>,
+    /// Whether glass or a pane has an index of refraction that depends on the wavelength.
+    dispersion: bool,
     film: Film,
     camera: Camera,
     integrator: Integrator,
@@ -190,6 +192,7 @@ impl Contents {
             scene: count(scene),
             bounds: packed.has_surfaces().then(|| Bounds { center: packed.space.center.to_array(), radius: size }),
             light_power: light_power(&packed),
+            dispersion: packed.material_features.has_dispersion,
             film: Film::new(&scene.film),
             camera: Camera::new(&scene.camera),
             integrator: Integrator {

@@ -47,6 +47,8 @@ pub struct Stats {
     error_of_one_photon: Option<f64>,
     /// Photons recorded on diffuse surfaces divided by emitted photons; null if none is emitted.
     recorded_share: Option<f64>,
+    /// Whether glass splits light by wavelength: the scene has such glass, and the option is on.
+    dispersion: bool,
     /// What the pilot of a guided render has found; null if there was none.
     guide: Option<GuideStats>,
     /// What a trial has found and chosen; null if there was none.
@@ -177,6 +179,7 @@ impl Stats {
             relative_error: noise.relative_error(),
             error_of_one_photon: finite(noise.of_one_photon),
             recorded_share: finite(tally.recorded as f64 / tally.emitted as f64),
+            dispersion: renderer.splits_light(),
             guide: renderer.guide().map(GuideStats::from),
             trial: renderer.choice().map(TrialStats::from),
             device_memory_bytes: device.allocated_bytes(),

@@ -34,7 +34,7 @@ use crate::render::guide::lights::GuideLights;
 use crate::render::identity::Identity;
 use crate::render::iteration;
 use crate::render::layers::LayerArrays;
-use crate::render::options::{LookupKind, Options, Resolved};
+use crate::render::options::{Dispersion, LookupKind, Options, Resolved};
 use crate::render::pacing::Schedule;
 use crate::render::passes::Passes;
 use crate::render::progress::Progress;
@@ -95,6 +95,7 @@ struct Compiled {
     lookup: LookupKind,
     workgroup_size: u32,
     solver: RevolutionSolver,
+    dispersion: Dispersion,
     max_depth: u32,
     seed: u32,
     layers: Groups,
@@ -122,6 +123,7 @@ impl Base {
             lookup: if device.info().subgroups.has_shuffle { options.lookup } else { LookupKind::KdTree },
             workgroup_size: resolved.workgroup_size,
             solver: options.revolution_solver,
+            dispersion: options.dispersion,
             max_depth: resolved.max_depth,
             seed: resolved.seed,
             layers: resolved.layers,

@@ -27,13 +27,15 @@ pub fn describe(info: &Info) -> String {
 type Lines = Vec<(String, String)>;
 
 fn sections(contents: &Contents) -> Vec<(&'static str, Lines)> {
-    let Contents { scene, bounds, light_power, film, camera, integrator, specialization, memory } = contents;
+    let Contents { scene, bounds, light_power, dispersion, film, camera, integrator, specialization, memory } =
+        contents;
     let counts = scene.iter().map(|(name, number)| (words(name), count(*number))).collect();
     let bounds = bounds.iter().flat_map(|bounds| {
         let radius = format!("{} scene units", number(bounds.radius));
         [("center".to_owned(), numbers(&bounds.center)), ("radius".to_owned(), radius)]
     });
     let power = light_power.iter().map(|(kind, power)| (words(kind), format!("{} W", number(*power)))).collect();
+    let splits_light = if *dispersion { lines([("dispersion", "by wavelength".to_owned())]) } else { Vec::new() };
     let used: Vec<String> = specialization
         .iter()
         .filter(|(_, value)| value.is_boolean())
@@ -43,6 +45,7 @@ fn sections(contents: &Contents) -> Vec<(&'static str, Lines)> {
         ("scene", counts),
         ("bounds", bounds.collect()),
         ("light power", power),
+        ("glass", splits_light),
         ("camera", camera_lines(camera)),
         ("film", film_lines(film)),
         ("integrator", integrator_lines(integrator)),

@@ -210,9 +210,11 @@ fn with_bump(
     Ok(kernels::Material { flags: material.flags | flag, bump_texture, bump_scale, ..material })
 }
 
-/// Returns true if a material splits light by wavelength.
+/// Returns true if a material colors light by wavelength: glass or a pane. A coat alone does not, since paths take no
+/// wavelength there.
 pub(super) fn has_dispersion(materials: &[kernels::Material]) -> bool {
-    materials.iter().any(|material| material.flags & DISPERSIVE != 0)
+    let is_glass = |material: &kernels::Material| matches!(material.kind, DIELECTRIC | THIN_DIELECTRIC);
+    materials.iter().any(|material| material.flags & DISPERSIVE != 0 && is_glass(material))
 }
 
 /// Returns true if a texture bends the normals of a material.

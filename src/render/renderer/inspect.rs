@@ -21,6 +21,11 @@ impl Renderer {
         self.progress.guide.as_ref()
     }
 
+    /// Returns whether glass splits light by wavelength.
+    pub fn splits_light(&self) -> bool {
+        self.base.material_features.has_dispersion
+    }
+
     /// Returns whether iterations trace photons. They do not if only direct light is wanted, or if no light reaches a
     /// surface.
     pub fn follows_photons(&self) -> bool {

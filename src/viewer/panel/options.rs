@@ -17,6 +17,7 @@ const LOOKUP: &RenderOption = find("lookup");
 const DIRECT: &RenderOption = find("direct");
 const SAMPLER: &RenderOption = find("sampler");
 const GUIDE: &RenderOption = find("guide");
+const DISPERSION: &RenderOption = find("dispersion");
 
 /// Returns the name of an option in the panel.
 fn label(option: &RenderOption) -> String {
@@ -77,6 +78,7 @@ pub fn show(ui: &mut Ui, session: &mut Session) {
     choice(ui, LOOKUP, &mut options.lookup);
     choice(ui, DIRECT, &mut options.direct);
     choice(ui, GUIDE, &mut options.guidance);
+    choice(ui, DISPERSION, &mut options.dispersion);
     choice(ui, SAMPLER, &mut options.sampler);
     let mut newton = options.revolution_solver != RevolutionSolver::Certified;
     ui.checkbox(&mut newton, "classical solver for bodies of revolution");
