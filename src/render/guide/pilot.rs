@@ -62,8 +62,9 @@ fn lead(photon: &PilotPhoton) -> f64 {
     photon.nearness.powf(1.5)
 }
 
+/// The size of a photon's weight. Colors of single wavelengths have negative channels.
 fn mean_weight(photon: &PhotonRecord) -> f64 {
-    photon.weight.iter().map(|weight| f64::from(*weight)).sum::<f64>() / 3.0
+    photon.weight.iter().map(|weight| f64::from(weight.abs())).sum::<f64>() / 3.0
 }
 
 impl Pilot {

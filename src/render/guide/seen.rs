@@ -178,7 +178,8 @@ impl Seen {
             let is_on_disc = d.length_squared() < point.radius2
                 && normal.dot(point.normal) > MIN_COSINE
                 && height * height < MAX_HEIGHT * MAX_HEIGHT * point.radius2;
-            let radiance = mean(point.response * Vec3::from(photon.weight)) * density;
+            // Colors of single wavelengths have negative channels.
+            let radiance = mean((point.response * Vec3::from(photon.weight)).abs()) * density;
             if is_on_disc && radiance > 0.0 && radiance.is_finite() {
                 brought.push(Brought { sample, point: *index, radiance });
             }
