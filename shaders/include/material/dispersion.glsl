@@ -79,16 +79,17 @@ vec3 take_wavelength(inout Material material, inout Hue hue, inout float u_lobe,
     bool reflects_alike = outside == (material.eta.x > 1.0) && !is_rough(material);
     float cos_t;
     float mean = fresnel_dielectric(cos_o, relative_eta(material, outside), cos_t);
+    vec3 channels = channel_indices(material);
+    vec3 reflectance = fresnel_channels(cos_o, outside ? channels : 1.0 / channels);
     if (reflects_alike && u_lobe < mean) {
-        vec3 channels = channel_indices(material);
-        return fresnel_channels(cos_o, outside ? channels : 1.0 / channels) / mean;
+        return reflectance / mean;
     }
     hue.wavelength = random_wavelength(random);
     set_index(material, hue);
     if (!reflects_alike) {
         return vec3(1.0);
     }
-    u_lobe = 0.99999994; // refraction
-    float reflectance = fresnel_dielectric(cos_o, relative_eta(material, outside), cos_t);
-    return vec3((1.0 - reflectance) / (1.0 - mean));
+    // Of each channel what is not reflected, so that none gains or loses light.
+    u_lobe = 0.99999994;
+    return (1.0 - reflectance) / (1.0 - mean);
 }
