@@ -117,20 +117,13 @@ Random random_of(Work work) {
     return Random(seed, turn * paths + work.done);
 }
 
-// Finds over which wavelengths the color of a path is averaged, at the end of a segment of length t on a surface with
-// normal n.
-void find_window(inout EyeState state, float t, vec3 n) {
-    move_spread(state.spread, state.ray.direction, t, n);
-    state.hue.window = window_of(state.spread, color_radius + color_radius_per_length * state.travelled);
-}
-
 // Adds the radiance from infinitely far away to a path whose ray leaves the scene.
 void meet_infinity(inout Work work) {
     vec3 w = work.state.ray.direction;
     bool has_point = work.end.is_reached;
     if (HAS_DISPERSION) {
         if (!has_point) {
-            find_window(work.state, 2.0 * scene.radius, w);
+            find_window(work.state, 2.0 * scene.radius, w, color_radius, color_radius_per_length);
         }
     }
     float pdf = has_point ? max(work.end.cosine, 0.0) / PI : escape_pdf(work.state.rough);
@@ -186,9 +179,13 @@ Scatter leave_specular(inout Work work, Surface surface, Material material, floa
     vec2 u_facet = is_rough(material) ? random_pair(random_of(work), pair + 1u) : vec2(0.0);
     Scatter scattered = scatter_specular(material, wo, surface.shading_normal, surface.tangent, u_lobe, u_facet, RADIANCE);
     keep_media(scattered, surface, material, wo, RADIANCE);
+    Hue hue = work.state.hue;
+    if (HAS_DISPERSION) {
+        bend_spread(work.state.spread, wo, scattered.wi, scattered.eta, slope_of_index(material, scattered.eta));
+        hue = hue_beyond(work.state, scene.radius, color_radius, color_radius_per_length);
+    }
     if (HAS_ROUGH) {
-        vec3 reflected = direct_light_on_rough(surface, material, wo, work.state.hue, random_of(work),
-                                             pair + 2u, work.to_light);
+        vec3 reflected = direct_light_on_rough(surface, material, wo, hue, random_of(work), pair + 2u, work.to_light);
         work.rough_radiance = work.state.throughput * reflected;
         work.asks = work.rough_radiance != vec3(0.0) ? ASKS_ROUGH : FOLLOWS;
     }
@@ -196,13 +193,10 @@ Scatter leave_specular(inout Work work, Surface surface, Material material, floa
         float u = random_pair(random_of(work), pair).y;
         vec3 throughput = work.state.throughput * (HAS_SIGNED_FILTER ? work.filter_weight : 1.0);
         if (HAS_DISPERSION) {
-            throughput *= color_of(scene.colors, work.state.hue);
+            throughput *= color_of(scene.colors, hue);
         }
         RoughPoint point = rough_point(surface, material, wo, throughput, max(work.state.travelled, SHORTEST_PATH));
         choose_rough_point(work.rough_point, work.state.rough_met, point, is_rough(material), u);
-    }
-    if (HAS_DISPERSION) {
-        bend_spread(work.state.spread, wo, scattered.wi, scattered.eta, slope_of_index(material, scattered.eta));
     }
     work.state.rough = rough_vertex(surface, material, wo, scattered.wi);
     return scattered;
@@ -223,13 +217,11 @@ bool follow(inout Work work, Hit hit) {
     if (HAS_MEDIA) {
         set_media(surface, work.state.ray.medium);
     }
-    if (HAS_DISPERSION) {
-        if (!work.end.is_reached) {
-            find_window(work.state, hit.t, surface.normal);
-        }
-    }
     Material material = material_at(surface);
     if (HAS_DISPERSION) {
+        if (!work.end.is_reached) {
+            find_window(work.state, hit.t, surface.normal, color_radius, color_radius_per_length);
+        }
         set_index(material, work.state.hue);
     }
     apply_bumps(surface, material);

@@ -21,7 +21,6 @@
 #include "lookup/grid.glsl"
 #include "lookup/records.glsl"
 #include "lookup/rough.glsl"
-#include "lookup/rough_flux.glsl"
 #include "material/bsdf.glsl"
 #include "material/bump.glsl"
 #include "material/glossy.glsl"

@@ -12,7 +12,6 @@
 #include "kernel/invocation.glsl"
 #include "lookup/flux_counts.glsl"
 #include "lookup/flux_sums.glsl"
-#include "lookup/rough_flux.glsl"
 #include "math/sampling.glsl"
 #include "scene/constants.glsl"
 #include "scene/features.glsl"

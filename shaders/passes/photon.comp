@@ -19,6 +19,7 @@
 #include "kernel/invocation.glsl"
 #include "light/emission.glsl"
 #include "light/guide.glsl"
+#include "light/photon_path.glsl"
 #include "light/pilot.glsl"
 #include "lookup/caustic.glsl"
 #include "lookup/records.glsl"
@@ -36,28 +37,6 @@
 #include "scene/scene.glsl"
 #include "spectrum/spread.glsl"
 #include "spectrum/wavelength.glsl"
-
-// The path of an invocation that another dispatch goes on with.
-struct PhotonPlace {
-    vec3 origin;      // of the path's next ray, render units
-    float medium_eta; // refractive index of the medium that the path is in, over that where it began
-    vec3 direction;   // of that ray
-    uint depth;       // segments of the path so far
-    vec3 weight;      // flux over the mean flux of a photon, per channel
-    uint photon;      // number of the photon to begin next; the path is that of the one before
-    uint state;       // FINISHED, UNFINISHED or STUCK
-    uint alive;       // 1 if there is a path; 2 if it has met something diffuse; 4 if a lobe was not smooth
-    float begin;      // of the ray: contact.glsl
-    uint contacts;    // of the ray: contact.glsl
-    uint medium;      // of the ray: index into media
-    float wavelength; // of the Hue
-    float window;     // of the Hue
-    uint pad0;
-    vec3 spread_position; // of the Spread
-    uint pad1;
-    vec3 spread_direction; // of the Spread
-    uint pad2;
-};
 
 STORED_TEXELS(PhotonRecord, photons)
 STORED_TEXELS(PhotonRecord, rough_photons) // on rough surfaces: rough.glsl
@@ -83,18 +62,6 @@ layout(push_constant) uniform Push {
 // Pairs of random numbers of a photon path. Emission takes the first three. Each bounce then takes a
 // pair for the direction and a pair for the lobe and Russian roulette.
 const uint PAIR_BOUNCE = 3u;
-
-struct Path {
-    Ray ray;          // its next segment
-    vec3 weight;      // flux over the mean flux of a photon, per channel
-    uint depth;       // segments so far
-    float medium_eta; // refractive index of the medium that the path is in, over that where it began
-    Random random;
-    bool met_diffuse; // HAS_CAUSTIC_LAYER: a diffuse lobe has scattered it
-    bool met_rough;   // HAS_ROUGH_GATHER: a diffuse or rough lobe has scattered it
-    Hue hue;          // HAS_DISPERSION
-    Spread spread;    // HAS_DISPERSION: of its wavelengths
-};
 
 // Random numbers of a photon. The photons of all iterations of a stream are one sequence, whose strata
 // get finer as the render goes on.
@@ -214,14 +181,6 @@ float largest_channel(vec3 weight) {
         weight = abs(weight);
     }
     return max(weight.x, max(weight.y, weight.z));
-}
-
-// Takes a path from a surface by a diffuse lobe: the next direction is the same for all wavelengths. A path whose color
-// is the mean of all of them has no wavelength any more.
-void diffuse_hue(inout Path path) {
-    bool is_white = path.hue.window >= 1.0;
-    path.hue = is_white ? no_hue() : path.hue;
-    path.spread = Spread(is_white ? vec3(0.0) : path.spread.position, vec3(0.0));
 }
 
 // Scatters a photon at a surface. Returns false if Russian roulette ends the path.
@@ -357,13 +316,6 @@ uint fate(Path path) {
     return !is_finite(path) ? NOT_FINITE : largest_channel(path.weight) > 0.0 ? ALIVE : ABSORBED;
 }
 
-Path path_of(PhotonPlace place) {
-    Ray ray = saved_ray(place.origin, place.direction, place.begin, place.contacts, place.medium);
-    return Path(ray, place.weight, place.depth, place.medium_eta, random_of(place.photon - stride), (place.alive & 2u) != 0u,
-                (place.alive & 4u) != 0u, Hue(place.wavelength, place.window),
-                Spread(place.spread_position, place.spread_direction));
-}
-
 // How many paths have ended in which way.
 struct Ends {
     uint deposited;
@@ -452,7 +404,7 @@ bool resume(uint number, inout Work work) {
     PhotonPlace place = places.data[number];
     work.photon = place.photon;
     work.alive = (place.alive & 1u) != 0u;
-    work.path = path_of(place);
+    work.path = path_of(place, random_of(place.photon - stride));
     return place.state == (spread > 1u ? STUCK : UNFINISHED);
 }
 
@@ -469,12 +421,7 @@ void cut_path(inout Work work) {
 // Stores the place from which the next dispatch goes on.
 void store_place(uint number, Work work) {
     uint state = work.alive || work.photon < end ? (work.advanced ? UNFINISHED : STUCK) : FINISHED;
-    Path path = work.path;
-    uint alive = (work.alive ? 1u : 0u) | (path.met_diffuse ? 2u : 0u) | (path.met_rough ? 4u : 0u);
-    places.data[number] = PhotonPlace(path.ray.origin, path.medium_eta, path.ray.direction, path.depth, path.weight,
-                                      work.photon, state, alive, begin_of(path.ray), contacts_of(path.ray),
-                                      path.ray.medium, path.hue.wavelength, path.hue.window, 0u, path.spread.position, 0u,
-                                      path.spread.direction, 0u);
+    places.data[number] = place_of(work.path, work.alive, work.photon, state);
     atomicAdd(counters.value.unfinished, state == UNFINISHED ? 1u : 0u);
     atomicAdd(counters.value.stuck, state == STUCK ? 1u : 0u);
 }

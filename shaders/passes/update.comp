@@ -20,7 +20,6 @@
 #include "lookup/flux_counts.glsl"
 #include "lookup/flux_sums.glsl"
 #include "lookup/records.glsl"
-#include "lookup/rough_flux.glsl"
 #include "lookup/shrink.glsl"
 #include "math/sum.glsl"
 #include "scene/constants.glsl"

@@ -60,3 +60,18 @@ EyePlace place_of(EyeState state) {
                     state.radiance, 0u, state.rough.position, state.rough.pdf, FINISHED, begin_of(state.ray), contacts_of(state.ray), state.ray.medium,
                     state.rough_met, state.hue.wavelength, state.hue.window, 0u, state.spread.position, 0u, state.spread.direction, 0u);
 }
+
+// Finds over which wavelengths the color of a path is averaged, at the end of a segment of length t on a surface with
+// normal n. `radius` and `radius_per_length` times the length of the path are the radius of the image's blur there.
+void find_window(inout EyeState state, float t, vec3 n, float radius, float radius_per_length) {
+    move_spread(state.spread, state.ray.direction, t, n);
+    state.hue.window = window_of(state.spread, radius + radius_per_length * state.travelled);
+}
+
+// The hue of a path for light that a rough surface scatters into it, from about this distance: wavelengths that the
+// surface has just spread count as spread.
+Hue hue_beyond(EyeState state, float way, float radius, float radius_per_length) {
+    Spread spread = Spread(state.spread.position + way * state.spread.direction, vec3(0.0));
+    float window = window_of(spread, radius + radius_per_length * (state.travelled + way));
+    return Hue(state.hue.wavelength, min(state.hue.window, window));
+}

@@ -1,6 +1,7 @@
 // The flux of an iteration: fixed-point sums per pixel. Each channel has a buffer of its own, since a device may bind no
-// more than 128 MiB. Where HAS_ROUGH_GATHER, as many sums of rough points follow those of visible points:
-// rough_flux.glsl.
+// more than 128 MiB. Where HAS_ROUGH_GATHER, as many sums of rough points follow those of visible points: of photons'
+// weights times the BSDF, the eye path's throughput and a factor for the area of the disc (gather_rough.comp). They are
+// two's complements, since the throughput has the sign of the pixel filter.
 #include "lookup/flux.glsl"
 #include "scene/features.glsl"
 

@@ -12,13 +12,14 @@ impl ByWavelength {
     /// Distance of neighbouring values, nm.
     pub const STEP: f64 = 1.0;
 
-    /// Samples a quantity at its wavelengths, nm. Returns `None` if it is the same at all of them.
+    /// Samples a quantity at its wavelengths, nm. Returns `None` if it is the same at all of them, or is not finite.
     pub fn new(quantity: impl Fn(f64) -> f64) -> Option<Self> {
         let [first, last] = Self::RANGE;
         let steps = ((last - first) / Self::STEP) as u32;
         let values: Arc<[f64]> = (0..=steps).map(|step| quantity(first + Self::STEP * f64::from(step))).collect();
         let differs = |value: &f64| (value - values[0]).abs() > 1e-9 * values[0].abs();
-        values.iter().any(differs).then(|| Self(Arc::clone(&values)))
+        let is_finite = values.iter().all(|value| value.is_finite());
+        (is_finite && values.iter().any(differs)).then(|| Self(Arc::clone(&values)))
     }
 
     /// Returns the value at a wavelength in nm; outside of [`ByWavelength::RANGE`], that at its end.
@@ -27,6 +28,12 @@ impl ByWavelength {
         let low = (place as usize).min(self.0.len() - 2);
         let t = place - low as f64;
         self.0[low] * (1.0 - t) + self.0[low + 1] * t
+    }
+
+    /// Returns the curve over its largest value.
+    pub fn normalized(&self) -> Self {
+        let most = self.0.iter().copied().fold(0.0, f64::max);
+        Self(self.0.iter().map(|value| value / most).collect())
     }
 
     /// Returns the curve times a factor.

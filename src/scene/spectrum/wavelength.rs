@@ -62,12 +62,12 @@ impl Wavelengths {
 }
 
 impl Spectrum {
-    /// Returns the curve of a light over that of daylight, which is the white of RGB, in any unit; `None` if the light
-    /// has the curve of daylight or is known as RGB.
+    /// Returns the curve of a light over that of daylight, which is the white of RGB; its largest value is 1. `None` if
+    /// the light has the curve of daylight or is known as RGB.
     pub fn over_daylight(&self) -> Option<ByWavelength> {
         match self {
             Spectrum::Rgb(_) | Spectrum::OtherRgb(..) => None,
-            _ => ByWavelength::new(|nm| self.at(nm) / daylight(nm)),
+            _ => ByWavelength::new(|nm| self.at(nm) / daylight(nm)).map(|curve| curve.normalized()),
         }
     }
 
@@ -125,6 +125,19 @@ mod tests {
         assert!(index.mean > 1.54 && index.mean < 1.56, "{}", index.mean);
         assert_eq!(Spectrum::Table(vec![[500.0, 1.5], [600.0, 1.5]]).index(0.1..=10.0).curve, None);
         assert_eq!(Spectrum::Rgb(Rgb::new(1.4, 1.5, 1.6)).index(0.1..=10.0).curve, None);
+    }
+
+    /// Lights of any brightness have a curve, and its least value may be far below the largest.
+    #[test]
+    fn curves_of_lights_are_finite() {
+        let table = |scale: f64| Spectrum::Table(vec![[400.0, scale], [700.0, 3.0 * scale]]);
+        for spectrum in [table(1e-300), table(1e300), Spectrum::Blackbody(100.0), Spectrum::Blackbody(1e6)] {
+            let curve = spectrum.over_daylight().unwrap();
+            let most = curve.values().iter().copied().fold(0.0, f64::max);
+            assert!(most == 1.0 && curve.values().iter().all(|value| (0.0..=1.0).contains(value)), "{curve:?}");
+        }
+        assert_eq!(Spectrum::Daylight.over_daylight(), None);
+        assert_eq!(table(f64::MAX).over_daylight(), None);
     }
 
     #[test]

@@ -20,7 +20,8 @@ pub(super) fn with_dispersion(
 impl PackedTextures {
     /// Adds a table of a curve, the same for all channels, and returns its first element.
     pub fn curve(&mut self, curve: &ByWavelength) -> u32 {
-        let value = |[first, last]: [f64; 2]| element(Rgb::splat(curve.mean(first, last)));
+        let most = f64::from(f32::MAX);
+        let value = |[first, last]: [f64; 2]| element(Rgb::splat(curve.mean(first, last).min(most)));
         self.table(key(Table::Curve, curve), || Wavelengths::new(BANDS).ranges().map(value).collect())
     }
 }
