@@ -10,9 +10,11 @@ use std::f64::consts::PI;
 use goblet::Options;
 use goblet::render::options::Dispersion;
 
-use super::super::{EYE_ONLY, Shot, assert_closed, assert_near, camera, scene_text, solid, square};
-use crate::support::spectral::{CROWN, FLINT, reflectance};
+use super::super::{EYE_ONLY, Shot, assert_closed, assert_near, assert_pixels, camera, scene_text, solid, square};
+use crate::support::spectral::{self, CROWN, FLINT, reflectance, seen};
 use crate::support::{self, Rendered, mean};
+
+const WHITE: [f64; 3] = [1.0; 3];
 
 fn dielectric(glass: &str, more: &str) -> String {
     format!("Material \"dielectric\" \"spectrum eta\" \"{glass}\" {more}\n")
@@ -24,6 +26,37 @@ impl Shot {
         let options = Options { dispersion: Dispersion::Off, ..self.options() };
         support::render(&scene_text(camera, world), &options, self.iterations)
     }
+}
+
+/// Bodies of every kind of boundary before light that comes evenly from everywhere. Rays that enter take a wavelength,
+/// and are reflected in total at some angles.
+#[test]
+fn glass_that_splits_light_vanishes_in_a_furnace() {
+    let place = |at: &str, shape: &str| format!("AttributeBegin\nTranslate {at}\n{shape}\nAttributeEnd\n");
+    let prism = "Shape \"trianglemesh\" \"point3 P\" [0 .8 -.6  .7 -.4 -.6  -.7 -.4 -.6  0 .8 .6  .7 -.4 .6  -.7 -.4 .6] \
+                 \"integer indices\" [0 1 2  3 5 4  0 4 1  0 3 4  1 5 2  1 4 5  2 3 0  2 5 3]";
+    let mut world = "LightSource \"infinite\" \"rgb L\" [1 1 1]\n".to_owned();
+    // The last is a medium thinner than air for some wavelengths, and denser for others.
+    let indices = ["\"glass-F11\"", "[400 1.9 550 1.3 700 1.2]", "[400 1.05 700 .95]"];
+    for (x, eta) in [-2.0, 0.0, 2.0].into_iter().zip(indices) {
+        world += &format!("Material \"dielectric\" \"spectrum eta\" {eta}\n");
+        world += &place(&format!("{x} 3 0"), "Shape \"sphere\" \"float radius\" .8");
+        world += &place(&format!("{x} 1 0"), "Rotate 40 1 2 3\nScale -.6 .9 .3\nReverseOrientation\nShape \"sphere\"");
+        world += &place(&format!("{x} -1 0"), &format!("Rotate 30 1 2 0\n{}", solid([-0.6; 3], [0.6, 0.5, 0.4])));
+        world += &place(&format!("{x} -3 0"), &format!("Rotate 20 1 -2 0\n{prism}"));
+    }
+    let shot = Shot { resolution: [48; 2], iterations: 4, depth: 1000, ..EYE_ONLY };
+    let rendered = shot.take(&camera("0 0 12  0 0 0  0 1 0", 36.0), &world);
+    assert_near("glass", mean(&rendered.image), WHITE, 0.005);
+    // A third of the image has about 200,000 paths, of which half meet glass: 0.3 % by chance.
+    for (third, eta) in indices.iter().enumerate() {
+        let mut part = rendered.image.clone();
+        part.pixels = part.pixels.chunks(16).skip(third).step_by(3).flatten().copied().collect();
+        assert_near(eta, mean(&part), WHITE, 0.005);
+    }
+    // 256 paths of a pixel: 0.12 by chance.
+    assert_pixels("glass", &rendered.image, WHITE, 0.6);
+    assert_eq!(rendered.tally.lost_in_glass, 0);
 }
 
 /// Seen at an angle, the lamp behind a plate is where it was, whatever the wavelength. Two crossings, and any number of
@@ -88,6 +121,51 @@ fn white_light_through_a_plate_is_as_white_as_what_the_plate_lets_through() {
         let expected = [lit(sellmeier.mean()); 3];
         assert_near(&format!("{name} at {degrees}° of one index"), mean(&unsplit.image), expected, 0.005);
     }
+}
+
+/// How much a rough plate lets through depends on the index, since light that it scatters is reflected in total inside. It
+/// is rendered for three indices; a parabola through them says what each channel sees.
+#[test]
+fn white_light_through_a_rough_plate_is_as_white_as_the_mean_over_indices() {
+    let rough = "\"float roughness\" .1";
+    let floor = |material: &str| {
+        let world = floor_under(&(material.to_owned() + &solid(PLATE[0], PLATE[1])), 0.0);
+        mean(&FLOOR.take(BENEATH, &world).image)
+    };
+    let etas = [1.75, 1.79, 1.85];
+    let lit = etas.map(|eta| floor(&format!("Material \"dielectric\" \"float eta\" {eta} {rough}\n"))[0]);
+    let parabola = |eta: f64| {
+        let term = |i: usize| {
+            let others = [(i + 1) % 3, (i + 2) % 3].map(|other| (eta - etas[other]) / (etas[i] - etas[other]));
+            lit[i] * others[0] * others[1]
+        };
+        term(0) + term(1) + term(2)
+    };
+    assert_near("rough plate", floor(&dielectric("glass-F11", rough)), FLINT.seen(parabola), 0.005);
+}
+
+/// Coats take no wavelength, and have the mean index for paths that have none: light that goes to the floor at once is the
+/// same with dispersion and without. A photon that has crossed a plate enters the coat by the index of its wavelength; what
+/// the base sends up and what the eye sees have the mean index, with a plate of one index too.
+#[test]
+fn a_coat_under_a_plate_meets_each_wavelength_by_its_index() {
+    let coat = "Material \"coateddiffuse\" \"spectrum eta\" [400 2.4 700 1.3] \"rgb reflectance\" [.8 .8 .8] \
+                \"float roughness\" 0 \"float thickness\" 0\n";
+    let eta_of_coat = |nm: f64| 2.4 - 1.1 * ((nm - 400.0) / 300.0).clamp(0.0, 1.0);
+    let coated =
+        |glass: &str| floor_under(glass, 30.0).replace("Material \"diffuse\" \"rgb reflectance\" [.8 .8 .8]\n", coat);
+    let [open, unsplit] = [Shot::take, Shot::take_unsplit].map(|take| mean(&take(&FLOOR, BENEATH, &coated("")).image));
+    assert_near("coat", open, unsplit, 1e-5);
+
+    let plate = dielectric("glass-F11", "") + &solid(PLATE[0], PLATE[1]);
+    let [under, unsplit] =
+        [Shot::take, Shot::take_unsplit].map(|take| mean(&take(&FLOOR, BENEATH, &coated(&plate)).image));
+    let cos = 30_f64.to_radians().cos();
+    let through = |plate: f64, coat: f64| (1.0 - reflectance(cos, plate)).powi(2) * (1.0 - reflectance(cos, coat));
+    let change = seen(|nm| through(FLINT.eta(nm), eta_of_coat(nm)));
+    let unchanged = through(FLINT.mean(), spectral::mean(eta_of_coat));
+    let expected = [0, 1, 2].map(|channel| unsplit[channel] * change[channel] / unchanged);
+    assert_near("coat under a plate", under, expected, 0.01);
 }
 
 /// Eye paths and photons take a wavelength each. A pixel has one visible point in an iteration: 260,000 in all. Errors of both
