@@ -11,7 +11,7 @@ struct DrawnWavelength {
     vec3 channels;    // mean indices
     float eta;
     float window;
-    float pad0;
+    float slope;
     vec2 pad1;
 };
 
@@ -23,7 +23,7 @@ void main() {
         return;
     }
     Material material = materials_at(0u);
-    Hue hue = Hue(drawn.data[i].wavelength, drawn.data[i].window);
+    Hue hue = Hue(drawn.data[i].wavelength, drawn.data[i].window, drawn.data[i].slope, 1.0);
     drawn.data[i].color = color_of(scene.colors, hue);
     drawn.data[i].channels = channel_indices(material);
     drawn.data[i].eta = index_at(material, hue);

@@ -45,17 +45,18 @@ fn glass_that_splits_light_vanishes_in_a_furnace() {
         world += &place(&format!("{x} -1 0"), &format!("Rotate 30 1 2 0\n{}", solid([-0.6; 3], [0.6, 0.5, 0.4])));
         world += &place(&format!("{x} -3 0"), &format!("Rotate 20 1 -2 0\n{prism}"));
     }
-    let shot = Shot { resolution: [48; 2], iterations: 4, depth: 1000, ..EYE_ONLY };
+    let shot = Shot { resolution: [96; 2], iterations: 1, depth: 1000, ..EYE_ONLY };
     let rendered = shot.take(&camera("0 0 12  0 0 0  0 1 0", 36.0), &world);
-    assert_near("glass", mean(&rendered.image), WHITE, 0.005);
-    // A third of the image has about 200,000 paths, of which half meet glass: 0.3 % by chance.
+    // Single wavelengths would give 0.5 %. Windows of them are as wide as two pixels show, and differ by wavelength where
+    // glass is curved: up to 1 % at these pixels, and less at smaller ones or after more iterations.
+    assert_near("glass", mean(&rendered.image), WHITE, 0.01);
     for (third, eta) in indices.iter().enumerate() {
         let mut part = rendered.image.clone();
-        part.pixels = part.pixels.chunks(16).skip(third).step_by(3).flatten().copied().collect();
-        assert_near(eta, mean(&part), WHITE, 0.005);
+        part.pixels = part.pixels.chunks(32).skip(third).step_by(3).flatten().copied().collect();
+        assert_near(eta, mean(&part), WHITE, 0.015);
     }
-    // 256 paths of a pixel: 0.12 by chance.
-    assert_pixels("glass", &rendered.image, WHITE, 0.6);
+    // 64 paths of a pixel: 0.25 by chance.
+    assert_pixels("glass", &rendered.image, WHITE, 1.2);
     assert_eq!(rendered.tally.lost_in_glass, 0);
 }
 
