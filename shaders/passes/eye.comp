@@ -163,6 +163,7 @@ void reach_diffuse(inout Work work, inout Surface surface, Material material) {
     work.end.is_reached = true;
     vec4 throughput = vec4(bsdf, max(work.state.travelled, SHORTEST_PATH));
     if (HAS_DISPERSION) {
+        compare_transmittances(work.state.hue, material, abs(dot(wo, surface.shading_normal)));
         throughput.rgb *= color_of(scene.colors, work.state.hue);
     }
     keep_point(work.kept, work.pixel, surface.position, surface.normal, throughput);
@@ -181,7 +182,9 @@ Scatter leave_specular(inout Work work, Surface surface, Material material, floa
     keep_media(scattered, surface, material, wo, RADIANCE);
     Hue hue = work.state.hue;
     if (HAS_DISPERSION) {
-        bend_spread(work.state.spread, wo, scattered.wi, scattered.eta, slope_of_index(material, scattered.eta));
+        compare_chances(work.state.hue, material, work.state.spread, wo, scattered.wi, scattered.eta,
+                        dot(wo, surface.shading_normal) > 0.0);
+        bend_spread(work.state.spread, material, wo, scattered.wi, scattered.eta);
         hue = hue_beyond(work.state, scene.radius, color_radius, color_radius_per_length);
     }
     if (HAS_ROUGH) {

@@ -207,8 +207,11 @@ bool bounce(inout Path path, Surface surface, Material material) {
     Scatter scattered = scatter(material, wo, surface.shading_normal, surface.tangent, u.x, u_direction, FLUX);
     if (HAS_DISPERSION) {
         if (specular) {
-            bend_spread(path.spread, wo, scattered.wi, scattered.eta, slope_of_index(material, scattered.eta));
+            compare_chances(path.hue, material, path.spread, wo, scattered.wi, scattered.eta,
+                            dot(wo, surface.shading_normal) > 0.0);
+            bend_spread(path.spread, material, wo, scattered.wi, scattered.eta);
         } else {
+            color = path.hue.window >= 1.0 ? color_of_photon(path.random, path.hue) : color;
             diffuse_hue(path);
         }
     }
@@ -280,7 +283,9 @@ uint advance(inout Path path, Hit hit, inout Segment segment) {
         Material base = receiving_material_at(material, surface);
         vec3 kept = path.weight * (transmittance_to_base(base, cos_i) * shading);
         if (HAS_DISPERSION) {
-            kept *= color_of_photon(path.random, path.hue);
+            Hue hue = path.hue;
+            compare_transmittances(hue, base, cos_i);
+            kept *= color_of_photon(path.random, hue);
         }
         uint mark = caustic_mark(path.depth > 0u && !path.met_diffuse);
         if (HAS_GUIDE) {

@@ -4,6 +4,7 @@ mod advise;
 mod aov;
 mod browser;
 mod compare;
+mod dispersion;
 mod display_server;
 mod exporters;
 #[cfg(unix)]

@@ -1,7 +1,9 @@
 //! Fixed-point sums: to_fixed and from_fixed, and gather_grid's exact sums over photons.
 
 use bytemuck::Zeroable;
-use goblet::kernels::{Cell, GatherGrid, GatherGridPush, GridExtent, PhotonRecord, Specialization, VisiblePoint};
+use goblet::kernels::{
+    Cell, GatherGrid, GatherGridPush, GridExtent, MaterialFeatures, PhotonRecord, Specialization, VisiblePoint,
+};
 
 use crate::discs::Flux;
 use crate::fixture::{EPS, Fixture, Rng};
@@ -83,6 +85,17 @@ struct Sums {
 /// Sends photons of these weights to one visible point, whose sums have the words `low` and
 /// `high` before.
 fn accumulate(weights: &[[f32; 3]], low: u32, high: u32) -> Sums {
+    accumulate_in(&Specialization::DECLARED, weights, low, high)
+}
+
+/// The same in a scene with dispersion, where weights and sums have a sign.
+fn accumulate_signed(weights: &[[f32; 3]], low: u32, high: u32) -> Sums {
+    let declared = Specialization::DECLARED;
+    let material = MaterialFeatures { has_dispersion: true, ..declared.material };
+    accumulate_in(&Specialization { material, ..declared }, weights, low, high)
+}
+
+fn accumulate_in(specialization: &Specialization, weights: &[[f32; 3]], low: u32, high: u32) -> Sums {
     let fixture = Fixture::new();
     let device = fixture.device();
     let position = [0.3; 3];
@@ -107,7 +120,7 @@ fn accumulate(weights: &[[f32; 3]], low: u32, high: u32) -> Sums {
         counters: &flux.counters,
         places: &fixture.output(64),
     };
-    let pass = device.pass(&kernel, &Specialization::DECLARED, 64).expect("a pass");
+    let pass = device.pass(&kernel, specialization, 64).expect("a pass");
     let mut saturated = 0;
     for resumed in 0.. {
         let mut frame = device.frame().expect("a frame");
@@ -152,4 +165,36 @@ fn the_carry_happens_at_two_to_the_32() {
 fn a_sum_that_overflows_is_counted_as_saturated() {
     assert_eq!(accumulate(&[[16.0, 0.0, 0.0]], 0, u32::MAX - 1).saturated, 0);
     assert_eq!(accumulate(&[[16.0, 0.0, 16.0]], 0, u32::MAX).saturated, 1);
+}
+
+/// Of numbers of both signs, around 0 too: the sums are two's complements.
+#[test]
+fn signed_sums_of_deposits_are_exact() {
+    let mut rng = Rng(3);
+    let mut weight =
+        || [1e-7, 1e-3, 1.0, 15.99, 16.0, 1e4][rng.below(6)] as f32 * [-1.0, 1.0][rng.below(2)] * rng.unit_f32();
+    let mut weights: Vec<[f32; 3]> = (0..200_000).map(|_| [weight(), weight(), -weight().abs()]).collect();
+    weights.extend([[-0.0, -16.0, -1e-20], [16.0, -32.0, 0.0]]);
+    let sums = accumulate_signed(&weights, 0, 0);
+    for channel in 0..3 {
+        let exact: i64 = weights
+            .iter()
+            .map(|weight| weight[channel])
+            .map(|weight| to_fixed(weight.abs()) as i64 * if weight < 0.0 { -1 } else { 1 })
+            .sum();
+        assert_eq!(sums.channels[channel] as i64, exact);
+    }
+    assert_eq!((sums.count, sums.saturated), (weights.len() as u32, 0));
+}
+
+/// From 2^63 - 2^32 units up, and from -2^63 + 2^32 units down. 16 is 2^32 units.
+#[test]
+fn a_signed_sum_that_overflows_is_counted_as_saturated() {
+    let high = i32::MAX as u32;
+    let saturated = |weight: f32, high: u32| accumulate_signed(&[[0.0, weight, 0.0]], 0, high).saturated;
+    assert_eq!([saturated(15.0, high), saturated(16.0, high)], [0, 1]);
+    let low = i32::MIN as u32 + 1;
+    assert_eq!([saturated(-16.0, low), saturated(-17.0, low)], [0, 1]);
+    // Through 0, and far from either end.
+    assert_eq!([saturated(16.0, u32::MAX), saturated(-16.0, 0)], [0, 0]);
 }

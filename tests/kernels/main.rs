@@ -9,6 +9,7 @@ mod bsdf;
 mod bump;
 mod circle;
 mod discs;
+mod dispersion;
 mod emission;
 mod fixture;
 mod flux;

@@ -7,6 +7,7 @@ mod camera;
 mod contact;
 mod convergence;
 mod diffuse;
+mod dispersion;
 mod error_estimate;
 mod extremes;
 mod focus;

@@ -46,6 +46,7 @@ const SHOT: Shot =
 #[test]
 fn a_bulb_that_does_nothing_changes_nothing() {
     let glass = "Material \"dielectric\" \"float roughness\" .3\n";
+    let splitting = "Material \"dielectric\" \"float roughness\" .3 \"spectrum eta\" \"glass-F11\"\n";
     let waves = "Texture \"waves\" \"float\" \"wrinkled\"\nTexture \"low\" \"float\" \"scale\" \"texture tex\" \"waves\" \
                  \"float scale\" .1\n";
     let mix = "MakeNamedMaterial \"steel\" \"string type\" \"conductor\" \"float roughness\" .3\n\
@@ -80,6 +81,7 @@ fn a_bulb_that_does_nothing_changes_nothing() {
         ("bumps", &bumped, ABOVE),
         ("glass that reflects", glass, ABOVE),
         ("glass that transmits", glass, BELOW),
+        ("glass that splits light", splitting, BELOW),
     ] {
         let [bare, behind] = ["", BULB].map(|bulb| {
             let world = lamp_at(at, LAMP, bulb) + material + &square(9.0, 0.0) + BOUNDS;

@@ -8,6 +8,7 @@ pub mod noise;
 pub mod place;
 pub mod random;
 pub mod schema;
+pub mod spectral;
 pub mod variants;
 
 use std::path::PathBuf;

@@ -41,24 +41,26 @@ struct EyePlace {
     uint rough_met;     // rough surfaces that the path has met
     float wavelength;   // of the Hue
     float window;       // of the Hue
-    uint pad0;
+    float slope;      // of the Hue
     vec3 spread_position; // of the Spread
-    uint pad1;
+    float widest;     // of the Hue
     vec3 spread_direction; // of the Spread
-    uint pad2;
+    uint pad0;
+    vec3 spread_middle; // of the Spread
+    uint pad1;
 };
 
 EyeState state_of(EyePlace place) {
     Ray ray = saved_ray(place.origin, place.direction, place.begin, place.contacts, place.medium);
     RoughVertex rough = RoughVertex(place.last_position, place.last_pdf);
     return EyeState(ray, place.throughput, place.medium_eta, place.travelled, rough, place.depth, place.radiance, place.rough_met,
-                    Hue(place.wavelength, place.window), Spread(place.spread_position, place.spread_direction));
+                    Hue(place.wavelength, place.window, place.slope, place.widest), Spread(place.spread_position, place.spread_direction, place.spread_middle));
 }
 
 EyePlace place_of(EyeState state) {
     return EyePlace(state.ray.origin, state.medium_eta, state.ray.direction, state.travelled, state.throughput, state.depth,
                     state.radiance, 0u, state.rough.position, state.rough.pdf, FINISHED, begin_of(state.ray), contacts_of(state.ray), state.ray.medium,
-                    state.rough_met, state.hue.wavelength, state.hue.window, 0u, state.spread.position, 0u, state.spread.direction, 0u);
+                    state.rough_met, state.hue.wavelength, state.hue.window, state.hue.slope, state.spread.position, state.hue.widest, state.spread.direction, 0u, state.spread.middle, 0u);
 }
 
 // Finds over which wavelengths the color of a path is averaged, at the end of a segment of length t on a surface with
@@ -71,7 +73,7 @@ void find_window(inout EyeState state, float t, vec3 n, float radius, float radi
 // The hue of a path for light that a rough surface scatters into it, from about this distance: wavelengths that the
 // surface has just spread count as spread.
 Hue hue_beyond(EyeState state, float way, float radius, float radius_per_length) {
-    Spread spread = Spread(state.spread.position + way * state.spread.direction, vec3(0.0));
+    Spread spread = Spread(state.spread.position + way * state.spread.direction, vec3(0.0), vec3(0.0));
     float window = window_of(spread, radius + radius_per_length * (state.travelled + way));
-    return Hue(state.hue.wavelength, min(state.hue.window, window));
+    return Hue(state.hue.wavelength, min(state.hue.window, window), state.hue.slope, state.hue.widest);
 }

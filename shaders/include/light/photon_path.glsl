@@ -31,26 +31,28 @@ struct PhotonPlace {
     uint medium;      // of the ray: index into media
     float wavelength; // of the Hue
     float window;     // of the Hue
-    uint pad0;
+    float slope;      // of the Hue
     vec3 spread_position; // of the Spread
-    uint pad1;
+    float widest;     // of the Hue
     vec3 spread_direction; // of the Spread
-    uint pad2;
+    uint pad0;
+    vec3 spread_middle; // of the Spread
+    uint pad1;
 };
 
 Path path_of(PhotonPlace place, Random random) {
     Ray ray = saved_ray(place.origin, place.direction, place.begin, place.contacts, place.medium);
     return Path(ray, place.weight, place.depth, place.medium_eta, random, (place.alive & 2u) != 0u,
-                (place.alive & 4u) != 0u, Hue(place.wavelength, place.window),
-                Spread(place.spread_position, place.spread_direction));
+                (place.alive & 4u) != 0u, Hue(place.wavelength, place.window, place.slope, place.widest),
+                Spread(place.spread_position, place.spread_direction, place.spread_middle));
 }
 
 // Keeps a path, whether there is one, the number of the photon to begin next, and the state of the invocation.
 PhotonPlace place_of(Path path, bool is_alive, uint photon, uint state) {
     uint alive = (is_alive ? 1u : 0u) | (path.met_diffuse ? 2u : 0u) | (path.met_rough ? 4u : 0u);
     return PhotonPlace(path.ray.origin, path.medium_eta, path.ray.direction, path.depth, path.weight, photon, state, alive,
-                       begin_of(path.ray), contacts_of(path.ray), path.ray.medium, path.hue.wavelength, path.hue.window, 0u,
-                       path.spread.position, 0u, path.spread.direction, 0u);
+                       begin_of(path.ray), contacts_of(path.ray), path.ray.medium, path.hue.wavelength, path.hue.window, path.hue.slope,
+                       path.spread.position, path.hue.widest, path.spread.direction, 0u, path.spread.middle, 0u);
 }
 
 // Takes a path from a surface by a diffuse lobe: the next direction is the same for all wavelengths. A path whose color
@@ -58,5 +60,5 @@ PhotonPlace place_of(Path path, bool is_alive, uint photon, uint state) {
 void diffuse_hue(inout Path path) {
     bool is_white = path.hue.window >= 1.0;
     path.hue = is_white ? no_hue() : path.hue;
-    path.spread = Spread(is_white ? vec3(0.0) : path.spread.position, vec3(0.0));
+    path.spread = Spread(is_white ? vec3(0.0) : path.spread.position, vec3(0.0), vec3(0.0));
 }

@@ -8,6 +8,7 @@
 #include "scene/features.glsl"
 #include "scene/materials.glsl"
 #include "scene/scene.glsl"
+#include "spectrum/spread.glsl"
 #include "spectrum/wavelength.glsl"
 
 // Index of refraction at a wavelength. The table has the indices at both ends of each band, behind the channels' means.
@@ -28,6 +29,69 @@ float slope_of_index(Material material, float eta) {
     }
     float slope = uintBitsToFloat(texture_texels_at(material.indices).w);
     return eta == material.eta.x ? slope : -slope * eta * eta;
+}
+
+// Goes on from wo to wi at a material. eta: index of the medium that the path enters over the one it leaves, 1 if it stays.
+void bend_spread(inout Spread spread, Material material, vec3 wo, vec3 wi, float eta) {
+    float middle = eta;
+    float slope = 0.0;
+    if ((material.flags & DISPERSIVE) != 0u && material.kind == DIELECTRIC && eta != 1.0) {
+        Hue hue = no_hue();
+        hue.wavelength = 0.5;
+        float index = index_at(material, hue);
+        slope = uintBitsToFloat(texture_texels_at(material.indices).w);
+        bool enters = eta == material.eta.x;
+        middle = enters ? index : 1.0 / index;
+        slope = enters ? slope : -slope / (index * index);
+    }
+    bend_spread(spread, wo, wi, eta, middle, slope);
+}
+
+// The step by wavelength of a finite difference, and the largest relative change of a weight that counts.
+const float HUE_STEP = 0.0625;
+const float MOST_SLOPE = 4.0;
+
+// Goes from wo to wi at a dielectric: neighbouring wavelengths do so by other chances, or not at all, where this one or they
+// are reflected in total. `crossed`: index of the medium that the path enters over the one it leaves, 1 if it is
+// reflected; `spread`: of the path before.
+void compare_chances(inout Hue hue, Material material, Spread spread, vec3 wo, vec3 wi, float crossed, bool outside) {
+    if ((material.flags & DISPERSIVE) == 0u || material.kind != DIELECTRIC || !has_wavelength(hue)) {
+        return;
+    }
+    float eta = relative_eta(material, outside);
+    vec3 m = normalize(wo + crossed * wi);
+    float cos_i = dot(wo, m);
+    float change = -dot(spread.direction, m) * sign(cos_i);
+    cos_i = min(abs(cos_i), 1.0);
+    float cos_next = clamp(cos_i + HUE_STEP * change, 0.0, 1.0);
+    float eta_next = eta + HUE_STEP * slope_of_index(material, eta);
+    float sin2 = (1.0 - cos_i * cos_i) / (eta * eta);
+    float sin2_next = (1.0 - cos_next * cos_next) / (eta_next * eta_next);
+    if (eta < 1.0) {
+        float to_critical = HUE_STEP * (1.0 - sin2) / (sin2_next - sin2);
+        if (hue.wavelength + to_critical > -1.0 && hue.wavelength + to_critical < 2.0) {
+            hue.widest = 0.0;
+        }
+    }
+    if (sin2 < 1.0) {
+        float cos_t;
+        float here = fresnel_dielectric(cos_i, eta, cos_t);
+        float next = fresnel_dielectric(cos_next, eta_next, cos_t);
+        float ratio = crossed == 1.0 ? next / here : (1.0 - next) / (1.0 - here);
+        hue.slope += clamp((ratio - 1.0) / HUE_STEP, -MOST_SLOPE, MOST_SLOPE);
+    }
+}
+
+// Adds to the slope of a path's weight that of the transmittance of the coat over a base.
+void compare_transmittances(inout Hue hue, Material base, float cos_i) {
+    if (HAS_COATS) {
+        if ((base.flags & DISPERSIVE) != 0u && base.coat_eta > 0.0 && has_wavelength(hue)) {
+            float here = transmittance_to_base(base, cos_i);
+            base.coat_eta += HUE_STEP * uintBitsToFloat(texture_texels_at(base.indices).w);
+            float ratio = transmittance_to_base(base, cos_i) / max(here, 1.0e-6);
+            hue.slope += clamp((ratio - 1.0) / HUE_STEP, -MOST_SLOPE, MOST_SLOPE);
+        }
+    }
 }
 
 // Gives a material the index that a path with a wavelength meets.
@@ -79,17 +143,16 @@ vec3 take_wavelength(inout Material material, inout Hue hue, inout float u_lobe,
     bool reflects_alike = outside == (material.eta.x > 1.0) && !is_rough(material);
     float cos_t;
     float mean = fresnel_dielectric(cos_o, relative_eta(material, outside), cos_t);
-    vec3 channels = channel_indices(material);
-    vec3 reflectance = fresnel_channels(cos_o, outside ? channels : 1.0 / channels);
     if (reflects_alike && u_lobe < mean) {
-        return reflectance / mean;
+        vec3 channels = channel_indices(material);
+        return fresnel_channels(cos_o, outside ? channels : 1.0 / channels) / mean;
     }
     hue.wavelength = random_wavelength(random);
     set_index(material, hue);
     if (!reflects_alike) {
         return vec3(1.0);
     }
-    // Of each channel what is not reflected, so that none gains or loses light.
-    u_lobe = 0.99999994;
-    return (1.0 - reflectance) / (1.0 - mean);
+    u_lobe = 0.99999994; // refraction
+    float reflectance = fresnel_dielectric(cos_o, relative_eta(material, outside), cos_t);
+    return vec3((1.0 - reflectance) / (1.0 - mean));
 }

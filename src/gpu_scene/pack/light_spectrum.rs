@@ -27,13 +27,13 @@ impl Packer {
         }
         let wavelengths = Wavelengths::new(BANDS);
         let infinite = self.infinite_colors(&wavelengths);
-        let white = add(&mut self.textures, &shown(None, &wavelengths));
-        let infinite = add(&mut self.textures, &infinite);
+        let white = add(&mut self.textures, &shown(None, &wavelengths), &wavelengths);
+        let infinite = add(&mut self.textures, &infinite, &wavelengths);
         if self.light_curves.iter().all(Option::is_none) {
             return LightSpectra { white, infinite, lights: NONE };
         }
         let textures = &mut self.textures;
-        let colors = |curve: &Option<ByWavelength>| add(textures, &shown(curve.as_ref(), &wavelengths));
+        let colors = |curve: &Option<ByWavelength>| add(textures, &shown(curve.as_ref(), &wavelengths), &wavelengths);
         let lights: Vec<u32> = self.light_curves.iter().map(colors).collect();
         let first = textures.texels.len() as u32;
         let four = |lights: &[u32]| std::array::from_fn(|i| lights.get(i).copied().unwrap_or(NONE));
@@ -69,15 +69,35 @@ fn over(color: Rgb, by: Rgb) -> Rgb {
     Rgb::from([0, 1, 2].map(|channel| if by[channel] > 0.0 { color[channel] / by[channel] } else { 0.0 }))
 }
 
-/// Adds the integrals of colors, and returns the first element.
-fn add(textures: &mut PackedTextures, colors: &[Rgb]) -> u32 {
-    let mut integral = Rgb::ZERO;
-    let each = colors.iter().map(|color| {
-        integral += color / colors.len() as f64;
-        integral
-    });
-    let element = |value: Rgb| value.as_vec3().extend(0.0).to_array().map(f32::to_bits);
-    let table: Vec<[u32; 4]> = [Rgb::ZERO].into_iter().chain(each).map(element).collect();
+/// Returns the places of the ends of bands in a curve like those of glasses, whose indices fall as 1 / nm² does (Cauchy).
+/// They are 0.1 and 0.9 where a tenth and nine tenths of the bands end.
+fn places(wavelengths: &Wavelengths) -> Vec<f64> {
+    let ends = wavelengths.bands.iter().map(|band| band.first).chain([wavelengths.last]);
+    let curve: Vec<f64> = ends.map(|nm| nm.powi(-2)).collect();
+    let tenth = wavelengths.bands.len() / 10;
+    let [first, last] = [curve[tenth], curve[wavelengths.bands.len() - tenth]];
+    let share = tenth as f64 / wavelengths.bands.len() as f64;
+    curve.iter().map(|value| share + (1.0 - 2.0 * share) * (value - first) / (last - first)).collect()
+}
+
+/// Adds the integrals of colors with the places in the curve, then the integrals of colors times these places, and returns
+/// the first element.
+fn add(textures: &mut PackedTextures, colors: &[Rgb], wavelengths: &Wavelengths) -> u32 {
+    let places = places(wavelengths);
+    let width = 1.0 / colors.len() as f64;
+    let middles = places.windows(2).map(|ends| 0.5 * (ends[0] + ends[1]));
+    let moments: Vec<Rgb> = colors.iter().zip(middles).map(|(color, place)| color * place).collect();
+    let integrals = |values: &[Rgb]| {
+        let mut integral = Rgb::ZERO;
+        let sum = values.iter().map(|value| {
+            integral += value * width;
+            integral
+        });
+        [Rgb::ZERO].into_iter().chain(sum).collect::<Vec<Rgb>>()
+    };
+    let element = |value: Rgb, place: f64| value.as_vec3().extend(place as f32).to_array().map(f32::to_bits);
+    let each = integrals(colors).into_iter().zip(places).map(|(color, place)| element(color, place));
+    let table: Vec<[u32; 4]> = each.chain(integrals(&moments).into_iter().map(|moment| element(moment, 0.0))).collect();
     let key = table.iter().flatten().map(|word| u64::from(*word)).collect();
     textures.table(key, || table)
 }

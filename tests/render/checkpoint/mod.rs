@@ -36,6 +36,14 @@ impl Case {
         Self { scene: command::scene(" \"float radius\" 0.5\nW", "\nW"), ..self }
     }
 
+    /// With a lamp inside glass that splits light, so that sums are below 0 in places.
+    fn with_dispersion(self) -> Self {
+        let glass = "Material \"dielectric\" \"spectrum eta\" \"glass-F11\"";
+        let scene = self.scene.replace("Material \"dielectric\"", glass).replace("[ 0 1.5 -1 ]", "[ 0 .4 0 ]");
+        // Colours are not means over many wavelengths where discs are small.
+        Self { scene, options: Options { radius: Some(0.05), ..self.options }, ..self }
+    }
+
     fn renderer(&self, device: &Arc<Device>) -> Renderer {
         let scene = Scene::parse(&self.scene, "scene.pbrt", support::root()).expect("a scene");
         Renderer::new(Arc::clone(device), &scene, &self.options).expect("a renderer")

@@ -18,10 +18,10 @@ fn cases() -> Vec<Case> {
     let data = |options: &Options| Options { radius_schedule: RadiusSchedule::Data, ..options.clone() };
     vec![
         Case::new("ppm, data", data(&ppm)),
-        Case::new("sppm, data", data(&sppm)).with_automatic_radius(),
+        Case::new("sppm, data, dispersion", data(&sppm)).with_automatic_radius().with_dispersion(),
         Case::new("ppm, global", global(&ppm)),
         Case::new("sppm, global", global(&sppm)),
-        Case::new("ppm, adaptive", ppm.clone()),
+        Case::new("ppm, adaptive, dispersion", ppm.clone()).with_dispersion(),
         Case::new("sppm, adaptive, automatic radius", sppm.clone()).with_automatic_radius(),
         Case::new("guided", Options { guidance: Guidance::On, ..ppm.clone() }).with_automatic_radius(),
         Case::new("ppm, adaptive, automatic radius", ppm).with_automatic_radius(),

@@ -18,7 +18,7 @@ fn cases() -> [Case; 3] {
     let guided = Options { guidance: Guidance::On, ..global.clone() };
     [
         Case::new("sppm, global", global).with_automatic_radius(),
-        Case::new("ppm, adaptive", ppm),
+        Case::new("ppm, adaptive, dispersion", ppm).with_dispersion(),
         Case::new("sppm, global, guided", guided).with_automatic_radius(),
     ]
 }

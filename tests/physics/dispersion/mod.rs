@@ -1,0 +1,5 @@
+//! Glass that splits light by wavelength.
+
+mod fan;
+mod plates;
+mod same;
