@@ -67,10 +67,7 @@ void bend_spread(inout Spread spread, vec3 wo, vec3 wi, float eta, float middle,
     spread.middle = normalize((cos_i * inverse - cos_t) * m - inverse * wo);
 }
 
-// Width of the window of a color, in gather radii on the surface: with less, colors have more noise than places.
-const float COLOR_RADII = 2.0;
-
 // The window over which the color of a path is averaged, where the image blurs places within `radius`, in render units.
 float window_of(Spread spread, float radius) {
-    return clamp(COLOR_RADII * radius / max(length(spread.position), 1.0e-20), 0.0, 1.0);
+    return clamp(radius / max(length(spread.position), 1.0e-20), 0.0, 1.0);
 }

@@ -47,13 +47,14 @@ fn glass_that_splits_light_vanishes_in_a_furnace() {
     }
     let shot = Shot { resolution: [96; 2], iterations: 1, depth: 1000, ..EYE_ONLY };
     let rendered = shot.take(&camera("0 0 12  0 0 0  0 1 0", 36.0), &world);
-    // Single wavelengths would give 0.5 %. Windows of them are as wide as two pixels show, and differ by wavelength where
-    // glass is curved: up to 1 % at these pixels, and less at smaller ones or after more iterations.
-    assert_near("glass", mean(&rendered.image), WHITE, 0.01);
-    for (third, eta) in indices.iter().enumerate() {
+    // Colours are means over windows of wavelengths, as wide as the gather radius of three pixels does not show. Where glass is
+    // curved, the windows differ by wavelength: half a percent at these pixels, and twice that for the steep list. It is
+    // less at smaller pixels and after more iterations.
+    assert_near("glass", mean(&rendered.image), WHITE, 0.005);
+    for (third, (eta, tolerance)) in indices.iter().zip([0.005, 0.01, 0.005]).enumerate() {
         let mut part = rendered.image.clone();
         part.pixels = part.pixels.chunks(32).skip(third).step_by(3).flatten().copied().collect();
-        assert_near(eta, mean(&part), WHITE, 0.015);
+        assert_near(eta, mean(&part), WHITE, tolerance);
     }
     // 64 paths of a pixel: 0.25 by chance.
     assert_pixels("glass", &rendered.image, WHITE, 1.2);
