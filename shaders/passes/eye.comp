@@ -165,6 +165,7 @@ void reach_diffuse(inout Work work, inout Surface surface, Material material) {
     if (HAS_DISPERSION) {
         compare_transmittances(work.state.hue, material, abs(dot(wo, surface.shading_normal)));
         throughput.rgb *= color_of(scene.colors, work.state.hue);
+        work.state.spread.direction = vec3(0.0);
     }
     keep_point(work.kept, work.pixel, surface.position, surface.normal, throughput);
     work.end.direct = vec3(0.0);
@@ -182,8 +183,7 @@ Scatter leave_specular(inout Work work, Surface surface, Material material, floa
     keep_media(scattered, surface, material, wo, RADIANCE);
     Hue hue = work.state.hue;
     if (HAS_DISPERSION) {
-        compare_chances(work.state.hue, material, work.state.spread, wo, scattered.wi, scattered.eta,
-                        dot(wo, surface.shading_normal) > 0.0);
+        compare_chances(work.state.hue, material, work.state.spread, wo, scattered, surface.shading_normal);
         bend_spread(work.state.spread, material, wo, scattered.wi, scattered.eta);
         hue = hue_beyond(work.state, scene.radius, color_radius, color_radius_per_length);
     }
@@ -244,8 +244,7 @@ bool follow(inout Work work, Hit hit) {
     work.state.rough = no_rough_vertex();
     if (is_specular(material)) {
         if (HAS_DISPERSION) {
-            float cosine = dot(wo, surface.shading_normal);
-            work.state.throughput *= take_wavelength(material, work.state.hue, u_lobe, abs(cosine), cosine > 0.0,
+            work.state.throughput *= take_wavelength(material, work.state.hue, u_lobe, wo, surface.shading_normal,
                                                      random_of(work));
         }
         scattered = leave_specular(work, surface, material, u_lobe, pair);
@@ -302,8 +301,7 @@ void begin_path(inout Work work) {
         camera_sample.ray.medium = scene.camera_medium;
     }
     work.filter_weight = camera_sample.weight;
-    work.state = EyeState(camera_sample.ray, vec3(1.0), 1.0, 0.0, no_rough_vertex(), 0u, vec3(0.0), 0u, no_hue(),
-                          no_spread());
+    work.state = state_at_camera(camera_sample.ray);
     work.start = work.state;
     work.end.is_reached = false;
     work.asks = FOLLOWS;
@@ -403,7 +401,7 @@ bool next_query(inout Work work, inout Query query, Hit hit) {
         next.start = next.state;
     }
     if (HAS_DISPERSION) {
-        query.hue = next.state.hue;
+        query.split = split_of(next.state, color_radius, color_radius_per_length);
     }
     if (IS_RESUMABLE) {
         if (interrupted()) {

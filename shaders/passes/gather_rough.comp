@@ -128,7 +128,8 @@ void add_term(inout Flux sum, vec3 term) {
     uvec3 high = uvec3(red.y, green.y, blue.y);
     uvec3 before = sum.high;
     sum.low += low;
-    sum.high += high + mix(uvec3(0u), uvec3(1u), lessThan(sum.low, low));
+    uvec3 carry = mix(uvec3(0u), uvec3(1u), lessThan(sum.low, low));
+    sum.high += high + carry;
     uvec3 overflow = sum.high;
     if (HAS_DISPERSION) {
         overflow = (before ^ sum.high) & (high ^ sum.high);

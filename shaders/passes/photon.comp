@@ -201,14 +201,12 @@ bool bounce(inout Path path, Surface surface, Material material) {
     vec2 u_direction = specular && !is_rough(material) ? vec2(0.0) : random_pair(path.random, pair);
     vec3 color = vec3(1.0);
     if (HAS_DISPERSION) {
-        float cosine = dot(wo, surface.shading_normal);
-        color = take_wavelength(material, path.hue, u.x, abs(cosine), cosine > 0.0, path.random);
+        color = take_wavelength(material, path.hue, u.x, wo, surface.shading_normal, path.random);
     }
     Scatter scattered = scatter(material, wo, surface.shading_normal, surface.tangent, u.x, u_direction, FLUX);
     if (HAS_DISPERSION) {
         if (specular) {
-            compare_chances(path.hue, material, path.spread, wo, scattered.wi, scattered.eta,
-                            dot(wo, surface.shading_normal) > 0.0);
+            compare_chances(path.hue, material, path.spread, wo, scattered, surface.shading_normal);
             bend_spread(path.spread, material, wo, scattered.wi, scattered.eta);
         } else {
             color = path.hue.window >= 1.0 ? color_of_photon(path.random, path.hue) : color;
@@ -397,7 +395,7 @@ bool next_query(inout Work work, inout Query query, Hit hit) {
     if (work.alive) {
         query = nearest_hit(work.path.ray);
         if (HAS_DISPERSION) {
-            query.hue = work.path.hue;
+            query.split = Split(work.path.hue, work.path.spread, color_radius);
         }
     }
     return work.alive || work.photon < end;

@@ -99,7 +99,8 @@ const D65: [f64; 41] = [
     69.72, 71.61, 74.35, 61.60, 69.89, 75.09, 63.59, 46.42, 66.81, 63.38,
 ];
 
-fn daylight(nm: f64) -> f64 {
+/// D65, linear between its samples.
+pub fn daylight(nm: f64) -> f64 {
     let place = (nm - 380.0) / 10.0;
     let low = (place as usize).min(D65.len() - 2);
     let t = place - low as f64;

@@ -50,6 +50,10 @@ struct EyePlace {
     uint pad1;
 };
 
+EyeState state_at_camera(Ray ray) {
+    return EyeState(ray, vec3(1.0), 1.0, 0.0, no_rough_vertex(), 0u, vec3(0.0), 0u, no_hue(), no_spread());
+}
+
 EyeState state_of(EyePlace place) {
     Ray ray = saved_ray(place.origin, place.direction, place.begin, place.contacts, place.medium);
     RoughVertex rough = RoughVertex(place.last_position, place.last_pdf);
@@ -76,4 +80,9 @@ Hue hue_beyond(EyeState state, float way, float radius, float radius_per_length)
     Spread spread = Spread(state.spread.position + way * state.spread.direction, vec3(0.0), vec3(0.0));
     float window = window_of(spread, radius + radius_per_length * (state.travelled + way));
     return Hue(state.hue.wavelength, min(state.hue.window, window), state.hue.slope, state.hue.widest);
+}
+
+// What the next segment of a path begins with.
+Split split_of(EyeState state, float radius, float radius_per_length) {
+    return Split(state.hue, state.spread, radius + radius_per_length * state.travelled);
 }

@@ -13,6 +13,7 @@
 #include "scene/constants.glsl"
 #include "scene/features.glsl"
 #include "scene/scene.glsl"
+#include "spectrum/spread.glsl"
 #include "spectrum/wavelength.glsl"
 
 struct Query {
@@ -26,11 +27,11 @@ struct Query {
     uint cuts;    // HAS_ALPHA: surfaces cut away so far
     float end;    // HAS_PASSABLE: t_max as it was asked about
     vec3 kept;    // HAS_INTERFACES: share of light that media up to the origin of `whole` leave
-    Hue hue;      // HAS_MEDIA: of the path that asks
+    Split split;  // HAS_MEDIA: of the path that asks
 };
 
 Query query_of(Ray ray, float t_max, bool any_hit) {
-    return Query(ray, t_max, any_hit, ray, no_hit(t_max), ray.origin, 0.0, 0u, t_max, vec3(1.0), no_hue());
+    return Query(ray, t_max, any_hit, ray, no_hit(t_max), ray.origin, 0.0, 0u, t_max, vec3(1.0), no_split());
 }
 
 // Asks for the nearest hit of a ray with the scene.
@@ -114,7 +115,12 @@ bool passes_surface(inout Surface surface, inout Query query) {
 
 // Share of light that is left of a query's ray up to t on `whole`.
 vec3 transmittance_to(Query query, float t) {
-    vec3 kept = transmittance(query.ray.medium, t * length(query.ray.direction), query.hue);
+    float way = t * length(query.ray.direction);
+    Hue hue = no_hue();
+    if (HAS_DISPERSION) {
+        hue = hue_along(query.split, query.passed + t);
+    }
+    vec3 kept = transmittance(query.ray.medium, way, hue);
     if (HAS_INTERFACES) {
         kept *= query.kept;
     }
@@ -146,7 +152,7 @@ bool pass_surface(inout Query query, inout Hit hit) {
                 kept = transmittance_to(query, hit.t);
             }
             query = Query(ray, query.end - passed, query.any_hit, ray, no_hit(query.end - passed), query.begin,
-                          passed, query.cuts, query.end, kept, query.hue);
+                          passed, query.cuts, query.end, kept, query.split);
         }
     }
     if (!passes) {

@@ -51,15 +51,14 @@ void bend_spread(inout Spread spread, Material material, vec3 wo, vec3 wi, float
 const float HUE_STEP = 0.0625;
 const float MOST_SLOPE = 4.0;
 
-// Goes from wo to wi at a dielectric: neighbouring wavelengths do so by other chances, or not at all, where this one or they
-// are reflected in total. `crossed`: index of the medium that the path enters over the one it leaves, 1 if it is
-// reflected; `spread`: of the path before.
-void compare_chances(inout Hue hue, Material material, Spread spread, vec3 wo, vec3 wi, float crossed, bool outside) {
+// Compares the chance by which a path has been scattered at a dielectric with those of neighbouring wavelengths: they differ,
+// and are 0 where one of the wavelengths is reflected in total. `spread` is that of the path before; n is the normal.
+void compare_chances(inout Hue hue, Material material, Spread spread, vec3 wo, Scatter scattered, vec3 n) {
     if ((material.flags & DISPERSIVE) == 0u || material.kind != DIELECTRIC || !has_wavelength(hue)) {
         return;
     }
-    float eta = relative_eta(material, outside);
-    vec3 m = normalize(wo + crossed * wi);
+    float eta = relative_eta(material, dot(wo, n) > 0.0);
+    vec3 m = normalize(wo + scattered.eta * scattered.wi);
     float cos_i = dot(wo, m);
     float change = -dot(spread.direction, m) * sign(cos_i);
     cos_i = min(abs(cos_i), 1.0);
@@ -77,7 +76,8 @@ void compare_chances(inout Hue hue, Material material, Spread spread, vec3 wo, v
         float cos_t;
         float here = fresnel_dielectric(cos_i, eta, cos_t);
         float next = fresnel_dielectric(cos_next, eta_next, cos_t);
-        float ratio = crossed == 1.0 ? next / here : (1.0 - next) / (1.0 - here);
+        bool is_reflected = scattered.eta == 1.0;
+        float ratio = (is_reflected ? next : 1.0 - next) / max(is_reflected ? here : 1.0 - here, 1.0e-6);
         hue.slope += clamp((ratio - 1.0) / HUE_STEP, -MOST_SLOPE, MOST_SLOPE);
     }
 }
@@ -126,11 +126,12 @@ vec3 color_of_pane(Material material, float cos_o, float u_lobe) {
 // Prepares a path without a wavelength for a lobe that it has met, before the lobe is sampled: returns a factor of
 // its weight. Where the path needs a wavelength, it takes one, and the material has the index for it. `u_lobe`
 // chooses between reflection and refraction.
-vec3 take_wavelength(inout Material material, inout Hue hue, inout float u_lobe, float cos_o, bool outside, Random random) {
+vec3 take_wavelength(inout Material material, inout Hue hue, inout float u_lobe, vec3 wo, vec3 n, Random random) {
     if ((material.flags & DISPERSIVE) == 0u || has_wavelength(hue)) {
         return vec3(1.0);
     }
-    cos_o = min(cos_o, 1.0);
+    bool outside = dot(wo, n) > 0.0;
+    float cos_o = min(abs(dot(wo, n)), 1.0);
     if (HAS_THIN) {
         if (material.kind == THIN_DIELECTRIC) {
             return color_of_pane(material, cos_o, u_lobe);

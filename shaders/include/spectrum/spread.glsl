@@ -67,7 +67,25 @@ void bend_spread(inout Spread spread, vec3 wo, vec3 wi, float eta, float middle,
     spread.middle = normalize((cos_i * inverse - cos_t) * m - inverse * wo);
 }
 
+// What a segment of a path begins with, and the radius that the image blurs there.
+struct Split {
+    Hue hue;
+    Spread spread;
+    float radius; // render units
+};
+
+Split no_split() {
+    return Split(no_hue(), no_spread(), 0.0);
+}
+
 // The window over which the color of a path is averaged, where the image blurs places within `radius`, in render units.
 float window_of(Spread spread, float radius) {
     return clamp(radius / max(length(spread.position), 1.0e-20), 0.0, 1.0);
+}
+
+// The hue at length t of a segment.
+Hue hue_along(Split split, float t) {
+    Hue hue = split.hue;
+    hue.window = window_of(Spread(split.spread.position + t * split.spread.direction, vec3(0.0), vec3(0.0)), split.radius);
+    return hue;
 }

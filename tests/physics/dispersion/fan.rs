@@ -9,7 +9,7 @@ use std::f64::consts::PI;
 
 use goblet::image::film::Image;
 
-use super::super::Shot;
+use super::super::{Shot, solid};
 use crate::support::spectral::{FLINT, LINES, reflectance, xyz_of};
 
 /// Where light begins, and where the screen is, from the middle of the prism.
@@ -143,6 +143,19 @@ impl Profile {
         }
     }
 
+    /// How much light there is within some degrees of a place, as the sum of all channels' sizes, and where its middle is.
+    fn around(&self, place: f64, degrees: f64) -> (f64, f64) {
+        let (mut sum, mut moment) = (0.0, 0.0);
+        for (column, rgb) in self.rgb.iter().enumerate() {
+            let at = self.first + self.step * (column as f64 + 0.5);
+            if (at - place).abs() < degrees {
+                let size: f64 = rgb.iter().map(|value| value.abs()).sum();
+                (sum, moment) = (sum + size, moment + size * at);
+            }
+        }
+        (sum, moment / sum)
+    }
+
     /// Where a share of X, Y or Z is reached.
     fn place_of(&self, share: f64, of: usize) -> f64 {
         let values = self.rgb.iter().map(|rgb| xyz_of(*rgb)[of]);
@@ -206,15 +219,17 @@ fn assert_fan(what: &str, profile: &Profile, expected: &Profile) {
 /// Places of the fan on the screen, degrees.
 const FAN: [f64; 2] = [-6.0, 2.5];
 
-/// Photons: a beam of a small angle.
-#[test]
-fn a_beam_through_a_prism_lights_a_fan_of_colors() {
-    const BEAM: f64 = 0.05;
-    const RADIUS: f64 = 0.01;
+/// Half of the beam's angle in degrees, and the gather radius.
+const BEAM: f64 = 0.05;
+const RADIUS: f64 = 0.01;
+
+/// The fan on the screen of a beam of a small angle. `light`: the parameter of the lamp's intensity; `before`: what else
+/// is there.
+fn fan_of_beam(light: &str, before: &str) -> Profile {
     let (axis, out) = (at_angle(half_deviation()), at_angle(-half_deviation()));
     let world = format!(
         "LightSource \"spot\" \"point3 from\" [{} {} 0] \"point3 to\" [0 0 0] \"float coneangle\" {BEAM} \
-         \"float conedeltaangle\" {} \"rgb I\" [1e6 1e6 1e6]\n{}Material \"diffuse\"\n{}",
+         \"float conedeltaangle\" {} {light}\n{}{before}Material \"diffuse\"\n{}",
         -BEGIN * axis[0],
         -BEGIN * axis[1],
         BEAM / 100.0,
@@ -232,7 +247,14 @@ fn a_beam_through_a_prism_lights_a_fan_of_colors() {
         depth: 3,
         eye_paths: 1,
     };
-    let rendered = shot.take(&look, &world);
+    Profile::of(&shot.take(&look, &world).image, FAN, false)
+}
+
+const WHITE_BEAM: &str = "\"rgb I\" [1e6 1e6 1e6]";
+
+/// Photons: a beam of a small angle.
+#[test]
+fn a_beam_through_a_prism_lights_a_fan_of_colors() {
     let mut expected = Profile::new(FAN);
     // Beam and disc are round: a chord of each by the distance from its middle.
     let chords = (-10..=10).map(|i| f64::from(i) / 10.5).map(|x| (x, (1.0 - x * x).sqrt()));
@@ -247,7 +269,7 @@ fn a_beam_through_a_prism_lights_a_fan_of_colors() {
             }
         }
     });
-    assert_fan("photons", &Profile::of(&rendered.image, FAN, false), &expected);
+    assert_fan("photons", &fan_of_beam(WHITE_BEAM, ""), &expected);
 }
 
 /// Eye paths: a narrow lamp on the screen, in the middle of the fan.
@@ -289,4 +311,40 @@ fn a_lamp_behind_a_prism_looks_like_a_fan_of_colors() {
         });
     }
     assert_fan("eye paths", &Profile::of(&rendered.image, SEEN, true), &expected);
+}
+
+/// A lamp of three narrow lines keeps them: light lands within 0.05 degrees of where each of them belongs, and nowhere else.
+/// A line of 4 nm is up to 0.15 degrees wide, and symmetric to a tenth of that; beam and disc are 0.05 and 0.06 wide.
+#[test]
+fn a_lamp_of_lines_lights_lines() {
+    let lines = [450.0, 546.0, 610.0];
+    let spectrum = lines.map(|nm: f64| format!("{} 0 {nm} 1 {} 0", nm - 2.0, nm + 2.0)).join(" ");
+    let fan = fan_of_beam(&format!("\"spectrum I\" [{spectrum}] \"float scale\" 1e6"), "");
+    let (all, _) = fan.around(0.0, f64::INFINITY);
+    let mut near = 0.0;
+    for place in lines.map(|nm| follow(0.0, nm).0) {
+        let (size, middle) = fan.around(place, 0.3);
+        println!("{size} of {all} at {middle:.4} degrees, expected {place:.4}");
+        assert!((middle - place).abs() < 0.05, "{middle}, expected {place}");
+        // The lamp has as much light in each line, which the eye weights differently.
+        assert!(size > 0.02 * all, "{size} of {all} at {place}");
+        near += size;
+    }
+    assert!(near > 0.98 * all, "{near} of {all}");
+}
+
+/// A medium behind the prism absorbs what is longer than 580 nm, and nothing else: not a part of each channel.
+#[test]
+fn a_medium_absorbs_wavelengths_of_a_fan() {
+    let medium = "AttributeBegin\nMakeNamedMedium \"m\" \"string type\" \"homogeneous\" \"spectrum sigma_a\" [380 0 575 0 585 20 780 20] \
+                  \"rgb sigma_s\" [0 0 0]\nMediumInterface \"m\" \"\"\nMaterial \"interface\"\n";
+    let slab = format!("{medium}{}\nAttributeEnd\n", solid([6.5, -8.0, -2.0], [7.3, -1.0, 2.0]));
+    let [clear, dyed] = ["", slab.as_str()].map(|before| fan_of_beam(WHITE_BEAM, before));
+    for (nm, share, tolerance) in
+        [(450.0, 1.0, 0.1), (510.0, 1.0, 0.1), (550.0, 1.0, 0.1), (610.0, 0.0, 0.02), (640.0, 0.0, 0.02)]
+    {
+        let [clear, dyed] = [&clear, &dyed].map(|fan| fan.around(follow(0.0, nm).0, 0.1).0);
+        println!("{nm} nm: {dyed} of {clear}");
+        assert!((dyed / clear - share).abs() < tolerance, "{nm} nm: {dyed} of {clear}");
+    }
 }

@@ -11,7 +11,7 @@ use goblet::Options;
 use goblet::render::options::Dispersion;
 
 use super::super::{EYE_ONLY, Shot, assert_closed, assert_near, assert_pixels, camera, scene_text, solid, square};
-use crate::support::spectral::{self, CROWN, FLINT, reflectance, seen};
+use crate::support::spectral::{self, CROWN, FLINT, daylight, reflectance, seen};
 use crate::support::{self, Rendered, mean};
 
 const WHITE: [f64; 3] = [1.0; 3];
@@ -180,4 +180,28 @@ fn a_floor_lit_and_seen_through_a_plate_is_as_white_as_both_ways() {
     let through = FLINT.seen(|eta| (1.0 - reflectance(1.0, eta)).powi(2));
     let expected = through.map(|through| 0.8 / PI * 3.0 * through * through);
     assert_near("both ways", mean(&rendered.image), expected, 0.01);
+}
+
+/// A lamp that is a black body keeps its color behind a plate: red light of its own spectrum, and not of daylight.
+#[test]
+fn a_black_body_behind_a_plate_keeps_its_color() {
+    let lamp = "AttributeBegin\nAreaLightSource \"diffuse\" \"blackbody L\" 2500\n\
+                Material \"diffuse\" \"rgb reflectance\" [0 0 0]\n"
+        .to_owned()
+        + &square(50.0, -1.0)
+        + "\nAttributeEnd\n";
+    let world = lamp + &dielectric("glass-F11", "") + &solid([-10.0, -10.0, -0.3], [10.0, 10.0, 0.1]);
+    let shot = Shot { iterations: 8, ..EYE_ONLY };
+    let look = camera("0 0 4  0 0 0  0 1 0", 2.0);
+    let [split, unsplit] =
+        [shot.take(&look, &world), shot.take_unsplit(&look, &world)].map(|rendered| mean(&rendered.image));
+    let through = |eta: f64| {
+        let reflected = reflectance(1.0, eta);
+        (1.0 - reflected) / (1.0 + reflected)
+    };
+    // Planck's law.
+    let lamp = |nm: f64| nm.powi(-5) / (1.438777e7 / (nm * 2500.0)).exp_m1() / daylight(nm);
+    let [shown, kept] = [seen(lamp), seen(|nm| lamp(nm) * through(FLINT.eta(nm)))];
+    let tint = [0, 1, 2].map(|channel| kept[channel] / shown[channel] / through(FLINT.mean()));
+    assert_near("black body", split, [0, 1, 2].map(|channel| unsplit[channel] * tint[channel]), 0.005);
 }
