@@ -96,7 +96,8 @@ pub enum PackError {
 // The sizes that the scene's budget is charged must cover the packed structs.
 const _: () = {
     assert!(size_of::<Triangle>() as u64 <= PACKED_TRIANGLE && size_of::<TriangleNormals>() as u64 <= PACKED_TRIANGLE);
-    assert!((size_of::<kernels::Light>() + 2 * size_of::<AliasEntry>() + size_of::<f64>()) as u64 <= PACKED_LIGHT);
+    let host = size_of::<f64>() + size_of::<Option<ByWavelength>>();
+    assert!((size_of::<kernels::Light>() + 2 * size_of::<AliasEntry>() + host) as u64 <= PACKED_LIGHT);
 };
 
 /// All data of a scene that cross to the GPU.

@@ -1,7 +1,8 @@
 //! The content of a scene file, fully resolved: the input of [`crate::gpu_scene::pack`].
 //!
 //! No value refers to the text any more: included files are read, transforms are composed (in f64), named
-//! materials are looked up, spectra are linear RGB in the sRGB primaries. Lengths are in scene units, in
+//! materials are looked up, spectra are linear RGB in the sRGB primaries; indices of refraction, lights and media have
+//! their curves by wavelength besides. Lengths are in scene units, in
 //! the scene's world space.
 
 pub(in crate::scene) mod extent;

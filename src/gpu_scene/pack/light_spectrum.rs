@@ -33,8 +33,15 @@ impl Packer {
             return LightSpectra { white, infinite, lights: NONE };
         }
         let textures = &mut self.textures;
-        let colors = |curve: &Option<ByWavelength>| add(textures, &shown(curve.as_ref(), &wavelengths), &wavelengths);
-        let lights: Vec<u32> = self.light_curves.iter().map(colors).collect();
+        let mut lights = Vec::with_capacity(self.light_curves.len());
+        // Of a lamp that is a mesh, each triangle is a light.
+        let mut before = (None, white);
+        for curve in &self.light_curves {
+            if *curve != before.0 {
+                before = (curve.clone(), add(textures, &shown(curve.as_ref(), &wavelengths), &wavelengths));
+            }
+            lights.push(before.1);
+        }
         let first = textures.texels.len() as u32;
         let four = |lights: &[u32]| std::array::from_fn(|i| lights.get(i).copied().unwrap_or(NONE));
         textures.texels.extend(lights.chunks(4).map(four));

@@ -33,9 +33,10 @@ impl Wavelengths {
     /// Returns `count` bands.
     pub fn new(count: u32) -> Self {
         let steps = ((LAST - FIRST) / FINE_STEP) as u32;
+        let white = response_of_daylight().rgb;
         let line = |step: u32| {
             let nm = FIRST + FINE_STEP * (f64::from(step) + 0.5);
-            rgb_from_xyz(interpolated(nm, |i| Rgb::from(OBSERVER[i].0))) * daylight(nm) / response_of_daylight().rgb
+            rgb_from_xyz(interpolated(nm, |i| Rgb::from(OBSERVER[i].0))) * daylight(nm) / white
         };
         let lines: Vec<Rgb> = (0..steps).map(line).collect();
         let lengths: f64 = lines.iter().map(|line| line.length()).sum();
