@@ -201,7 +201,7 @@ part_speed() {
         name=$(basename "$scene" .pbrt)
         for size in $speed_sizes; do
             # Pixels, photons.
-            render "$scene" --resolution "${size%:*}" --photons "${size#*:}" --iterations "$speed_iterations" --time 4 \
+            render "$scene" --resolution "${size%:*}" --photons "${size#*:}" --iterations "$speed_iterations" --time 3 \
                 -o "$folder/speed.exr" --stats "$folder/$name-${size%:*}.json" || :
         done
     done
