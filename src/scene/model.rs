@@ -2,8 +2,7 @@
 //!
 //! No value refers to the text any more: included files are read, transforms are composed (in f64), named
 //! materials are looked up, spectra are linear RGB in the sRGB primaries; indices of refraction, lights and media have
-//! their curves by wavelength besides. Lengths are in scene units, in
-//! the scene's world space.
+//! their curves by wavelength besides. Lengths are in scene units, in the scene's world space.
 
 pub(in crate::scene) mod extent;
 mod index;

@@ -41,9 +41,9 @@ struct EyePlace {
     uint rough_met;     // rough surfaces that the path has met
     float wavelength;   // of the Hue
     float window;       // of the Hue
-    float slope;      // of the Hue
+    float slope;        // of the Hue
     vec3 spread_position; // of the Spread
-    float widest;     // of the Hue
+    float widest;       // of the Hue
     vec3 spread_direction; // of the Spread
     uint pad0;
     vec3 spread_middle; // of the Spread
@@ -58,13 +58,15 @@ EyeState state_of(EyePlace place) {
     Ray ray = saved_ray(place.origin, place.direction, place.begin, place.contacts, place.medium);
     RoughVertex rough = RoughVertex(place.last_position, place.last_pdf);
     return EyeState(ray, place.throughput, place.medium_eta, place.travelled, rough, place.depth, place.radiance, place.rough_met,
-                    Hue(place.wavelength, place.window, place.slope, place.widest), Spread(place.spread_position, place.spread_direction, place.spread_middle));
+                    Hue(place.wavelength, place.window, place.slope, place.widest),
+                    Spread(place.spread_position, place.spread_direction, place.spread_middle));
 }
 
 EyePlace place_of(EyeState state) {
     return EyePlace(state.ray.origin, state.medium_eta, state.ray.direction, state.travelled, state.throughput, state.depth,
                     state.radiance, 0u, state.rough.position, state.rough.pdf, FINISHED, begin_of(state.ray), contacts_of(state.ray), state.ray.medium,
-                    state.rough_met, state.hue.wavelength, state.hue.window, state.hue.slope, state.spread.position, state.hue.widest, state.spread.direction, 0u, state.spread.middle, 0u);
+                    state.rough_met, state.hue.wavelength, state.hue.window, state.hue.slope, state.spread.position,
+                    state.hue.widest, state.spread.direction, 0u, state.spread.middle, 0u);
 }
 
 // Finds over which wavelengths the color of a path is averaged, at the end of a segment of length t on a surface with

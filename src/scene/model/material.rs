@@ -179,16 +179,6 @@ impl Material {
         }
     }
 
-    /// Returns the index of refraction of a dielectric or of a coat; `None` for other materials.
-    pub fn index(&self) -> Option<&Index> {
-        match self {
-            Self::Dielectric { eta, .. } | Self::ThinDielectric { eta } => Some(eta),
-            Self::CoatedDiffuse { coat, .. } | Self::CoatedConductor { coat, .. } => Some(&coat.eta),
-            Self::Bumped { material, .. } => material.index(),
-            _ => None,
-        }
-    }
-
     /// Returns the lobes of the material itself; those of a mix are lobes of its materials.
     pub(in crate::scene) fn lobes(&self) -> Lobes {
         match self {
